@@ -1,0 +1,70 @@
+//! Several properties of one writer as one snapshot.
+
+use std::sync::Arc;
+
+use crate::channel::Latest;
+use crate::sync::{AtomicU64, Ordering, order};
+
+/// Counts the commits of a writer: odd while one is going on.
+#[derive(Clone, Debug)]
+pub struct CommitWord(Arc<AtomicU64>);
+
+impl Default for CommitWord {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl CommitWord {
+    /// Before the first commit.
+    pub fn new() -> Self {
+        Self(Arc::new(AtomicU64::new(0)))
+    }
+
+    /// Before the outputs of a tick are published. Only the writer calls it.
+    #[inline]
+    pub fn begin(&self) {
+        // What is published next releases this store with it.
+        self.0.store(self.0.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+    }
+
+    /// After the outputs of a tick were published.
+    #[inline]
+    pub fn end(&self) {
+        self.0.store(self.0.load(Ordering::Relaxed) + 1, order::RELEASE);
+    }
+}
+
+/// What came of pinning several values together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pin {
+    /// They are new, and belong together.
+    Fresh,
+    /// Nothing new was there.
+    Unchanged,
+    /// The writer was committing all the time; the previous snapshot is kept.
+    Kept,
+}
+
+/// Pins the newest values of readers of one writer as one snapshot, trying `tries` times.
+#[inline]
+pub fn pin(word: &CommitWord, readers: &mut [Latest], tries: u32) -> Pin {
+    for _ in 0..tries {
+        let before = word.0.load(order::ACQUIRE);
+        if before % 2 == 1 {
+            std::hint::spin_loop();
+            continue;
+        }
+        let mut news = false;
+        for reader in readers.iter_mut() {
+            news |= reader.propose();
+        }
+        // A candidate of a later commit brings the store of `begin` with it, so this load sees it.
+        if word.0.load(order::ACQUIRE) == before {
+            readers.iter_mut().for_each(Latest::accept);
+            return if news { Pin::Fresh } else { Pin::Unchanged };
+        }
+        readers.iter_mut().for_each(Latest::reject);
+    }
+    Pin::Kept
+}

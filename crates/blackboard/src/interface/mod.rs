@@ -1,0 +1,74 @@
+//! The type of a property: plain data with a descriptor that one generic codec can walk.
+//!
+//! A value is `repr(C)` memory of fixed-width fields without padding or pointers, in which every bit pattern is
+//! valid. So it may cross a library boundary or shared memory as it is, and outlives the plugin that wrote it.
+//! Its [`Descriptor`] names the fields with their types, offsets, units and documentation.
+
+mod access;
+mod descriptor;
+mod float;
+mod hash;
+mod plain;
+mod value;
+mod view;
+
+pub use access::{AccessError, FieldPath, edit, find};
+pub use descriptor::{Constant, Descriptor, Enumeration, Field, Kind};
+pub use float::FloatMap;
+pub use hash::schema_hash;
+pub use plain::{Bool, Optional, Plain, Sequence, Text};
+pub use value::Value;
+pub use view::View;
+
+use crate::Shape;
+
+/// A type that properties can have: plain data with a descriptor, possibly with an unsized tail.
+///
+/// Implemented by the `#[interface]` macro of `slate-module`.
+///
+/// # Safety
+/// The type is `repr(C)`, has no padding and no pointers, accepts every bit pattern, and is laid out exactly as
+/// [`DESCRIPTOR`](Interface::DESCRIPTOR) says.
+pub unsafe trait Interface: Send + Sync + 'static {
+    /// What the memory holds.
+    const DESCRIPTOR: &'static Descriptor;
+
+    /// The value in `data`, with `items` tail items.
+    ///
+    /// # Safety
+    /// `data` is aligned and readable for the whole value during the life of the result.
+    unsafe fn from_raw<'a>(data: *const u8, items: usize) -> &'a Self;
+
+    /// The value in `data` for writing, with `items` tail items.
+    ///
+    /// # Safety
+    /// As for [`from_raw`](Interface::from_raw), writable, and referred to by nobody else.
+    unsafe fn from_raw_mut<'a>(data: *mut u8, items: usize) -> &'a mut Self;
+}
+
+/// The memory of a value of interface `T` whose tail has room for `capacity` items.
+pub fn shape_of<T: Interface + ?Sized>(capacity: usize) -> Shape {
+    T::DESCRIPTOR.shape(capacity)
+}
+
+// SAFETY: nothing has no bytes that could be wrong.
+unsafe impl Interface for () {
+    const DESCRIPTOR: &'static Descriptor = &Descriptor {
+        name: "Nothing",
+        doc: "No value.",
+        ros: "std_msgs/msg/Empty",
+        fields: &[],
+        size: 0,
+        align: 1,
+        hash: schema_hash("Nothing", &[]),
+    };
+
+    unsafe fn from_raw<'a>(_: *const u8, _: usize) -> &'a Self {
+        &()
+    }
+
+    unsafe fn from_raw_mut<'a>(_: *mut u8, _: usize) -> &'a mut Self {
+        // SAFETY: a reference to nothing may point anywhere.
+        unsafe { std::ptr::NonNull::<()>::dangling().as_mut() }
+    }
+}

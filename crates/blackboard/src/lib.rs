@@ -1,0 +1,23 @@
+//! Everything a robot knows: properties with one writer and many readers, queues, and messages.
+//!
+//! A [`Channel`] carries the values of one property. Its writer never waits for a reader, a reader never waits
+//! for the writer, and a preempted thread holds nobody up. Steady state allocates nothing. The crate starts no
+//! thread, does no input or output and reads no clock: the host tells it the time.
+#![allow(unsafe_code, reason = "the lock-free core lives here and nowhere else")]
+
+mod board;
+pub mod channel;
+pub mod commit;
+pub mod interface;
+pub mod message;
+mod shape;
+mod stamp;
+mod sync;
+mod url;
+pub mod wake;
+
+pub use board::{Access, Board, BoardError, Carrier, Property, nearest_names};
+pub use channel::Channel;
+pub use shape::Shape;
+pub use stamp::Stamp;
+pub use url::{Url, UrlError};

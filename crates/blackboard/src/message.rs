@@ -1,0 +1,355 @@
+//! Messages to the owner of a property: many senders, one receiver, bounded, in the order of sending.
+//!
+//! A sender writes into a slot of its own and hands it over with one exchange of the list's head, so a sender that is
+//! preempted half-way holds nobody up; the receiver takes the whole list at once and reverses it.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crate::Shape;
+use crate::sync::{AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
+
+const FREE: u32 = 0;
+const SENT: u32 = 1;
+const DONE: u32 = 2;
+const REFUSED: u32 = 3;
+
+/// A bounded queue of messages.
+#[derive(Debug)]
+pub struct Mailbox {
+    shape: Shape,
+    slots_per_sender: usize,
+    slots: Box<[Slot]>,
+    /// 1 + the index of the message sent last; 0 for none.
+    head: AtomicU64,
+    desk: Mutex<Desk>,
+}
+
+#[derive(Debug)]
+struct Desk {
+    senders: Vec<bool>,
+    receiver: bool,
+    /// How many messages were collected, left by the last receiver.
+    sequence: u64,
+}
+
+#[derive(Debug)]
+struct Slot {
+    /// `code << 2 | state`.
+    status: AtomicU32,
+    /// 1 + the index of the message sent before; 0 for none.
+    before: AtomicU64,
+    content: Guarded<Content>,
+}
+
+#[derive(Debug)]
+struct Content {
+    data: Box<[u128]>,
+    items: usize,
+    time: u64,
+}
+
+/// No sender, or no receiver, is left to be given out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("all {limit} handles of the mailbox are taken")]
+pub struct HandlesSpent {
+    /// How many there are.
+    pub limit: usize,
+}
+
+/// All slots of the sender hold messages that were not answered yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the receiver has not answered the last {0} messages of this sender")]
+pub struct Full(pub usize);
+
+/// Identifies a message to its sender.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ticket {
+    slot: usize,
+    number: u64,
+}
+
+/// How a message fares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// It waits to be answered.
+    Accepted,
+    /// The receiver has dealt with it.
+    Done,
+    /// The receiver refused it, for a reason that the interface defines.
+    Refused(u16),
+    /// It was so long ago that its slot holds another message.
+    Unknown,
+}
+
+/// What a receiver answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Dealt with.
+    Done,
+    /// Refused, for a reason that the interface defines.
+    Refused(u16),
+}
+
+impl Mailbox {
+    /// A mailbox for so many senders, each with so many messages that wait.
+    pub fn new(shape: Shape, senders: u16, slots_per_sender: u16) -> Arc<Self> {
+        let slots_per_sender = usize::from(slots_per_sender.max(1));
+        let words = shape.bytes(shape.capacity).div_ceil(16).max(1);
+        let slot = || Slot {
+            status: AtomicU32::new(FREE),
+            before: AtomicU64::new(0),
+            content: Guarded::new(Content { data: vec![0; words].into_boxed_slice(), items: 0, time: 0 }),
+        };
+        let desk = Desk { senders: vec![false; usize::from(senders)], receiver: false, sequence: 0 };
+        Arc::new(Self {
+            shape,
+            slots_per_sender,
+            slots: (0..usize::from(senders) * slots_per_sender).map(|_| slot()).collect(),
+            head: AtomicU64::new(0),
+            desk: Mutex::new(desk),
+        })
+    }
+
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The memory of a message.
+    pub fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// A sender.
+    ///
+    /// # Errors
+    /// When all are taken.
+    pub fn sender(self: &Arc<Self>) -> Result<Sender, HandlesSpent> {
+        let mut desk = self.desk();
+        let place =
+            desk.senders.iter().position(|taken| !taken).ok_or(HandlesSpent { limit: desk.senders.len() })?;
+        desk.senders[place] = true;
+        let numbers = vec![0; self.slots_per_sender];
+        Ok(Sender { mailbox: Arc::clone(self), place, numbers, sent: 0, hint: 0 })
+    }
+
+    /// The receiver; messages sent before it came wait for it.
+    ///
+    /// # Errors
+    /// When there is one.
+    pub fn receiver(self: &Arc<Self>) -> Result<Receiver, HandlesSpent> {
+        let mut desk = self.desk();
+        if std::mem::replace(&mut desk.receiver, true) {
+            return Err(HandlesSpent { limit: 1 });
+        }
+        let order = Vec::with_capacity(self.slots.len());
+        Ok(Receiver { mailbox: Arc::clone(self), order, sequence: desk.sequence })
+    }
+}
+
+// SAFETY: a slot's content is written by its sender before it is sent and read by the receiver until it is answered.
+unsafe impl Send for Mailbox {}
+// SAFETY: as above.
+unsafe impl Sync for Mailbox {}
+
+/// One of the senders of a mailbox.
+#[derive(Debug)]
+pub struct Sender {
+    mailbox: Arc<Mailbox>,
+    place: usize,
+    /// Which message each slot holds.
+    numbers: Vec<u64>,
+    sent: u64,
+    hint: usize,
+}
+
+impl Sender {
+    /// Which sender this is.
+    pub fn id(&self) -> u32 {
+        self.place as u32
+    }
+
+    /// Sends a message.
+    ///
+    /// # Errors
+    /// When all slots of this sender wait for their answers.
+    pub fn send(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Ticket, Full> {
+        let count = self.numbers.len();
+        let first = self.place * count;
+        let free = (0..count)
+            .map(|i| (self.hint + i) % count)
+            .find(|i| self.mailbox.slots[first + i].status.load(order::ACQUIRE) & 3 != SENT);
+        let own = free.ok_or(Full(count))?;
+        self.hint = own + 1;
+        self.sent += 1;
+        self.numbers[own] = self.sent;
+        let index = first + own;
+        let slot = &self.mailbox.slots[index];
+        let shape = self.mailbox.shape;
+        let items = items.min(shape.capacity);
+        let length = bytes.len().min(shape.bytes(items));
+        slot.content.write(|content| {
+            // SAFETY: the slot is not sent, so nobody else has it, and it has room for that many items.
+            unsafe {
+                std::ptr::copy_nonoverlapping(bytes.as_ptr(), (*content).data.as_mut_ptr().cast(), length);
+                (*content).items = items;
+                (*content).time = time;
+            }
+        });
+        slot.status.store(SENT, Ordering::Relaxed);
+        let mut head = self.mailbox.head.load(Ordering::Relaxed);
+        loop {
+            slot.before.store(head, Ordering::Relaxed);
+            let sent = self.mailbox.head.compare_exchange_weak(
+                head,
+                index as u64 + 1,
+                order::RELEASE,
+                Ordering::Relaxed,
+            );
+            match sent {
+                Ok(_) => return Ok(Ticket { slot: own, number: self.sent }),
+                Err(other) => head = other,
+            }
+        }
+    }
+
+    /// How a message fares.
+    pub fn status(&self, ticket: Ticket) -> Status {
+        if self.numbers.get(ticket.slot) != Some(&ticket.number) {
+            return Status::Unknown;
+        }
+        let status =
+            self.mailbox.slots[self.place * self.numbers.len() + ticket.slot].status.load(order::ACQUIRE);
+        match status & 3 {
+            DONE => Status::Done,
+            REFUSED => Status::Refused((status >> 2) as u16),
+            _ => Status::Accepted,
+        }
+    }
+}
+
+impl Drop for Sender {
+    fn drop(&mut self) {
+        self.mailbox.desk().senders[self.place] = false;
+    }
+}
+
+/// The receiver of a mailbox.
+#[derive(Debug)]
+pub struct Receiver {
+    mailbox: Arc<Mailbox>,
+    /// The messages collected last: slot, and what is answered.
+    order: Vec<(usize, Answer)>,
+    sequence: u64,
+}
+
+impl Receiver {
+    /// How many messages can wait at once.
+    pub fn capacity(&self) -> usize {
+        self.mailbox.slots.len()
+    }
+
+    /// Whether a message waits.
+    #[inline]
+    pub fn has_messages(&self) -> bool {
+        self.mailbox.head.load(Ordering::Relaxed) != 0
+    }
+
+    /// Answers the last messages, and takes all that were sent since; says how many they are.
+    pub fn collect(&mut self) -> usize {
+        self.give_answers();
+        if !self.has_messages() {
+            return 0;
+        }
+        let mut next = self.mailbox.head.swap(0, order::ACQUIRE);
+        while next != 0 {
+            let index = (next - 1) as usize;
+            self.order.push((index, Answer::Done));
+            next = self.mailbox.slots[index].before.load(Ordering::Relaxed);
+        }
+        self.order.reverse();
+        self.sequence += self.order.len() as u64;
+        self.order.len()
+    }
+
+    fn give_answers(&mut self) {
+        for (index, answer) in self.order.drain(..) {
+            let status = match answer {
+                Answer::Done => DONE,
+                Answer::Refused(code) => u32::from(code) << 2 | REFUSED,
+            };
+            self.mailbox.slots[index].status.store(status, order::RELEASE);
+        }
+    }
+
+    /// The messages collected, oldest first.
+    pub fn messages(&self) -> impl ExactSizeIterator<Item = Message<'_>> {
+        let first = self.sequence + 1 - self.order.len() as u64;
+        self.order.iter().enumerate().map(move |(i, (index, _))| Message {
+            slot: *index,
+            mailbox: &self.mailbox,
+            sequence: first + i as u64,
+            content: self.mailbox.slots[*index].content.read(),
+        })
+    }
+
+    /// Decides the answer to one of the messages; it is given with the next collection. None means done.
+    pub fn answer(&mut self, message: usize, answer: Answer) {
+        if let Some((_, slot)) = self.order.get_mut(message) {
+            *slot = answer;
+        }
+    }
+}
+
+impl Drop for Receiver {
+    fn drop(&mut self) {
+        self.give_answers();
+        let mut desk = self.mailbox.desk();
+        desk.receiver = false;
+        desk.sequence = self.sequence;
+    }
+}
+
+/// A message that was received.
+#[derive(Debug)]
+pub struct Message<'a> {
+    slot: usize,
+    mailbox: &'a Mailbox,
+    sequence: u64,
+    content: Reading<Content>,
+}
+
+impl<'a> Message<'a> {
+    fn content(&self) -> &Content {
+        // SAFETY: it was sent and not answered, so its sender leaves it alone.
+        unsafe { self.content.get() }
+    }
+
+    /// The message.
+    pub fn bytes(&self) -> &'a [u8] {
+        let content = self.content();
+        // SAFETY: as above; the memory has room for every message of the shape.
+        unsafe {
+            std::slice::from_raw_parts(content.data.as_ptr().cast(), self.mailbox.shape.bytes(content.items))
+        }
+    }
+
+    /// How many items its tail has.
+    pub fn items(&self) -> usize {
+        self.content().items
+    }
+
+    /// The host's time of sending, nanoseconds.
+    pub fn time(&self) -> u64 {
+        self.content().time
+    }
+
+    /// Who sent it.
+    pub fn sender(&self) -> u32 {
+        (self.slot / self.mailbox.slots_per_sender) as u32
+    }
+
+    /// Counts the messages of the mailbox from 1.
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}

@@ -1,0 +1,24 @@
+/// The memory that one value takes: a fixed head, and for big payloads a tail of items.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// Bytes of the head.
+    pub size: usize,
+    /// Alignment of the whole value, at most 16.
+    pub align: usize,
+    /// Bytes of one tail item; 0 when the type has no tail.
+    pub item: usize,
+    /// Items that the tail has room for.
+    pub capacity: usize,
+}
+
+impl Shape {
+    /// A value without a tail.
+    pub const fn fixed(size: usize, align: usize) -> Self {
+        Self { size, align, item: 0, capacity: 0 }
+    }
+
+    /// Bytes that a value with `items` tail items takes, rounded up to the alignment.
+    pub const fn bytes(&self, items: usize) -> usize {
+        (self.size + self.item * items).next_multiple_of(self.align)
+    }
+}

@@ -1,0 +1,67 @@
+use std::fmt;
+
+/// The address of a property or of a field in it: `slate://agent/module/property/field`, absolute in an agent
+/// `/module/property`, or relative to a scope `module/property`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Url {
+    agent: Option<String>,
+    absolute: bool,
+    path: String,
+}
+
+/// Why a text is no URL.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{text}` is not a property's URL: {reason}")]
+pub struct UrlError {
+    /// What was given.
+    pub text: String,
+    /// What is wrong with it.
+    pub reason: &'static str,
+}
+
+impl Url {
+    /// Reads a URL.
+    ///
+    /// # Errors
+    /// Says what is wrong: another scheme, an empty part, a character that no name has.
+    pub fn parse(text: &str) -> Result<Self, UrlError> {
+        let wrong = |reason| UrlError { text: text.into(), reason };
+        let (agent, absolute, path) = if let Some(rest) = text.strip_prefix("slate://") {
+            let (agent, path) = rest.split_once('/').ok_or(wrong("after slate://agent comes a path"))?;
+            (Some(agent), true, path)
+        } else if text.contains("://") {
+            return Err(wrong("the scheme is slate://"));
+        } else if let Some(path) = text.strip_prefix('/') {
+            (None, true, path)
+        } else {
+            (None, false, text)
+        };
+        let name = |part: &str| {
+            !part.is_empty() && part.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
+        };
+        if !path.split('/').all(name) || agent.is_some_and(|agent| !name(agent)) {
+            return Err(wrong("names are letters, digits, _ and -, separated by single slashes"));
+        }
+        Ok(Self { agent: agent.map(Into::into), absolute, path: path.into() })
+    }
+
+    /// The agent, when the URL names one.
+    pub fn agent(&self) -> Option<&str> {
+        self.agent.as_deref()
+    }
+
+    /// The path in the agent, without a leading slash; a relative URL is taken in `scope` (empty for the root).
+    pub fn path_in(&self, scope: &str) -> String {
+        if self.absolute || scope.is_empty() { self.path.clone() } else { format!("{scope}/{}", self.path) }
+    }
+}
+
+impl fmt::Display for Url {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.agent, self.absolute) {
+            (Some(agent), _) => write!(f, "slate://{agent}/{}", self.path),
+            (None, true) => write!(f, "/{}", self.path),
+            (None, false) => f.write_str(&self.path),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use slate::runtime::{Mode, Rate};
+
+/// Slate: an architecture for autonomous robots, everything the robot knows at a URL, and runs that replay bit for bit.
+#[derive(Debug, Parser)]
+#[command(name = "slate", version, about, long_about = None)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Runs an example or a configuration until its mission ends.
+    Run(RunOptions),
+    /// Runs many seeds of an example and reports how they went.
+    Batch(BatchOptions),
+    /// Lists the examples.
+    Examples,
+}
+
+#[derive(Debug, Args)]
+pub struct Common {
+    /// An example by name, or a configuration file.
+    pub name: String,
+
+    /// How modules are run.
+    #[arg(long, value_enum, default_value_t = ModeName::Staged)]
+    pub mode: ModeName,
+
+    /// Sets a value of the configuration, such as `modules.planner.params.gain=1.2`; may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+
+    /// Prints a summary as the last line of stdout, as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct RunOptions {
+    #[command(flatten)]
+    pub common: Common,
+
+    /// No live display.
+    #[arg(long)]
+    pub headless: bool,
+
+    /// How fast time goes: `realtime`, `max` or a factor; headless runs go as fast as they can.
+    #[arg(long, value_parser = parse_rate)]
+    pub rate: Option<Rate>,
+
+    /// What random numbers begin with.
+    #[arg(long)]
+    pub seed: Option<u64>,
+
+    /// Where the report goes; `runs/<name>-<seed>` unless given.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct BatchOptions {
+    #[command(flatten)]
+    pub common: Common,
+
+    /// How many runs.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    pub runs: u64,
+
+    /// The seed of the first run; the others follow.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeName {
+    /// On the main loop, stage by stage; in lockstep with a simulator.
+    Staged,
+    /// Blocks on threads of their own.
+    Threaded,
+}
+
+impl ModeName {
+    pub fn mode(self) -> Mode {
+        match self {
+            Self::Staged => Mode::Staged,
+            Self::Threaded => Mode::Threaded,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Staged => "staged",
+            Self::Threaded => "threaded",
+        }
+    }
+}
+
+fn parse_rate(text: &str) -> Result<Rate, String> {
+    match text {
+        "max" => Ok(Rate::Max),
+        "realtime" => Ok(Rate::REALTIME),
+        factor => match factor.trim_end_matches('x').parse::<f64>() {
+            Ok(factor) if factor.is_finite() && factor > 0.0 => Ok(Rate::Times(factor)),
+            _ => Err("expected `realtime`, `max` or a positive factor such as 5".into()),
+        },
+    }
+}

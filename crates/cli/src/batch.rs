@@ -1,0 +1,38 @@
+use std::io::{IsTerminal, Write};
+
+use slate::record::Batch;
+use slate::runtime::Rate;
+
+use crate::arguments::{BatchOptions, ModeName};
+use crate::examples;
+use crate::failure::Failure;
+use crate::mission::{How, Mission};
+
+/// Runs many seeds; true when all reached their goal.
+pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
+    let rate = if options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
+    let mut summaries = Vec::new();
+    let counting = std::io::stderr().is_terminal();
+    for i in 0..options.runs {
+        let seed = options.seed + i;
+        let mut sets = options.common.set.clone();
+        sets.push(format!("agent.seed={seed}"));
+        let application = examples::find(&options.common.name, sets)?;
+        let how = How { mode: options.common.mode, rate, log: Vec::new(), trajectory: false };
+        summaries.push(Mission::load(application, how)?.run()?.summary);
+        if counting {
+            eprint!("\r{} of {} runs", i + 1, options.runs);
+            // Only a counter; what can't be shown is not missed.
+            let _ = std::io::stderr().flush();
+        }
+    }
+    if counting {
+        eprintln!();
+    }
+    let batch = Batch::of(&summaries);
+    println!("{batch}");
+    if options.common.json {
+        println!("{}", batch.json_line()?);
+    }
+    Ok(summaries.iter().all(slate::record::Summary::succeeded))
+}

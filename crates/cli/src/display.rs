@@ -1,0 +1,123 @@
+//! The live display: how the robots stand, ten times a second. It reads by copying, so the run never waits for it.
+
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use crossterm::cursor::{Hide, MoveToColumn, MoveUp, Show};
+use crossterm::style::Stylize;
+use crossterm::terminal::{Clear, ClearType};
+use crossterm::{execute, queue};
+use slate::blackboard::Board;
+use slate::record::Route;
+
+use crate::mission::Mission;
+use crate::observation::Observation;
+
+/// Shows a run until it is dropped.
+pub struct Display {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Display {
+    /// Begins to show a run.
+    pub fn start(name: &str, seed: u64, mission: &Mission) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let (stopped, observation, board) =
+            (Arc::clone(&stop), Arc::clone(&mission.observation), Arc::clone(mission.agent.board()));
+        let title = format!("{name}, seed {seed}");
+        let clock = mission.agent.clock();
+        let thread = std::thread::Builder::new()
+            .name("display".into())
+            .spawn(move || show(&title, &observation, &board, &clock, &stopped))
+            .ok();
+        Self { stop, thread }
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            // A display that failed has shown what it could.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn show(title: &str, observation: &Observation, board: &Board, clock: &dyn Fn() -> u64, stop: &AtomicBool) {
+    let mut out = std::io::stdout();
+    let terminal = out.is_terminal();
+    let period = if terminal { Duration::from_millis(100) } else { Duration::from_secs(1) };
+    println!("{title}: everything below is also at slate://{}/...", board.agent());
+    if terminal {
+        let _ = execute!(out, Hide);
+    }
+    let mut lines = 0;
+    loop {
+        let last = stop.load(Ordering::Acquire);
+        let text = frame(observation, clock(), terminal);
+        if terminal {
+            if lines > 0 {
+                let _ = queue!(out, MoveUp(lines));
+            }
+            let _ = queue!(out, MoveToColumn(0), Clear(ClearType::FromCursorDown));
+            lines = text.lines().count() as u16;
+        }
+        let _ = out.write_all(text.as_bytes());
+        let _ = out.flush();
+        if last {
+            break;
+        }
+        // Short naps, so that the end of the run is not waited for.
+        let mut left = period;
+        while !left.is_zero() && !stop.load(Ordering::Acquire) {
+            let nap = left.min(Duration::from_millis(20));
+            std::thread::sleep(nap);
+            left -= nap;
+        }
+    }
+    if terminal {
+        let _ = execute!(out, Show);
+    }
+}
+
+fn frame(observation: &Observation, now: u64, colour: bool) -> String {
+    let mut text = String::new();
+    for robot in &observation.robots {
+        let Some(state) = robot.now() else { continue };
+        let _ = write!(
+            text,
+            "t {:6.1} s  {:4} x {:+6.2} m  y {:+6.2} m  theta {:+6.1} deg",
+            now as f64 * 1e-9,
+            robot.name,
+            state.x,
+            state.y,
+            state.theta.to_degrees()
+        );
+        if let Some(clearance) = state.clearance {
+            let _ = write!(text, "  clearance {clearance:5.2} m");
+        }
+        match state.route {
+            Some(Route::Deliberative) if colour => {
+                let _ = write!(text, "  {}", "deliberative".red());
+            }
+            Some(Route::Reactive) if colour => {
+                let _ = write!(text, "  {}", "reactive    ".blue());
+            }
+            Some(route) => {
+                let _ = write!(text, "  {:12}", route.name());
+            }
+            None => {}
+        }
+        if !state.tree.is_empty() {
+            let _ = write!(text, "  {}", state.tree);
+        }
+        text.push('\n');
+    }
+    text
+}

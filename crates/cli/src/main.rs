@@ -1,0 +1,42 @@
+//! The `slate` command.
+
+mod arguments;
+mod batch;
+mod display;
+mod examples;
+mod failure;
+mod mission;
+mod observation;
+mod run;
+mod scene;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Verb};
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
+            let code = if error.use_stderr() { 2 } else { 0 };
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    let result = match &arguments.verb {
+        Verb::Run(options) => run::run(options),
+        Verb::Batch(options) => batch::batch(options),
+        Verb::Examples => examples::list(),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(failure) => {
+            failure.print();
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! One run of an application from start to verdict.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use slate::blackboard::interface::Value;
+use slate::record::{Outcome, Scene, Summary, Trajectory};
+use slate::runtime::log::LogTarget;
+use slate::runtime::{Agent, Control, Cycle, End, Options, Rate};
+
+use crate::arguments::ModeName;
+use crate::examples::Application;
+use crate::failure::Failure;
+use crate::observation::Observation;
+use crate::scene;
+
+/// The trajectory has a row this often, nanoseconds.
+const SAMPLE_PERIOD: u64 = 50_000_000;
+
+/// What a run left.
+pub struct Finished {
+    pub summary: Summary,
+    pub scene: Scene,
+    pub trajectory: Trajectory,
+}
+
+/// How a run is made.
+pub struct How {
+    pub mode: ModeName,
+    pub rate: Rate,
+    pub log: Vec<Box<dyn LogTarget>>,
+    /// Whether the report needs every robot's way, or only the figures.
+    pub trajectory: bool,
+}
+
+/// A run that is ready to start.
+pub struct Mission {
+    pub agent: Agent,
+    pub observation: Arc<Observation>,
+    application: Application,
+    scene: Scene,
+    mode: ModeName,
+    wants_trajectory: bool,
+}
+
+impl Mission {
+    /// Loads an application; nothing is started when anything does not fit.
+    pub fn load(application: Application, how: How) -> Result<Self, Failure> {
+        let options = Options {
+            mode: how.mode.mode(),
+            rate: how.rate,
+            log: how.log,
+            // Robots in the embedded simulator arm themselves; real ones wait for a person.
+            armed: application.configuration.time_source().is_some(),
+            ..Options::default()
+        };
+        let agent = Agent::load(&application.configuration, &application.plugins, options)?;
+        let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
+        let scene = scene::of(&application.configuration)?;
+        Ok(Self { agent, observation, application, scene, mode: how.mode, wants_trajectory: how.trajectory })
+    }
+
+    /// Runs until the verdict.
+    #[allow(clippy::disallowed_methods, reason = "a summary tells how long the run took on the wall clock")]
+    pub fn run(mut self) -> Result<Finished, Failure> {
+        let start = Instant::now();
+        let trajectory = Arc::new(Mutex::new(Trajectory::default()));
+        let ticks = Arc::new(Mutex::new((0, 0)));
+        let observer = {
+            let (observation, trajectory, ticks) =
+                (Arc::clone(&self.observation), Arc::clone(&trajectory), Arc::clone(&ticks));
+            let wanted = self.wants_trajectory;
+            let mut next = 0;
+            move |cycle: &Cycle<'_>| {
+                *locked(&ticks) = (cycle.number, cycle.now);
+                let running = observation.is_running();
+                if wanted && (cycle.now >= next || !running) {
+                    next += SAMPLE_PERIOD;
+                    let samples = observation.robots.iter().filter_map(|robot| robot.sample(cycle.now));
+                    locked(&trajectory).samples.extend(samples);
+                }
+                if running { Control::Continue } else { Control::Stop }
+            }
+        };
+        let end = self.agent.run(Box::new(observer))?;
+        let wall_time = start.elapsed();
+        let (cycles, now) = *locked(&ticks);
+        let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
+        let (outcome, message) = self.judge(&end);
+        let metrics = self.observation.metrics();
+        let number = |name: &str| metrics.as_ref().and_then(|m| m.get(name)).and_then(Value::as_f64);
+        let count = |name: &str| number(name).map_or(0, |n| n as u64);
+        let status = self.status_counts();
+        let summary = Summary {
+            example: self.application.name.clone(),
+            seed: self.application.configuration.seed().value,
+            mode: self.mode.name().into(),
+            conditions: scene::conditions(&self.application.configuration),
+            outcome,
+            message,
+            sim_time_s: now as f64 * 1e-9,
+            wall_time_s: wall_time.as_secs_f64(),
+            path_length_m: number("path_length").unwrap_or(0.0),
+            shortest_path_m: number("shortest_path").unwrap_or(0.0),
+            collisions: count("collisions"),
+            collisions_caused: count("collisions_caused"),
+            min_clearance_m: number("minimum_clearance"),
+            route_switches: status.0,
+            reflexes: status.1,
+            ticks: cycles,
+            digest,
+        };
+        let trajectory = std::mem::take(&mut *locked(&trajectory));
+        Ok(Finished { summary, scene: self.scene, trajectory })
+    }
+
+    fn judge(&self, end: &End) -> (Outcome, Option<String>) {
+        match end {
+            End::Hung { module } => return (Outcome::Failed, Some(format!("{module} did not return from its tick"))),
+            End::TooManyHung { modules } => {
+                return (Outcome::Failed, Some(format!("did not return from their ticks: {}", modules.join(", "))));
+            }
+            End::Stopped => {}
+        }
+        match self.observation.verdict() {
+            Some((state, reason)) if state == "SUCCEEDED" => (Outcome::GoalReached, Some(reason)),
+            Some((state, reason)) if state == "FAILED" && reason.contains("time") => (Outcome::TimedOut, Some(reason)),
+            Some((state, reason)) if state == "FAILED" => (Outcome::Failed, Some(reason)),
+            _ => (Outcome::Stopped, None),
+        }
+    }
+
+    /// Route switches and reflexes of all robots.
+    fn status_counts(&self) -> (u64, u64) {
+        let mut counts = (0, 0);
+        for robot in &self.observation.robots {
+            let Some(status) = robot.status() else { continue };
+            let count = |name: &str| status.get(name).and_then(Value::as_integer).unwrap_or(0) as u64;
+            counts.0 += count("route_switches");
+            counts.1 += count("reflexes");
+        }
+        counts
+    }
+}
+
+/// What stays intact when another thread panicked while it held the lock.
+fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

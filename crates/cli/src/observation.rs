@@ -1,0 +1,134 @@
+//! What a run shows of itself: robots, routes, actions, clearance; read from the blackboard at the URLs that the
+//! configuration's `[report]` names.
+
+use std::sync::Arc;
+
+use slate::blackboard::interface::{Value, View};
+use slate::blackboard::{Board, Property};
+use slate::record::{Route, Sample};
+use slate::runtime::configuration::Configuration;
+
+use crate::failure::Failure;
+
+/// A robot that the report follows.
+pub struct ObservedRobot {
+    pub name: String,
+    pose: Arc<Property>,
+    status: Option<Arc<Property>>,
+    clearance: Option<Arc<Property>>,
+}
+
+/// Everything that the report follows.
+pub struct Observation {
+    pub robots: Vec<ObservedRobot>,
+    metrics: Option<Arc<Property>>,
+    verdict: Option<Arc<Property>>,
+}
+
+/// How a robot is now.
+#[derive(Clone, Debug, Default)]
+pub struct RobotNow {
+    pub x: f64,
+    pub y: f64,
+    pub theta: f64,
+    pub route: Option<Route>,
+    pub action: String,
+    pub tree: String,
+    pub clearance: Option<f64>,
+}
+
+impl Observation {
+    /// What the configuration names.
+    pub fn new(configuration: &Configuration, board: &Board) -> Result<Self, Failure> {
+        let mut complaints = Vec::new();
+        let mut robots = Vec::new();
+        let mut find = |path: &str| {
+            let spanned = configuration.value(path)?;
+            let text = spanned.value.as_str().unwrap_or_default();
+            match board.find(text.trim_start_matches('/')) {
+                Ok((property, _)) => Some(property),
+                Err(error) => {
+                    complaints.push(configuration.diagnostic(spanned.span, error.to_string(), None));
+                    None
+                }
+            }
+        };
+        let names: Vec<String> = configuration
+            .value("report.robots")
+            .and_then(|robots| robots.value.as_table())
+            .map(|table| table.iter().map(|(name, _)| name.to_owned()).collect())
+            .unwrap_or_default();
+        for name in names {
+            let pose = find(&format!("report.robots.{name}.pose"));
+            let status = find(&format!("report.robots.{name}.status"));
+            let clearance = find(&format!("report.robots.{name}.clearance"));
+            if let Some(pose) = pose {
+                robots.push(ObservedRobot { name, pose, status, clearance });
+            }
+        }
+        let metrics = find("report.metrics");
+        let verdict = find("mission.outcome");
+        if complaints.is_empty() { Ok(Self { robots, metrics, verdict }) } else { Err(Failure::Configuration(complaints.into())) }
+    }
+
+    /// What the judge measured.
+    pub fn metrics(&self) -> Option<Value> {
+        value(self.metrics.as_ref()?)
+    }
+
+    /// The judge's verdict: its state and its reason.
+    pub fn verdict(&self) -> Option<(String, String)> {
+        let verdict = value(self.verdict.as_ref()?)?;
+        let text = |name: &str| verdict.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
+        Some((text("state"), text("reason")))
+    }
+
+    /// Whether the mission is still going on.
+    pub fn is_running(&self) -> bool {
+        self.verdict().is_none_or(|(state, _)| state == "RUNNING")
+    }
+}
+
+impl ObservedRobot {
+    /// How the robot is now; nothing before its first pose.
+    pub fn now(&self) -> Option<RobotNow> {
+        let pose = value(&self.pose)?;
+        let number = |value: &Value, name: &str| value.get(name).and_then(Value::as_f64).unwrap_or_default();
+        let mut now = RobotNow {
+            x: number(&pose, "x"),
+            y: number(&pose, "y"),
+            theta: number(&pose, "theta"),
+            ..RobotNow::default()
+        };
+        if let Some(status) = self.status() {
+            let text = |name: &str| status.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
+            now.route = match text("route").as_str() {
+                "DELIBERATIVE" => Some(Route::Deliberative),
+                "REACTIVE" => Some(Route::Reactive),
+                _ => None,
+            };
+            now.action = text("action");
+            now.tree = text("tree");
+        }
+        now.clearance = self.clearance.as_ref().and_then(value).map(|clearance| number(&clearance, "distance"));
+        Some(now)
+    }
+
+    /// What the robot's Execute says of itself.
+    pub fn status(&self) -> Option<Value> {
+        value(self.status.as_ref()?)
+    }
+
+    /// The robot now, as a row of the trajectory.
+    pub fn sample(&self, time: u64) -> Option<Sample> {
+        let now = self.now()?;
+        let RobotNow { x, y, theta, route, action, .. } = now;
+        Some(Sample { time, robot: self.name.clone(), x, y, theta, route, action })
+    }
+}
+
+/// The newest value of a property. Tools read by copying, so that they hold nothing while they look.
+pub fn value(property: &Arc<Property>) -> Option<Value> {
+    let (bytes, items, _) = property.newest().ok()??;
+    Some(View::new(property.descriptor(), &bytes, items)?.value())
+}

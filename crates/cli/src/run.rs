@@ -1,0 +1,55 @@
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use slate::record::Report;
+use slate::runtime::Rate;
+use slate::runtime::log::{ConsoleTarget, LogTarget};
+
+use crate::arguments::{ModeName, RunOptions};
+use crate::display::Display;
+use crate::examples;
+use crate::failure::Failure;
+use crate::mission::{How, Mission};
+
+/// Runs an application once; true when it reached its goal.
+pub fn run(options: &RunOptions) -> Result<bool, Failure> {
+    let mut sets = options.common.set.clone();
+    if let Some(seed) = options.seed {
+        sets.push(format!("agent.seed={seed}"));
+    }
+    let application = examples::find(&options.common.name, sets)?;
+    let live = !options.headless;
+    // Nobody watches a headless run, so it need not go at the pace of the wall clock unless its threads do.
+    let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
+    let name = application.name.clone();
+    let seed = application.configuration.seed().value;
+    let directory = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
+    std::fs::create_dir_all(&directory).map_err(|source| Failure::File { path: directory.clone(), source })?;
+    // A live display owns the terminal, so the log goes to a file beside the report.
+    let log: Box<dyn LogTarget> = if live && std::io::stdout().is_terminal() {
+        let path = directory.join("log.txt");
+        Box::new(slate::runtime::log::FileTarget::create(&path).map_err(|source| Failure::File { path, source })?)
+    } else {
+        Box::new(ConsoleTarget)
+    };
+    let how = How {
+        mode: options.common.mode,
+        rate: options.rate.unwrap_or(default),
+        log: vec![log],
+        trajectory: true,
+    };
+    let mission = Mission::load(application, how)?;
+    let display = live.then(|| Display::start(&name, seed, &mission));
+    let finished = mission.run();
+    drop(display);
+    let finished = finished?;
+    let report =
+        Report { summary: &finished.summary, scene: &finished.scene, trajectory: &finished.trajectory };
+    report.write(&directory)?;
+    println!("{}", finished.summary);
+    println!("report: {}", directory.display());
+    if options.common.json {
+        println!("{}", finished.summary.json_line()?);
+    }
+    Ok(finished.summary.succeeded())
+}

@@ -1,0 +1,14 @@
+//! The well-known interfaces of robotics: laid out like their ROS messages where there is one, with bounds.
+//!
+//! SI units and the frames of ROS's REP-103: metres, radians, x forward, y left, counter-clockwise.
+//! A module that speaks these can be linked to any other that does.
+
+mod drive;
+mod mission;
+mod pose;
+mod range;
+
+pub use drive::{Twist2, WheelSpeeds};
+pub use mission::{MissionState, Verdict};
+pub use pose::{Odometry, Orientation, Point2, Pose2, Position};
+pub use range::{Echo, LaserScan, SonarPlacement, SonarScan};

@@ -1,0 +1,1 @@
+//! Monitor, Analyze, Plan, Execute around Knowledge: the architecture of a robot.

@@ -1,0 +1,71 @@
+//! The macros of slate-module; they are documented there, where they are exported.
+
+use proc_macro::TokenStream;
+use proc_macro_crate::{FoundCrate, crate_name};
+use proc_macro2::{Ident, Span, TokenStream as Tokens};
+use quote::quote;
+
+mod attributes;
+mod interface;
+mod module;
+mod params;
+mod ports;
+
+/// Makes a struct of plain fields an interface, with a descriptor; or an enum an integer type with named constants.
+///
+/// The last field of a struct may be a slice, `data: [u8]`: the tail, whose capacity is set by configuration.
+/// A field's `#[unit("m/s")]` names its unit. `#[interface(ros = "geometry_msgs/msg/Pose2D")]` names the message of
+/// ROS 2 that it corresponds to.
+#[proc_macro_attribute]
+pub fn interface(arguments: TokenStream, item: TokenStream) -> TokenStream {
+    expand(interface::expand(arguments.into(), item.into()))
+}
+
+/// Makes a struct the parameters of a module.
+///
+/// Each field says `#[param(default = 0.8, range = 0.0..=5.0, unit = "1/s", doc = "heading gain")]`; what is left out
+/// is zero, unbounded, without unit.
+#[proc_macro_attribute]
+pub fn params(_: TokenStream, item: TokenStream) -> TokenStream {
+    expand(params::expand(item.into()))
+}
+
+/// Makes a struct the ports of a module.
+///
+/// Fields are ports such as `Input<T>`, `Queue<T>`, `Output<T>`, `Debug<T>`, `Command<T>`, `Inbox<T>`, `Outbox<T>`.
+/// `#[stale(after = "200ms")]` on an input, `#[safe(value)]` on an output, `#[capacity(n)]` for the tail of a big
+/// payload, `#[window(n)]` for the values of a tick on a queue, an inbox or an outbox.
+#[proc_macro_attribute]
+pub fn ports(_: TokenStream, item: TokenStream) -> TokenStream {
+    expand(ports::expand(item.into()))
+}
+
+/// Completes an implementation of `Module`: `#[module(stage = Act)]`, with `every = "10ms"` or `on = port` (or
+/// `on = [a, b]`, `timeout = "1s"`), `deadline = "5ms"`, `name = "follower"`.
+#[proc_macro_attribute]
+pub fn module(arguments: TokenStream, item: TokenStream) -> TokenStream {
+    expand(module::expand(arguments.into(), item.into()))
+}
+
+fn expand(result: syn::Result<Tokens>) -> TokenStream {
+    result.unwrap_or_else(|error| error.to_compile_error()).into()
+}
+
+/// The path of slate-module in the crate that uses the macro, which may know it only through the facade.
+fn root() -> Tokens {
+    let path = |name: &str| Ident::new(name, Span::call_site());
+    if let Ok(found) = crate_name("slate-module") {
+        let name = match &found {
+            FoundCrate::Name(name) => path(name),
+            FoundCrate::Itself => path("slate_module"),
+        };
+        return quote!(::#name);
+    }
+    match crate_name("slate") {
+        Ok(FoundCrate::Name(name)) => {
+            let name = path(&name);
+            quote!(::#name::module)
+        }
+        _ => quote!(::slate::module),
+    }
+}

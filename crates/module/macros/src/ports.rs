@@ -1,0 +1,135 @@
+use proc_macro2::TokenStream as Tokens;
+use quote::{ToTokens, quote};
+use syn::{
+    Error, Expr, Field, Fields, GenericArgument, ItemStruct, LitInt, LitStr, PathArguments, Result, Type,
+};
+
+use crate::attributes::{documentation, take};
+use crate::root;
+
+pub fn expand(item: Tokens) -> Result<Tokens> {
+    let root = root();
+    let mut input: ItemStruct = syn::parse2(item)?;
+    let name = input.ident.clone();
+    let (implementation, generics, conditions) = input.generics.split_for_impl();
+    let (implementation, generics, conditions) =
+        (quote!(#implementation), quote!(#generics), quote!(#conditions));
+    let Fields::Named(fields) = &mut input.fields else {
+        return Err(Error::new(name.span(), "ports have names"));
+    };
+    let mut descriptions = Vec::new();
+    let mut bindings = Vec::new();
+    let types: Vec<_> = fields.named.iter().map(|field| field.ty.to_token_stream().to_string()).collect();
+    let mut has = Vec::new();
+    for field in &mut fields.named {
+        let Some(port) = field.ident.clone() else { continue };
+        let text = port.to_string();
+        let doc = documentation(&field.attrs);
+        let options = options(field)?;
+        let kind = &field.ty;
+        descriptions.push(quote! {{
+            #[allow(unused_mut)]
+            let mut port = <#kind as #root::Port>::describe(#text, #doc);
+            #options
+            ports.push(port);
+        }});
+        // SAFETY in the generated code: the order of binding is the order of description.
+        bindings.push(quote!(#port: unsafe { <#kind as #root::Port>::bind(cursor) }));
+        let spelled = kind.to_token_stream().to_string();
+        if types.iter().filter(|other| **other == spelled).count() == 1 {
+            has.push(quote! {
+                impl #implementation #root::HasPort<#kind> for #name #generics #conditions {
+                    const PORT: &'static str = #text;
+                }
+            });
+        }
+    }
+    Ok(quote! {
+        #input
+
+        #[allow(unsafe_code)]
+        impl #implementation #root::Ports for #name #generics #conditions {
+            fn describe() -> ::std::vec::Vec<#root::PortDescription> {
+                #[allow(unused_mut)]
+                let mut ports = ::std::vec::Vec::new();
+                #(#descriptions)*
+                ports
+            }
+
+            unsafe fn bind(cursor: &mut #root::PortCursor) -> Self {
+                let _ = &cursor;
+                Self { #(#bindings),* }
+            }
+        }
+
+        #(#has)*
+    })
+}
+
+/// The statements that apply a field's attributes to `port`.
+fn options(field: &mut Field) -> Result<Tokens> {
+    let root = root();
+    let mut statements = Tokens::new();
+    if let Some(stale) = take(&mut field.attrs, "stale") {
+        let mut after = None;
+        stale.parse_nested_meta(|meta| {
+            if !meta.path.is_ident("after") {
+                return Err(meta.error("expected `after = \"200ms\"`"));
+            }
+            after = Some(meta.value()?.parse::<LitStr>()?);
+            Ok(())
+        })?;
+        let after =
+            nanoseconds(&after.ok_or_else(|| Error::new_spanned(&stale, "expected `after = \"200ms\"`"))?)?;
+        statements.extend(quote!(port.stale_after = ::core::option::Option::Some(#after);));
+    }
+    if let Some(safe) = take(&mut field.attrs, "safe") {
+        let value: Expr = safe.parse_args()?;
+        let interface = argument(&field.ty)?;
+        statements.extend(quote! {
+            let safe: #interface = #value;
+            port.safe = ::core::option::Option::Some(
+                #root::blackboard::interface::View::of::<#interface>(&safe).bytes().to_vec());
+        });
+    }
+    for option in ["capacity", "window"] {
+        if let Some(attribute) = take(&mut field.attrs, option) {
+            let number: LitInt = attribute.parse_args()?;
+            let name = syn::Ident::new(
+                option,
+                attribute.path().get_ident().map_or_else(proc_macro2::Span::call_site, syn::Ident::span),
+            );
+            statements.extend(quote!(port.#name = #number;));
+        }
+    }
+    Ok(statements)
+}
+
+/// `T` of `Output<T>`.
+fn argument(kind: &Type) -> Result<Type> {
+    if let Type::Path(path) = kind
+        && let Some(last) = path.path.segments.last()
+        && let PathArguments::AngleBracketed(arguments) = &last.arguments
+        && let Some(GenericArgument::Type(argument)) = arguments.args.first()
+    {
+        return Ok(argument.clone());
+    }
+    Err(Error::new_spanned(kind, "expected a port such as `Output<Twist2>`"))
+}
+
+/// A duration such as `20ms`, in nanoseconds.
+pub fn nanoseconds(text: &LitStr) -> Result<u64> {
+    let value = text.value();
+    let wrong = || Error::new(text.span(), "expected a duration such as \"20ms\" (ns, us, ms, s, min)");
+    let split = value.find(|c: char| c.is_ascii_alphabetic()).ok_or_else(wrong)?;
+    let number: f64 = value[..split].trim().parse().map_err(|_| wrong())?;
+    let unit = match &value[split..] {
+        "ns" => 1.0,
+        "us" => 1e3,
+        "ms" => 1e6,
+        "s" => 1e9,
+        "min" => 60e9,
+        _ => return Err(wrong()),
+    };
+    Ok((number * unit).round() as u64)
+}

@@ -1,0 +1,122 @@
+use std::marker::PhantomData;
+
+use slate_blackboard::interface::{Interface, Value};
+
+use crate::{Description, Frame, Module, Outcome, Params, PortCursor, Ports, Refusal, Tick};
+
+/// What a module is told when it is set up.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The module's name in the agent, such as `r2/planner`.
+    pub name: &'a str,
+    /// The run's seed.
+    pub seed: u64,
+    /// The period of the main loop, nanoseconds.
+    pub period: u64,
+    /// The configuration table named by [`Instance::SECTION`], if the module asks for one and it is there.
+    pub section: Option<&'a Value>,
+}
+
+/// A running module as the host drives it. [`Module`] is what authors write; this is for modules whose ports are
+/// only known from their configuration, such as a simulator.
+pub trait Instance: Sized + Send + 'static {
+    /// The configuration table that sets it up, such as `world`; empty for none.
+    const SECTION: &'static str = "";
+
+    /// Ports, parameters and trigger under that setup.
+    ///
+    /// # Errors
+    /// A refusal in words.
+    fn describe(setup: &Setup<'_>) -> Result<Description, Refusal>;
+
+    /// An instance before its first tick; `params` holds a value of the parameter interface.
+    ///
+    /// # Errors
+    /// A refusal in words.
+    fn create(setup: &Setup<'_>, params: &[u8]) -> Result<Self, Refusal>;
+
+    /// One step.
+    fn tick(&mut self, frame: &Frame) -> Outcome;
+
+    /// The state as CBOR with field names.
+    ///
+    /// # Errors
+    /// What can't be written.
+    fn save(&self) -> Result<Vec<u8>, Refusal>;
+
+    /// Takes over a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit; the state is unchanged then.
+    fn restore(&mut self, state: &[u8]) -> Result<(), Refusal>;
+}
+
+/// The instance of a [`Module`].
+pub(crate) struct Authored<M: Module> {
+    state: M::State,
+    module: PhantomData<fn() -> M>,
+}
+
+impl<M: Module> Instance for Authored<M> {
+    fn describe(_: &Setup<'_>) -> Result<Description, Refusal> {
+        let spec = M::spec();
+        Ok(Description {
+            ports: M::Io::describe(),
+            params: M::Params::DESCRIPTOR,
+            parameters: M::Params::parameters(),
+            stage: spec.stage,
+            trigger: spec.trigger,
+            deadline: spec.deadline,
+            unique: spec.unique,
+        })
+    }
+
+    fn create(setup: &Setup<'_>, params: &[u8]) -> Result<Self, Refusal> {
+        let params = read_params::<M::Params>(params)?;
+        Ok(Self { state: M::create(setup, &params)?, module: PhantomData })
+    }
+
+    fn tick(&mut self, frame: &Frame) -> Outcome {
+        // SAFETY: the host fills the frame for this module's description and keeps it valid during the call.
+        unsafe {
+            let io = M::Io::bind(&mut PortCursor::new(frame));
+            let params = M::Params::from_raw(frame.params, 0);
+            M::tick(&mut self.state, &io, params, &Tick::new(frame))
+        }
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Refusal> {
+        encode(&self.state)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
+        self.state = decode(state)?;
+        Ok(())
+    }
+}
+
+fn read_params<P: Params>(bytes: &[u8]) -> Result<P, Refusal> {
+    if bytes.len() < size_of::<P>() {
+        return Err(format!("{} bytes of parameters, expected {}", bytes.len(), size_of::<P>()).into());
+    }
+    // SAFETY: the length was checked, every bit pattern of an interface is valid, and the read needs no alignment.
+    Ok(unsafe { bytes.as_ptr().cast::<P>().read_unaligned() })
+}
+
+/// A state as CBOR with field names.
+///
+/// # Errors
+/// What can't be written.
+pub fn encode<T: serde::Serialize>(state: &T) -> Result<Vec<u8>, Refusal> {
+    let mut bytes = Vec::new();
+    ciborium::into_writer(state, &mut bytes).map_err(|error| Refusal(error.to_string()))?;
+    Ok(bytes)
+}
+
+/// A state from CBOR; it fits if it deserialises.
+///
+/// # Errors
+/// What doesn't fit.
+pub fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, Refusal> {
+    ciborium::from_reader(bytes).map_err(|error| Refusal(error.to_string()))
+}

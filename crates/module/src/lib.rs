@@ -1,0 +1,117 @@
+//! What the author of a module needs: ports, parameters, state, and a step.
+//!
+//! A [`Module`] is a pure step over inputs, outputs and parameters that the host owns, and a state that the host
+//! can save, restore and fork. Its code names no URL and no topic: which property an input reads is said by
+//! configuration, so a module is reused unchanged.
+//!
+//! ```
+//! use slate_module::prelude::*;
+//!
+//! /// A place and a heading in the plane, in the map frame.
+//! #[interface]
+//! pub struct Pose {
+//!     /// Metres.
+//!     #[unit("m")] pub x: f64,
+//!     /// Metres.
+//!     #[unit("m")] pub y: f64,
+//!     /// Radians, counter-clockwise.
+//!     #[unit("rad")] pub theta: f64,
+//! }
+//!
+//! /// A speed forward and a turn.
+//! #[interface]
+//! #[derive(PartialEq)]
+//! pub struct Twist {
+//!     /// Metres per second, forward.
+//!     #[unit("m/s")] pub linear: f64,
+//!     /// Radians per second, counter-clockwise.
+//!     #[unit("rad/s")] pub angular: f64,
+//! }
+//!
+//! #[ports]
+//! pub struct Io {
+//!     pose: Input<Pose>,
+//!     #[stale(after = "200ms")] target: Input<Pose>,
+//!     #[safe(Twist { linear: 0.0, angular: 0.0 })] velocity: Output<Twist>,
+//! }
+//!
+//! #[params]
+//! pub struct Params {
+//!     #[param(default = 0.8, range = 0.0..=5.0, unit = "1/s", doc = "gain on the distance")]
+//!     gain: f64,
+//! }
+//!
+//! /// Drives towards its target.
+//! pub struct Follower;
+//!
+//! #[module(stage = Act, on = pose)]
+//! impl Module for Follower {
+//!     type Io = Io;
+//!     type Params = Params;
+//!     type State = ();
+//!
+//!     fn tick(_: &mut (), io: &Io, params: &Params, _: &Tick) -> Outcome {
+//!         let distance = io.target.x - io.pose.x;
+//!         io.velocity.set(Twist { linear: params.gain * distance, angular: 0.0 });
+//!         Outcome::Ok
+//!     }
+//! }
+//!
+//! // No agent and no thread is needed to test it.
+//! let mut follower = slate_module::testing::Fixture::<Follower>::new();
+//! follower.set("target", Pose { x: 2.0, y: 0.0, theta: 0.0 });
+//! follower.tick();
+//! assert_eq!(follower.output::<Twist>("velocity"), Some(Twist { linear: 1.6, angular: 0.0 }));
+//! ```
+#![allow(unsafe_code, reason = "the plugin table hands memory of the host to the module")]
+
+extern crate self as slate_module;
+
+mod description;
+mod frame;
+mod instance;
+pub mod math;
+mod module;
+mod parameters;
+mod port;
+mod random;
+mod table;
+pub mod testing;
+mod tick;
+
+pub use description::{Description, Direction, PortDescription, Stage, Trigger, parse_duration};
+pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
+pub use instance::{Instance, Setup, decode, encode};
+pub use module::{Module, Outcome, Refusal, Spec};
+pub use parameters::{Parameter, Params};
+pub use port::{
+    Command, Debug, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority, Queue, Received,
+};
+pub use random::Random;
+pub use slate_blackboard as blackboard;
+pub use slate_blackboard::Stamp;
+pub use slate_blackboard::interface::{Bool, Interface, Optional, Plain, Sequence, Text};
+pub use slate_module_macros::{interface, module, params, ports};
+pub use table::{Plugin, Table};
+pub use tick::Tick;
+
+/// What a module's file imports.
+pub mod prelude {
+    pub use crate::{
+        Bool, Command, Debug, Inbox, Input, Interface, Module, Optional, Outbox, Outcome, Output, Ports,
+        Priority, Queue, Refusal, Sequence, Setup, Text, Tick, interface, math, module, params, plugin,
+        ports,
+    };
+}
+
+/// Exports a module as a plugin: the symbol `slate_plugin_<name>` of a shared library, and
+/// [`Plugin::linked`] for programs that link it in.
+#[macro_export]
+macro_rules! plugin {
+    ($($module:ty),+ $(,)?) => {
+        /// The modules that this crate brings.
+        pub fn plugins() -> Vec<$crate::Plugin> {
+            vec![$($crate::Plugin::linked::<$module>()),+]
+        }
+    };
+}

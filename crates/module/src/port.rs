@@ -1,0 +1,377 @@
+use std::marker::PhantomData;
+use std::ops::Deref;
+
+use slate_blackboard::Stamp;
+use slate_blackboard::interface::{Descriptor, Interface};
+
+use crate::{Direction, Entry, Flags, Frame, PortDescription, PortSlot};
+
+/// The ports of a module, made by the `#[ports]` macro.
+pub trait Ports: Sized {
+    /// The ports in the order in which they are bound.
+    fn describe() -> Vec<PortDescription>;
+
+    /// The ports of a tick.
+    ///
+    /// # Safety
+    /// The frame of the cursor was filled for these ports and outlives the result.
+    unsafe fn bind(cursor: &mut PortCursor) -> Self;
+}
+
+/// No ports.
+impl Ports for () {
+    fn describe() -> Vec<PortDescription> {
+        Vec::new()
+    }
+
+    unsafe fn bind(_: &mut PortCursor) -> Self {}
+}
+
+/// Two groups of ports after each other, so that a framework can add its own to an author's.
+impl<A: Ports, B: Ports> Ports for (A, B) {
+    fn describe() -> Vec<PortDescription> {
+        let mut ports = A::describe();
+        ports.extend(B::describe());
+        ports
+    }
+
+    unsafe fn bind(cursor: &mut PortCursor) -> Self {
+        // SAFETY: passed on to the caller.
+        unsafe { (A::bind(cursor), B::bind(cursor)) }
+    }
+}
+
+/// A field of a `#[ports]` struct: one port or several.
+pub trait Port: Sized {
+    /// The port under that name.
+    fn describe(name: &str, doc: &str) -> PortDescription;
+
+    /// The port of a tick.
+    ///
+    /// # Safety
+    /// As for [`Ports::bind`].
+    unsafe fn bind(cursor: &mut PortCursor) -> Self;
+}
+
+/// Says that a `#[ports]` struct has exactly one port of type `P`, and what it is called.
+pub trait HasPort<P> {
+    /// Name of the port.
+    const PORT: &'static str;
+}
+
+/// Walks over the slots of a frame while ports are bound.
+#[derive(Debug)]
+pub struct PortCursor {
+    next: *const PortSlot,
+    left: usize,
+}
+
+impl PortCursor {
+    /// From the first slot of a frame.
+    pub fn new(frame: &Frame) -> Self {
+        Self { next: frame.ports, left: frame.port_count }
+    }
+
+    /// The next slot.
+    ///
+    /// # Safety
+    /// The frame's slots are valid; the host made one for each port.
+    pub unsafe fn take(&mut self) -> *const PortSlot {
+        assert!(self.left > 0, "the host fills a frame with a slot for every port that was described");
+        let slot = self.next;
+        self.left -= 1;
+        // SAFETY: at least this slot is left, so the pointer stays in or one past the array.
+        self.next = unsafe { slot.add(1) };
+        slot
+    }
+}
+
+/// What every port's description begins with.
+fn described<T: Interface + ?Sized>(name: &str, doc: &str, direction: Direction) -> PortDescription {
+    PortDescription {
+        name: name.into(),
+        doc: doc.into(),
+        direction,
+        descriptor: T::DESCRIPTOR,
+        role: "",
+        stale_after: None,
+        safe: None,
+        capacity: default_capacity(T::DESCRIPTOR),
+        window: 16,
+    }
+}
+
+fn default_capacity(descriptor: &'static Descriptor) -> usize {
+    if descriptor.tail().is_some() { 1024 } else { 0 }
+}
+
+macro_rules! handle {
+    ($(#[$doc:meta])* $name:ident, $direction:ident) => {
+        $(#[$doc])*
+        ///
+        /// Valid during one tick; it can be neither copied nor exchanged for another.
+        #[derive(Debug)]
+        pub struct $name<T: Interface + ?Sized> {
+            slot: *const PortSlot,
+            interface: PhantomData<fn() -> Box<T>>,
+        }
+
+        impl<T: Interface + ?Sized> Port for $name<T> {
+            fn describe(name: &str, doc: &str) -> PortDescription {
+                described::<T>(name, doc, Direction::$direction)
+            }
+
+            unsafe fn bind(cursor: &mut PortCursor) -> Self {
+                // SAFETY: passed on to the caller.
+                Self { slot: unsafe { cursor.take() }, interface: PhantomData }
+            }
+        }
+
+        impl<T: Interface + ?Sized> $name<T> {
+            fn slot(&self) -> &PortSlot {
+                // SAFETY: `bind` requires the slot to outlive the handle.
+                unsafe { &*self.slot }
+            }
+        }
+    };
+}
+
+handle!(
+    /// Reads the newest value of the property that it is linked to; the same during a whole tick.
+    Input,
+    Input
+);
+handle!(
+    /// Reads every value of the property that it is linked to, in order, at most a window per tick.
+    Queue,
+    Queue
+);
+handle!(
+    /// Writes a property; the only writer it has.
+    Output,
+    Output
+);
+handle!(
+    /// Writes a property while somebody watches it, and costs nothing else.
+    Debug,
+    Debug
+);
+handle!(
+    /// Writes an actuator's command. It passes the gate: lease, limits, time to live, stop.
+    Command,
+    Command
+);
+handle!(
+    /// Receives messages in the order in which they were sent.
+    Inbox,
+    Inbox
+);
+handle!(
+    /// Sends messages to the inbox that it is linked to.
+    Outbox,
+    Outbox
+);
+
+impl<T: Interface + ?Sized> Input<T> {
+    /// The value if one was ever written and it is not stale.
+    pub fn fresh(&self) -> Option<&T> {
+        (self.stamp().sequence > 0 && !self.is_stale()).then(|| &**self)
+    }
+
+    /// The value if it was not there in this module's last tick.
+    pub fn new(&self) -> Option<&T> {
+        self.is_new().then(|| &**self)
+    }
+
+    /// Whether the value was written since this module's last tick.
+    pub fn is_new(&self) -> bool {
+        self.slot().flags.get() & Flags::NEW != 0
+    }
+
+    /// Whether the value is older than declared, or its writer is gone or late.
+    pub fn is_stale(&self) -> bool {
+        self.slot().flags.get() & Flags::STALE != 0
+    }
+
+    /// Whether the property has a writer now.
+    pub fn has_writer(&self) -> bool {
+        self.slot().flags.get() & Flags::ALIVE != 0
+    }
+
+    /// When the value was written, and which one it is.
+    pub fn stamp(&self) -> Stamp {
+        self.slot().stamp
+    }
+
+    /// How many values this module never saw.
+    pub fn missed(&self) -> u64 {
+        self.slot().missed
+    }
+}
+
+/// The value; all zero before the first write.
+impl<T: Interface + ?Sized> Deref for Input<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        let slot = self.slot();
+        // SAFETY: the host sets `data` to a value of this interface and keeps it unchanged during the tick.
+        unsafe { T::from_raw(slot.data, slot.items.get()) }
+    }
+}
+
+/// A value or message that was received, with its stamp.
+#[derive(Debug)]
+pub struct Received<'a, T: Interface + ?Sized> {
+    entry: &'a Entry,
+    value: &'a T,
+}
+
+impl<T: Interface + ?Sized> Received<'_, T> {
+    /// When it was written.
+    pub fn stamp(&self) -> Stamp {
+        self.entry.stamp
+    }
+
+    /// Which sender a message comes from.
+    pub fn sender(&self) -> u32 {
+        self.entry.sender
+    }
+
+    /// Tells the sender that its message was refused, with a reason that the interface defines (not 0).
+    pub fn refuse(&self, reason: u16) {
+        self.entry.answer.set(reason.max(1).into());
+    }
+}
+
+impl<T: Interface + ?Sized> Deref for Received<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.value
+    }
+}
+
+fn entries<T: Interface + ?Sized>(slot: &PortSlot) -> impl ExactSizeIterator<Item = Received<'_, T>> {
+    let entries: &[Entry] = if slot.entries.is_null() {
+        &[]
+    } else {
+        // SAFETY: the host lends `count` entries during the tick.
+        unsafe { std::slice::from_raw_parts(slot.entries, slot.count.get()) }
+    };
+    // SAFETY: each entry holds a value of this interface, unchanged during the tick.
+    entries
+        .iter()
+        .map(|entry| Received { entry, value: unsafe { T::from_raw(entry.data, entry.items.get()) } })
+}
+
+impl<T: Interface + ?Sized> Queue<T> {
+    /// The values since the last tick, oldest first.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Received<'_, T>> {
+        entries(self.slot())
+    }
+
+    /// How many values this reader lost because it lagged.
+    pub fn missed(&self) -> u64 {
+        self.slot().missed
+    }
+}
+
+impl<T: Interface + ?Sized> Inbox<T> {
+    /// The messages since the last tick, oldest first; what is not refused counts as done.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Received<'_, T>> {
+        entries(self.slot())
+    }
+}
+
+fn put<T: Interface>(slot: &PortSlot, value: T) {
+    // SAFETY: the host lends the working slot to this tick alone, and it fits the interface.
+    unsafe { slot.data.cast::<T>().write(value) };
+    slot.flags.set(slot.flags.get() | Flags::SET);
+}
+
+fn fill<T: Interface + ?Sized>(slot: &PortSlot, items: usize, write: impl FnOnce(&mut T)) -> bool {
+    if items > slot.capacity {
+        return false;
+    }
+    slot.items.set(items);
+    // SAFETY: the working slot has room for `capacity` items and nobody else refers to it. Zeros, as what an earlier
+    // tick left there depends on the readers.
+    unsafe {
+        slot.data.write_bytes(0, T::DESCRIPTOR.shape(items).bytes(items));
+        write(T::from_raw_mut(slot.data, items));
+    }
+    slot.flags.set(slot.flags.get() | Flags::SET);
+    true
+}
+
+impl<T: Interface> Output<T> {
+    /// Writes the property; readers see it after the tick. The last call of a tick counts.
+    pub fn set(&self, value: T) {
+        put(self.slot(), value);
+    }
+}
+
+impl<T: Interface + ?Sized> Output<T> {
+    /// Writes a value with a tail of `items` items in place; it begins all zero. False when that is beyond the
+    /// configured capacity; nothing is written then.
+    pub fn write(&self, items: usize, write: impl FnOnce(&mut T)) -> bool {
+        fill(self.slot(), items, write)
+    }
+
+    /// How many tail items fit.
+    pub fn capacity(&self) -> usize {
+        self.slot().capacity
+    }
+}
+
+impl<T: Interface> Debug<T> {
+    /// Computes and writes the value if somebody watches.
+    pub fn set(&self, value: impl FnOnce() -> T) {
+        if !self.slot().data.is_null() {
+            put(self.slot(), value());
+        }
+    }
+}
+
+impl<T: Interface + ?Sized> Debug<T> {
+    /// Writes a value with a tail in place if somebody watches; see [`Output::write`].
+    pub fn write(&self, items: usize, write: impl FnOnce(&mut T)) -> bool {
+        !self.slot().data.is_null() && fill(self.slot(), items, write)
+    }
+}
+
+/// Who commands an actuator: the higher one has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum Priority {
+    /// A planned action.
+    Plan = 1,
+    /// A person at the controls.
+    Teleoperation = 2,
+    /// A reflex.
+    Reflex = 3,
+}
+
+impl<T: Interface> Command<T> {
+    /// Commands the actuator until the command's time to live ends.
+    pub fn send(&self, value: T, priority: Priority) {
+        self.slot().priority.set(priority as u32);
+        put(self.slot(), value);
+    }
+}
+
+impl<T: Interface> Outbox<T> {
+    /// Sends a message when the tick ends; false when no more fit in this tick.
+    pub fn send(&self, value: T) -> bool {
+        let slot = self.slot();
+        let count = slot.count.get();
+        if count >= slot.capacity {
+            return false;
+        }
+        // SAFETY: the host lends `capacity` entries to this tick alone, each with room for the interface.
+        unsafe { (*slot.entries.add(count)).data.cast::<T>().write(value) };
+        slot.count.set(count + 1);
+        true
+    }
+}

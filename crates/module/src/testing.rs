@@ -1,0 +1,312 @@
+//! Ticks a module without an agent and without a thread.
+
+use std::cell::Cell;
+
+use slate_blackboard::Stamp;
+use slate_blackboard::interface::Interface;
+
+use crate::instance::Authored;
+use crate::{
+    Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortSlot, Random, Refusal,
+    Setup,
+};
+
+/// A module with its ports, for tests: set inputs, tick, look at outputs.
+pub struct Fixture<M: Module> {
+    instance: Authored<M>,
+    description: Description,
+    memory: Vec<Memory>,
+    params: M::Params,
+    now: u64,
+    last: u64,
+    number: u64,
+    random: Cell<Random>,
+}
+
+/// The memory behind a port, aligned for every interface.
+struct Memory {
+    words: Vec<u128>,
+    items: usize,
+    sequence: u64,
+    time: u64,
+    new: bool,
+    stale: bool,
+    set: bool,
+    priority: u32,
+    messages: Vec<Vec<u128>>,
+}
+
+impl<M: Module> Default for Fixture<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<M: Module> Fixture<M> {
+    /// A fresh instance with default parameters, seed 0, at time 0.
+    ///
+    /// # Panics
+    /// When the module refuses its setup.
+    pub fn new() -> Self {
+        Self::with(M::Params::default()).unwrap_or_else(|refusal| refused(&refusal))
+    }
+
+    /// A fresh instance with those parameters.
+    ///
+    /// # Errors
+    /// The module's refusal.
+    pub fn with(params: M::Params) -> Result<Self, Refusal> {
+        let setup = Setup { name: M::spec().name, seed: 0, period: 20_000_000, section: None };
+        // SAFETY: parameters are an interface: plain memory without padding.
+        let bytes = unsafe {
+            std::slice::from_raw_parts(std::ptr::from_ref(&params).cast::<u8>(), size_of::<M::Params>())
+        };
+        let description = Authored::<M>::describe(&setup)?;
+        let memory = description
+            .ports
+            .iter()
+            .map(|port| {
+                let shape = port.descriptor.shape(port.capacity);
+                Memory {
+                    words: vec![0; shape.bytes(shape.capacity).div_ceil(16).max(1)],
+                    items: 0,
+                    sequence: 0,
+                    time: 0,
+                    new: false,
+                    stale: false,
+                    set: false,
+                    priority: 0,
+                    messages: Vec::new(),
+                }
+            })
+            .collect();
+        let random = Cell::new(Random::new(0, setup.name));
+        let instance = Authored::<M>::create(&setup, bytes)?;
+        Ok(Self { instance, description, memory, params, now: 0, last: 0, number: 0, random })
+    }
+
+    fn index(&self, port: &str) -> usize {
+        let names =
+            || self.description.ports.iter().map(|port| port.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = self.description.ports.iter().position(|description| description.name == port);
+        found.unwrap_or_else(|| missing(port, &names()))
+    }
+
+    fn checked<T: Interface + ?Sized>(&self, port: &str) -> usize {
+        let index = self.index(port);
+        let expected = self.description.ports[index].descriptor;
+        assert_eq!(
+            T::DESCRIPTOR.hash,
+            expected.hash,
+            "port `{port}` carries {}, not {}",
+            expected.name,
+            T::DESCRIPTOR.name
+        );
+        index
+    }
+
+    /// Sets an input.
+    ///
+    /// # Panics
+    /// When the module has no such port or it carries another interface.
+    pub fn set<T: Interface + Copy>(&mut self, port: &str, value: T) {
+        let index = self.checked::<T>(port);
+        let now = self.now;
+        let memory = &mut self.memory[index];
+        // SAFETY: the memory was made for this interface.
+        unsafe { memory.words.as_mut_ptr().cast::<T>().write(value) };
+        memory.sequence += 1;
+        memory.time = now;
+        memory.new = true;
+        memory.stale = false;
+    }
+
+    /// Sets an input whose value has a tail of `items` items.
+    ///
+    /// # Panics
+    /// As [`set`](Fixture::set).
+    pub fn write<T: Interface + ?Sized>(&mut self, port: &str, items: usize, write: impl FnOnce(&mut T)) {
+        let index = self.checked::<T>(port);
+        let now = self.now;
+        let memory = &mut self.memory[index];
+        let bytes = T::DESCRIPTOR.shape(items).bytes(items);
+        memory.words.resize(bytes.div_ceil(16).max(1), 0);
+        // SAFETY: the memory has room for that many items.
+        write(unsafe { T::from_raw_mut(memory.words.as_mut_ptr().cast(), items) });
+        memory.items = items;
+        memory.sequence += 1;
+        memory.time = now;
+        memory.new = true;
+        memory.stale = false;
+    }
+
+    /// Puts a message into an inbox, or a value into a queue.
+    ///
+    /// # Panics
+    /// As [`set`](Fixture::set).
+    pub fn push<T: Interface + Copy>(&mut self, port: &str, value: T) {
+        let index = self.checked::<T>(port);
+        let mut words = vec![0_u128; size_of::<T>().div_ceil(16).max(1)];
+        // SAFETY: the memory was made for this interface.
+        unsafe { words.as_mut_ptr().cast::<T>().write(value) };
+        self.memory[index].messages.push(words);
+    }
+
+    /// Makes an input stale, as when its writer stopped.
+    pub fn expire(&mut self, port: &str) {
+        let index = self.index(port);
+        self.memory[index].stale = true;
+    }
+
+    /// Changes the parameters.
+    pub fn params(&mut self) -> &mut M::Params {
+        &mut self.params
+    }
+
+    /// The module's state as it would be saved.
+    ///
+    /// # Errors
+    /// What can't be saved.
+    pub fn save(&self) -> Result<Vec<u8>, Refusal> {
+        self.instance.save()
+    }
+
+    /// Takes over a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
+        self.instance.restore(state)
+    }
+
+    /// Lets time pass, nanoseconds.
+    pub fn advance(&mut self, nanoseconds: u64) {
+        self.now += nanoseconds;
+    }
+
+    /// One step.
+    pub fn tick(&mut self) -> Outcome {
+        self.number += 1;
+        let mut entries: Vec<Vec<Entry>> = Vec::new();
+        for (port, memory) in self.description.ports.iter().zip(&mut self.memory) {
+            if port.direction == Direction::Outbox {
+                let words = port.descriptor.size.div_ceil(16).max(1);
+                memory.messages = vec![vec![0; words]; port.window];
+            }
+            memory.set = false;
+            entries.push(memory.messages.iter_mut().enumerate().map(|(i, words)| entry(words, i)).collect());
+        }
+        let slots: Vec<PortSlot> = self
+            .description
+            .ports
+            .iter()
+            .zip(&mut self.memory)
+            .zip(&entries)
+            .map(|((port, memory), entries)| slot(port, memory, entries))
+            .collect();
+        let host = Host { context: std::ptr::null(), log: print };
+        let frame = Frame {
+            ports: slots.as_ptr(),
+            port_count: slots.len(),
+            params: std::ptr::from_ref(&self.params).cast(),
+            params_version: 1,
+            now: self.now,
+            elapsed: if self.number == 1 { 0 } else { self.now - self.last },
+            number: self.number,
+            random: &raw const self.random,
+            host: &raw const host,
+        };
+        let outcome = self.instance.tick(&frame);
+        self.last = self.now;
+        let results: Vec<_> = slots
+            .iter()
+            .map(|slot| (slot.items.get(), slot.flags.get(), slot.priority.get(), slot.count.get()))
+            .collect();
+        for ((port, memory), (items, flags, priority, count)) in
+            self.description.ports.iter().zip(&mut self.memory).zip(results)
+        {
+            memory.new = false;
+            memory.items = items;
+            memory.priority = priority;
+            memory.set = flags & Flags::SET != 0;
+            match port.direction {
+                Direction::Outbox => memory.messages.truncate(count),
+                _ => memory.messages.clear(),
+            }
+        }
+        outcome
+    }
+
+    /// What the last tick wrote to an output, or nothing if it left it alone.
+    ///
+    /// # Panics
+    /// As [`set`](Fixture::set).
+    pub fn output<T: Interface + Copy>(&self, port: &str) -> Option<T> {
+        let memory = &self.memory[self.checked::<T>(port)];
+        // SAFETY: the memory holds a value of this interface.
+        memory.set.then(|| unsafe { memory.words.as_ptr().cast::<T>().read() })
+    }
+
+    /// The urgency with which the last tick sent a command.
+    pub fn priority(&self, port: &str) -> Option<u32> {
+        let memory = &self.memory[self.index(port)];
+        memory.set.then_some(memory.priority)
+    }
+
+    /// The messages that the last tick sent.
+    ///
+    /// # Panics
+    /// As [`set`](Fixture::set).
+    pub fn sent<T: Interface + Copy>(&self, port: &str) -> Vec<T> {
+        let memory = &self.memory[self.checked::<T>(port)];
+        // SAFETY: each holds a value of this interface.
+        memory.messages.iter().map(|words| unsafe { words.as_ptr().cast::<T>().read() }).collect()
+    }
+}
+
+fn slot(port: &crate::PortDescription, memory: &mut Memory, entries: &[Entry]) -> PortSlot {
+    let mut flags = Flags::ALIVE;
+    if memory.new {
+        flags |= Flags::NEW;
+    }
+    if memory.stale {
+        flags |= Flags::STALE;
+    }
+    PortSlot {
+        data: memory.words.as_mut_ptr().cast(),
+        items: Cell::new(memory.items),
+        capacity: if port.direction == Direction::Outbox { entries.len() } else { port.capacity },
+        stamp: Stamp { sequence: memory.sequence, time: memory.time, generation: 1 },
+        flags: Cell::new(if port.direction == Direction::Input { flags } else { 0 }),
+        priority: Cell::new(0),
+        entries: entries.as_ptr(),
+        count: Cell::new(if port.direction == Direction::Outbox { 0 } else { entries.len() }),
+        missed: 0,
+    }
+}
+
+fn entry(words: &mut [u128], index: usize) -> Entry {
+    Entry {
+        data: words.as_mut_ptr().cast(),
+        items: Cell::new(0),
+        stamp: Stamp { sequence: index as u64 + 1, time: 0, generation: 1 },
+        answer: Cell::new(0),
+        sender: 0,
+    }
+}
+
+unsafe extern "C" fn print(_: *const (), level: u32, text: *const u8, length: usize) {
+    // SAFETY: a tick passes text that lives during the call.
+    let text = unsafe { std::slice::from_raw_parts(text, length) };
+    eprintln!("[{level}] {}", String::from_utf8_lossy(text));
+}
+
+#[allow(clippy::panic, reason = "a test's mistake ends the test")]
+fn refused(refusal: &Refusal) -> ! {
+    panic!("the module refuses its setup: {refusal}")
+}
+
+#[allow(clippy::panic, reason = "a test's mistake ends the test")]
+fn missing(port: &str, names: &str) -> ! {
+    panic!("no port `{port}`; there are {names}")
+}

@@ -1,0 +1,1 @@
+//! Obstacle avoidance with a ring of sonars.

@@ -1,0 +1,23 @@
+//! Run reports: trajectories, timelines, summaries, statistics of batches.
+//!
+//! Plain data in, files out. A [`Report`] of one run is a folder of four files: `trajectory.csv`, `trajectory.svg`,
+//! `timeline.svg` and `summary.json`. A [`Batch`] is the statistics over the summaries of many runs.
+//!
+//! The same data gives the same bytes. Of everything that is written, only [`Summary::wall_time_s`] differs between
+//! two runs of the same configuration and seed.
+
+mod batch;
+mod error;
+mod plot;
+mod report;
+mod scene;
+mod statistics;
+mod summary;
+mod trajectory;
+
+pub use batch::{Batch, Spread};
+pub use error::Error;
+pub use report::Report;
+pub use scene::{Bounds, Circle, Goal, Polygon, Scene};
+pub use summary::{Outcome, Summary};
+pub use trajectory::{Route, Sample, Trajectory};

@@ -1,0 +1,68 @@
+//! The plots of a report.
+
+mod canvas;
+mod map;
+mod timeline;
+
+pub(crate) use map::map;
+pub(crate) use timeline::timeline;
+
+use crate::{Route, Sample};
+use plotters::style::RGBColor;
+
+/// Red and blue as in the paper, in tones that people with any common colour blindness tell apart.
+fn color(route: Option<Route>) -> RGBColor {
+    match route {
+        Some(Route::Deliberative) => RGBColor(204, 51, 17),
+        Some(Route::Reactive) => RGBColor(0, 119, 187),
+        None => RGBColor(153, 153, 153),
+    }
+}
+
+fn has_route(samples: &[&Sample], route: Option<Route>) -> bool {
+    samples.iter().any(|sample| sample.route == route)
+}
+
+/// Whether a coordinate can be drawn: finite, and not so far out that nothing else could be seen.
+fn drawable(metres: f64) -> bool {
+    metres.abs() <= 1e6
+}
+
+/// The smallest interval that holds all that was included.
+#[derive(Clone, Copy, Default)]
+struct Extent(Option<(f64, f64)>);
+
+impl Extent {
+    fn include(&mut self, value: f64) {
+        if drawable(value) {
+            let (low, high) = self.0.unwrap_or((value, value));
+            self.0 = Some((if value < low { value } else { low }, if value > high { value } else { high }));
+        }
+    }
+
+    /// With a share of its size added at both ends, and at least `least` wide.
+    fn padded(self, share: f64, least: f64) -> (f64, f64) {
+        let (low, high) = self.0.unwrap_or((0.0, 0.0));
+        let padding = (high - low) * share;
+        widened((low - padding, high + padding), least)
+    }
+}
+
+/// The interval made at least `least` wide around its middle.
+fn widened((low, high): (f64, f64), least: f64) -> (f64, f64) {
+    let lack = least - (high - low);
+    if lack > 0.0 { (low - lack / 2.0, high + lack / 2.0) } else { (low, high) }
+}
+
+/// The number at a tick of an axis that shows `span` in all.
+fn axis_label(value: f64, span: f64) -> String {
+    let decimals = match span {
+        span if span > 20.0 => 0,
+        span if span > 2.0 => 1,
+        span if span > 0.2 => 2,
+        _ => 3,
+    };
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.chars().all(|character| matches!(character, '-' | '0' | '.'));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+}

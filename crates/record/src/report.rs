@@ -1,0 +1,72 @@
+use crate::{Error, Scene, Summary, Trajectory, plot};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// The report of one run.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The figures.
+    pub summary: &'a Summary,
+    /// The background of the plots.
+    pub scene: &'a Scene,
+    /// Where the robots were.
+    pub trajectory: &'a Trajectory,
+}
+
+impl Report<'_> {
+    /// The plot of the way of each robot: scripted robots in black, the others red where the deliberative route
+    /// commands them and blue where the reactive route does, with a square where the route changes and a dot where
+    /// another action begins. Samples that are not finite or further than 1000 km from the origin are left out.
+    ///
+    /// # Errors
+    /// If the plot cannot be drawn.
+    pub fn trajectory_svg(&self) -> Result<String, Error> {
+        plot::map(self)
+    }
+
+    /// The plot over time: x, y and the route of each robot, with a square where the route changes.
+    ///
+    /// # Errors
+    /// If the plot cannot be drawn.
+    pub fn timeline_svg(&self) -> Result<String, Error> {
+        plot::timeline(self)
+    }
+
+    /// Writes `trajectory.csv`, `trajectory.svg`, `timeline.svg` and `summary.json`. The directory is made if it is
+    /// missing; files from an earlier run are replaced, and only once all the new ones are on the disk.
+    ///
+    /// # Errors
+    /// If a plot cannot be drawn, or if the directory or a file cannot be written.
+    pub fn write(&self, directory: &Path) -> Result<(), Error> {
+        let summary = serde_json::to_string_pretty(self.summary)? + "\n";
+        let files = [
+            ("trajectory.csv", self.trajectory.csv()),
+            ("trajectory.svg", self.trajectory_svg()?),
+            ("timeline.svg", self.timeline_svg()?),
+            ("summary.json", summary),
+        ];
+        fs::create_dir_all(directory)
+            .map_err(|source| Error::Write { path: directory.to_owned(), source })?;
+        let partial = |name: &str| directory.join(format!("{name}.partial"));
+        let result = write_partial(&files, partial).and_then(|()| {
+            files.iter().try_for_each(|(name, _)| {
+                let path = directory.join(name);
+                fs::rename(partial(name), &path).map_err(|source| Error::Write { path, source })
+            })
+        });
+        if result.is_err() {
+            // The first error is the one to tell; what cannot be removed now is replaced by the next report.
+            files.iter().for_each(|(name, _)| drop(fs::remove_file(partial(name))));
+        }
+        result
+    }
+}
+
+fn write_partial(files: &[(&str, String)], partial: impl Fn(&str) -> PathBuf) -> Result<(), Error> {
+    files.iter().try_for_each(|(name, text)| {
+        let path = partial(name);
+        fs::write(&path, text).map_err(|source| Error::Write { path, source })
+    })
+}

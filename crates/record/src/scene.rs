@@ -1,0 +1,56 @@
+use serde::{Deserialize, Serialize};
+
+/// What stands still in the world, for the background of a trajectory plot. Metres, x forward, y left.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Scene {
+    /// The part of the world that is shown at least. It grows to hold all that is drawn.
+    pub bounds: Bounds,
+    /// Walls, boxes and other fixed obstacles.
+    pub polygons: Vec<Polygon>,
+    /// Round fixed obstacles.
+    pub circles: Vec<Circle>,
+    /// Where the robots shall go.
+    pub goals: Vec<Goal>,
+    /// Names of the robots that follow a script and have no routes; they are drawn in black.
+    pub scripted: Vec<String>,
+}
+
+/// A rectangle along the axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// Smallest x and y, metres.
+    pub minimum: [f64; 2],
+    /// Largest x and y, metres.
+    pub maximum: [f64; 2],
+}
+
+/// A fixed obstacle with corners.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Polygon {
+    /// Shown where it fits into the polygon.
+    pub name: String,
+    /// Corners in order as x and y, metres; the last is joined to the first.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// A round fixed obstacle.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Circle {
+    /// Shown where it fits into the circle.
+    pub name: String,
+    /// Centre as x and y, metres.
+    pub center: [f64; 2],
+    /// Metres.
+    pub radius: f64,
+}
+
+/// A place where a robot shall go.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Goal {
+    /// Shown beside the goal.
+    pub label: String,
+    /// Metres.
+    pub x: f64,
+    /// Metres.
+    pub y: f64,
+}

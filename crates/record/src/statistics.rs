@@ -1,0 +1,41 @@
+//! Statistics over runs. Each is independent of the order of the runs, bit for bit.
+
+/// The 95 % Wilson score interval (without continuity correction) of a rate, from `successes` of `runs`.
+/// With no runs, nothing is known: from 0 to 1.
+pub(crate) fn wilson_interval(successes: u64, runs: u64) -> [f64; 2] {
+    /// The 97.5th percentile of the normal distribution.
+    const Z: f64 = 1.959_963_984_540_054;
+    if runs == 0 {
+        return [0.0, 1.0];
+    }
+    let runs_counted = runs as f64;
+    let rate = successes as f64 / runs_counted;
+    let middle = rate + Z * Z / (2.0 * runs_counted);
+    let half = Z * (rate * (1.0 - rate) / runs_counted + Z * Z / (4.0 * runs_counted * runs_counted)).sqrt();
+    let scale = 1.0 + Z * Z / runs_counted;
+    // At the ends the formula gives 0 and 1 only up to rounding.
+    [
+        if successes == 0 { 0.0 } else { (middle - half) / scale },
+        if successes == runs { 1.0 } else { (middle + half) / scale },
+    ]
+}
+
+/// The percentile of `sorted` by linear interpolation between the two nearest ranks, counted from the first value
+/// (0th) to the last (100th). None without values; above 100 the last value.
+pub(crate) fn percentile(sorted: &[f64], percent: usize) -> Option<f64> {
+    let last = sorted.len().checked_sub(1)?;
+    // In hundredths, so that whole ranks are met exactly.
+    let position = last * percent;
+    let (index, fraction) = (position / 100, (position % 100) as f64 / 100.0);
+    if index >= last {
+        return sorted.last().copied();
+    }
+    Some(sorted[index] + (sorted[index + 1] - sorted[index]) * fraction)
+}
+
+/// The sum, from the smallest to the largest value.
+pub(crate) fn sum(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.iter().sum()
+}

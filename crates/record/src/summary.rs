@@ -1,0 +1,135 @@
+use crate::Error;
+use serde::{Deserialize, Serialize};
+use std::{collections::BTreeMap, fmt};
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The goal was reached.
+    GoalReached,
+    /// The time for the run was up before the goal was reached.
+    TimedOut,
+    /// The run was stopped from outside.
+    Stopped,
+    /// The run ended with an error.
+    Failed,
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Outcome::GoalReached => "goal reached",
+            Outcome::TimedOut => "timed out",
+            Outcome::Stopped => "stopped",
+            Outcome::Failed => "failed",
+        })
+    }
+}
+
+/// The figures of one run. Lengths and times are finite; JSON has only `null` for others, which cannot be read back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the example.
+    pub example: String,
+    /// Seed of all random streams.
+    pub seed: u64,
+    /// How the agent ran: staged, threaded, ...
+    pub mode: String,
+    /// Under what conditions the figures hold: `sensor_profile`, `noise`, `speed`, ...
+    #[serde(default)]
+    pub conditions: BTreeMap<String, String>,
+    /// How the run ended.
+    pub outcome: Outcome,
+    /// What there is to say about the outcome, such as the error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// Simulated time from start to end, seconds.
+    pub sim_time_s: f64,
+    /// Time on the wall from start to end, seconds. The only figure that differs between equal runs.
+    pub wall_time_s: f64,
+    /// Length of the way that the robot went, metres.
+    pub path_length_m: f64,
+    /// Length of the shortest way without collision from start to goal, metres.
+    pub shortest_path_m: f64,
+    /// Contacts of the robot with anything.
+    pub collisions: u64,
+    /// Contacts where the robot was the one moving in.
+    pub collisions_caused: u64,
+    /// Smallest distance of the robot to anything, metres; none where there was nothing.
+    pub min_clearance_m: Option<f64>,
+    /// How often the active route changed between deliberative and reactive.
+    pub route_switches: u64,
+    /// Actions pushed by reactive models.
+    pub reflexes: u64,
+    /// Steps of the main loop.
+    pub ticks: u64,
+    /// Digest of all that the run computed; equal runs have equal digests.
+    pub digest: String,
+}
+
+impl Summary {
+    /// Whether the goal was reached.
+    pub fn succeeded(&self) -> bool {
+        self.outcome == Outcome::GoalReached
+    }
+
+    /// The summary as one line of JSON, without line feed.
+    ///
+    /// # Errors
+    /// If the JSON encoder refuses a value, which no value of these fields makes it do.
+    pub fn json_line(&self) -> Result<String, Error> {
+        Ok(serde_json::to_string(self)?)
+    }
+
+    /// What happened, in one line.
+    pub fn headline(&self) -> String {
+        let message = self.message.as_ref().map_or(String::new(), |message| format!(": {message}"));
+        self.title() + &message
+    }
+
+    /// The headline without the message, which may be long.
+    pub(crate) fn title(&self) -> String {
+        let Summary { example, seed, outcome, sim_time_s, .. } = self;
+        format!("{example}, seed {seed}: {outcome} after {sim_time_s:.1} s")
+    }
+
+    /// The conditions in one line.
+    pub(crate) fn caption(&self) -> String {
+        let conditions =
+            self.conditions.iter().map(|(name, value)| format!("{}: {value}", name.replace('_', " ")));
+        let mode = [format!("mode: {}", self.mode)];
+        mode.into_iter().chain(conditions).collect::<Vec<_>>().join("  ·  ")
+    }
+}
+
+/// For the terminal: the headline, then the figures with their units.
+impl fmt::Display for Summary {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(formatter, "{}", self.headline())?;
+        let mut line = |name: &str, value: String| writeln!(formatter, "  {name:<15} {value}");
+        let (length, shortest) = (self.path_length_m, self.shortest_path_m);
+        line("path length", format!("{length:.2} m  (shortest {shortest:.2} m)"))?;
+        line(
+            "collisions",
+            format!("{}  (caused by the robot: {})", self.collisions, self.collisions_caused),
+        )?;
+        let clearance =
+            self.min_clearance_m.map_or("no obstacle".to_owned(), |metres| format!("{metres:.3} m"));
+        line("least clearance", clearance)?;
+        line("route switches", self.route_switches.to_string())?;
+        line("reflexes", self.reflexes.to_string())?;
+        line("simulated time", format!("{:.2} s  ({} ticks)", self.sim_time_s, self.ticks))?;
+        let speed = if self.wall_time_s > 0.0 {
+            format!("  ({:.1} times real time)", self.sim_time_s / self.wall_time_s)
+        } else {
+            String::new()
+        };
+        line("wall time", format!("{:.3} s{speed}", self.wall_time_s))?;
+        line("mode", self.mode.clone())?;
+        for (name, value) in &self.conditions {
+            line(&name.replace('_', " "), value.clone())?;
+        }
+        line("digest", self.digest.clone())
+    }
+}

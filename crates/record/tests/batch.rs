@@ -1,0 +1,148 @@
+//! The statistics over many runs.
+
+mod common;
+
+use common::summary;
+use proptest::prelude::*;
+use slate_record::{Batch, Outcome, Spread, Summary};
+
+/// As many runs, of which so many reached the goal.
+fn runs(successes: u64, runs: u64) -> Vec<Summary> {
+    let outcome = |seed| if seed < successes { Outcome::GoalReached } else { Outcome::TimedOut };
+    (0..runs).map(|seed| Summary { outcome: outcome(seed), ..summary(seed) }).collect()
+}
+
+#[test]
+fn success_interval_is_that_of_wilson() {
+    // Newcombe, Statistics in Medicine 17 (1998), table I, method 3.
+    for (successes, count, low, high) in [
+        (81, 263, 0.2553, 0.3662),
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0000, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+        (29, 29, 0.8830, 1.0000),
+    ] {
+        let interval = Batch::of(&runs(successes, count)).success_interval;
+        assert!((interval[0] - low).abs() < 0.00006, "{successes} of {count}: {interval:?}");
+        assert!((interval[1] - high).abs() < 0.00006, "{successes} of {count}: {interval:?}");
+    }
+    assert_eq!(Batch::of(&runs(0, 20)).success_interval[0], 0.0);
+    assert_eq!(Batch::of(&runs(20, 20)).success_interval[1], 1.0);
+}
+
+#[test]
+fn success_is_weighted_by_path_length() {
+    let run = |outcome, path_length_m, shortest_path_m| Summary {
+        outcome,
+        path_length_m,
+        shortest_path_m,
+        ..summary(1)
+    };
+    let batch = Batch::of(&[
+        run(Outcome::GoalReached, 4.0, 2.0),
+        // Shorter than the shortest way, by rounding or a wide goal: never more than 1.
+        run(Outcome::GoalReached, 1.9, 2.0),
+        run(Outcome::TimedOut, 2.0, 2.0),
+        // The robot stood on the goal.
+        run(Outcome::GoalReached, 0.0, 0.0),
+    ]);
+    assert_eq!(batch.spl, Some((0.5 + 1.0 + 0.0 + 1.0) / 4.0));
+    assert_eq!(batch.success_rate, Some(0.75));
+}
+
+#[test]
+fn collisions_are_counted_per_kilometre_of_way() {
+    let run = |collisions, collisions_caused, path_length_m| Summary {
+        collisions,
+        collisions_caused,
+        path_length_m,
+        ..summary(1)
+    };
+    let batch = Batch::of(&[run(3, 1, 300.0), run(1, 0, 200.0)]);
+    assert_eq!((batch.collisions, batch.collisions_caused), (4, 1));
+    assert_eq!(batch.collisions_caused_per_km, Some(2.0));
+}
+
+#[test]
+fn percentiles_interpolate_between_ranks() {
+    let spread = Spread::of([40.0, 10.0, 30.0, 20.0].into_iter());
+    // numpy.percentile([10, 20, 30, 40], [50, 95]) is [25, 38.5].
+    assert_eq!(spread, Some(Spread { minimum: 10.0, median: 25.0, p95: 38.5, maximum: 40.0 }));
+    let whole_rank = Spread::of((0..=20).map(f64::from));
+    assert_eq!(whole_rank, Some(Spread { minimum: 0.0, median: 10.0, p95: 19.0, maximum: 20.0 }));
+    assert_eq!(Spread::of([7.0].into_iter()).map(|spread| (spread.median, spread.p95)), Some((7.0, 7.0)));
+    assert_eq!(Spread::of([f64::NAN, f64::INFINITY].into_iter()), None);
+}
+
+#[test]
+fn no_runs_have_no_figures() {
+    let batch = Batch::of(&[]);
+    assert_eq!((batch.runs, batch.success_rate, batch.spl), (0, None, None));
+    assert_eq!(batch.success_interval, [0.0, 1.0]);
+    assert_eq!(batch.sim_time_s, None);
+    assert_eq!(batch.to_string(), "no runs\n");
+}
+
+#[test]
+fn conditions_that_differ_are_told() {
+    let mut other = summary(2);
+    other.conditions.insert("noise".to_owned(), "real".to_owned());
+    let batch = Batch::of(&[summary(1), other]);
+    assert_eq!(batch.example, "exp1");
+    assert_eq!(batch.conditions["noise"], "various");
+}
+
+#[test]
+fn json_is_one_line_with_the_promised_fields() {
+    let line = Batch::of(&runs(3, 4)).json_line().unwrap();
+    assert!(!line.contains('\n'));
+    let value: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!(value["runs"], 4);
+    assert_eq!(value["success_rate"], 0.75);
+    assert_eq!(value["failed_seeds"], serde_json::json!([3]));
+    for field in ["success_interval", "collisions", "collisions_caused", "collisions_caused_per_km", "spl"] {
+        assert!(!value[field].is_null(), "{field}");
+    }
+    for figure in ["sim_time_s", "path_length_m", "min_clearance_m", "route_switches", "reflexes"] {
+        assert!(value[figure]["median"].is_f64() && value[figure]["p95"].is_f64(), "{figure}");
+    }
+}
+
+#[test]
+fn table_tells_what_happened_first() {
+    let text = Batch::of(&runs(3, 4)).to_string();
+    let first = text.lines().next().unwrap();
+    assert_eq!(first, "exp1: 3 of 4 runs reached the goal, 75.0 % (95 % interval 30.1 to 95.4 %)");
+    assert!(text.lines().any(|line| line.trim_start().starts_with("failed seeds") && line.ends_with(" 3")));
+    assert!(text.contains("least clearance [m]"));
+}
+
+proptest! {
+    #[test]
+    fn the_order_of_the_runs_changes_no_bit(
+        figures in proptest::collection::vec((0.0..100.0_f64, 0.1..10.0_f64, any::<bool>()), 1..30),
+        turn in 0_usize..30,
+    ) {
+        let mut runs: Vec<Summary> = (0..).zip(figures).map(|(seed, (time, length, reached))| Summary {
+            sim_time_s: time,
+            path_length_m: length,
+            outcome: if reached { Outcome::GoalReached } else { Outcome::TimedOut },
+            ..summary(seed)
+        }).collect();
+        let line = Batch::of(&runs).json_line().unwrap();
+        let middle = turn % runs.len();
+        runs.rotate_left(middle);
+        runs[middle..].reverse();
+        prop_assert_eq!(Batch::of(&runs).json_line().unwrap(), line);
+    }
+
+    #[test]
+    fn the_rate_lies_in_its_interval(successes in 0_u64..40, failures in 0_u64..40) {
+        prop_assume!(successes + failures > 0);
+        let batch = Batch::of(&runs(successes, successes + failures));
+        let [low, high] = batch.success_interval;
+        let rate = batch.success_rate.unwrap();
+        prop_assert!(0.0 <= low && low <= rate && rate <= high && high <= 1.0);
+        prop_assert_eq!(batch.failed_seeds.len() as u64, failures);
+    }
+}

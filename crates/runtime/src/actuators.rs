@@ -1,0 +1,137 @@
+//! The gates of an agent: a command passes its gate in the thread of its commander, so no wake-up lies between.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use slate_blackboard::Property;
+use slate_blackboard::channel::Writer;
+use slate_blackboard::interface::View;
+use slate_blackboard::wake::Wake;
+use slate_module::Priority;
+use slate_safety::{Gate, GateState, Verdict};
+
+use crate::digest::Digest;
+
+/// A gate with the property that the actuator reads.
+#[derive(Debug)]
+pub(crate) struct Actuator {
+    pub name: String,
+    /// What passed: `/<name>/command`.
+    pub command: Arc<Property>,
+    inner: Mutex<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    gate: Gate,
+    command: Writer,
+    state: Writer,
+    index: u32,
+    wakes: Vec<Arc<Wake>>,
+    last_state: Option<GateState>,
+    /// What was published last, so that only changes and renewals are.
+    fresh: bool,
+}
+
+impl Actuator {
+    pub fn new(
+        name: String,
+        gate: Gate,
+        command: (Arc<Property>, Writer),
+        state: Writer,
+        index: u32,
+    ) -> Self {
+        let inner = Inner {
+            gate,
+            command: command.1,
+            state,
+            index,
+            wakes: Vec::new(),
+            last_state: None,
+            fresh: false,
+        };
+        Self { name, command: command.0, inner: Mutex::new(inner) }
+    }
+
+    /// Wakes a thread when a command has passed.
+    pub fn wakes(&self, wake: Arc<Wake>) {
+        self.locked().wakes.push(wake);
+    }
+
+    fn locked(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The gate, unless another thread is in it at this moment: nobody waits here. Who finds it taken meets a
+    /// commander that holds the lease, or the loop that ends what is stale.
+    fn free(&self) -> Option<MutexGuard<'_, Inner>> {
+        for _ in 0..64 {
+            match self.inner.try_lock() {
+                Ok(inner) => return Some(inner),
+                Err(TryLockError::Poisoned(error)) => return Some(error.into_inner()),
+                Err(TryLockError::WouldBlock) => std::hint::spin_loop(),
+            }
+        }
+        None
+    }
+
+    /// A commander's command.
+    pub fn offer(&self, commander: u32, priority: Priority, command: &[u8], now: u64) {
+        let Some(mut inner) = self.free() else { return };
+        let verdict = inner.gate.offer(commander, priority, command, now);
+        if matches!(verdict, Verdict::Passed | Verdict::Limited) {
+            inner.fresh = true;
+        }
+        inner.publish(now);
+    }
+
+    /// A commander commands no longer.
+    pub fn withdraw(&self, commander: u32, now: u64) {
+        let Some(mut inner) = self.free() else { return };
+        inner.gate.withdraw(commander, now);
+        inner.publish(now);
+    }
+
+    /// Ends what is stale; adds what the actuator gets to the digest.
+    pub fn expire(&self, now: u64, digest: Option<&mut Digest>) {
+        let Some(mut inner) = self.free() else { return };
+        inner.publish(now);
+        if let Some(digest) = digest {
+            let index = inner.index;
+            digest.add(index, inner.gate.output(now).command);
+        }
+    }
+
+    /// Lets commands through; the software stop must have been reset.
+    pub fn arm(&self) -> bool {
+        self.locked().gate.arm().is_ok()
+    }
+
+    /// Stops at once and stays stopped.
+    pub fn stop(&self, reason: &str, now: u64) {
+        let mut inner = self.locked();
+        inner.gate.stop(reason);
+        inner.publish(now);
+    }
+
+    /// Ends a stop; the gate then has to be armed.
+    pub fn reset(&self) {
+        self.locked().gate.reset();
+    }
+}
+
+impl Inner {
+    /// Publishes the command that holds now, and the gate's state when it changed.
+    fn publish(&mut self, now: u64) {
+        let output = self.gate.output(now);
+        // Only a recorder in lockstep may refuse, and then the value is recorded in the next cycle.
+        let _ = self.command.write(output.command, 0, now);
+        let state = output.state;
+        if self.last_state != Some(state) {
+            let _ = self.state.write(View::of(&state).bytes(), 0, now);
+            self.last_state = Some(state);
+        }
+        if std::mem::take(&mut self.fresh) {
+            self.wakes.iter().for_each(|wake| wake.notify(1));
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! An agent: one process with one blackboard and a name.
+
+mod build;
+mod order;
+mod parameters;
+mod survey;
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use slate_blackboard::Board;
+use slate_module::Plugin;
+use slate_safety::StopLatch;
+
+use crate::actuators::Actuator;
+use crate::clock::Clock;
+use crate::configuration::{Configuration, Report};
+use crate::log::{LogTarget, Logger};
+use crate::main_loop::{
+    End, Flow, ModuleThreads, Observer, Pace, Rate, Seat, Shared, Watchdog, Workers, cycle, drive,
+};
+
+/// How the modules of an agent are run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// All on the main loop, stage by stage; in lockstep under a time source.
+    Staged,
+    /// Modules that wait for something or have a period get threads of their own.
+    Threaded,
+}
+
+/// How an agent is started.
+pub struct Options {
+    /// How the modules are run.
+    pub mode: Mode,
+    /// How fast virtual time goes.
+    pub rate: Rate,
+    /// Threads that help the main loop with independent modules.
+    pub workers: usize,
+    /// Uses the workers also where it does not pay; the result is the same.
+    pub always_help: bool,
+    /// Where the log goes.
+    pub log: Vec<Box<dyn LogTarget>>,
+    /// Arms the actuators at the start, as robots in the simulator do.
+    pub armed: bool,
+    /// The stop that all gates obey.
+    pub stop: StopLatch,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Staged,
+            rate: Rate::REALTIME,
+            workers: 0,
+            always_help: false,
+            log: Vec::new(),
+            armed: false,
+            stop: StopLatch::in_memory(),
+        }
+    }
+}
+
+impl std::fmt::Debug for Options {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Options").field("mode", &self.mode).field("rate", &self.rate).finish_non_exhaustive()
+    }
+}
+
+/// Why an agent does not start.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum StartError {
+    /// The configuration and the plugins don't fit together.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Configuration(#[from] Report),
+    /// Virtual time as fast as it goes is for lockstep.
+    #[error("threaded mode runs on the wall clock: it has no rate `max`")]
+    #[diagnostic(help("use `realtime` or a factor, or staged mode"))]
+    ThreadedMax,
+    /// The system has no thread left.
+    #[error("a thread can't be started: {0}")]
+    Thread(#[from] std::io::Error),
+}
+
+/// An agent, loaded and ready.
+pub struct Agent {
+    shared: Arc<Shared>,
+    seats: Vec<Arc<Seat>>,
+    /// Modules with threads of their own.
+    threaded: Vec<Arc<Seat>>,
+    actuators: Vec<Arc<Actuator>>,
+    hang: Duration,
+}
+
+impl std::fmt::Debug for Agent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Agent").field("name", &self.shared.board.agent()).finish_non_exhaustive()
+    }
+}
+
+impl Agent {
+    /// Loads what the configuration asks for. Either all of it fits and is made, or nothing is.
+    ///
+    /// # Errors
+    /// Everything that does not fit, with file, line and caret.
+    pub fn load(
+        configuration: &Configuration,
+        plugins: &[Plugin],
+        options: Options,
+    ) -> Result<Self, StartError> {
+        if options.mode == Mode::Threaded && options.rate == Rate::Max {
+            return Err(StartError::ThreadedMax);
+        }
+        let driven = configuration.time_source().is_some();
+        let lockstep = driven && options.mode == Mode::Staged;
+        let log = configuration.log();
+        let levels = log.levels.iter().map(|(name, level)| (name.value.clone(), level.value)).collect();
+        let logger = Arc::new(Logger::new(options.log, log.level.value, levels)?);
+        let built = build::build(configuration, plugins, &logger, lockstep, &options.stop)?;
+        let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
+        let seats: Vec<Arc<Seat>> =
+            built.runners.into_iter().map(|runner| Arc::new(Seat::new(runner))).collect();
+        let own_thread = |index: &usize| options.mode == Mode::Threaded && built.waits[*index];
+        let threaded = (0..seats.len()).filter(own_thread).map(|index| Arc::clone(&seats[index])).collect();
+        let stages = built
+            .order
+            .iter()
+            .map(|levels| {
+                levels
+                    .iter()
+                    .map(|level| {
+                        level.iter().filter(|i| !own_thread(i)).map(|i| Arc::clone(&seats[*i])).collect()
+                    })
+                    .collect()
+            })
+            .collect();
+        if options.armed {
+            // A stop that is still latched keeps them disarmed.
+            built.actuators.iter().for_each(|actuator| {
+                actuator.arm();
+            });
+        }
+        let shared = Shared::new(
+            built.board,
+            clock,
+            logger,
+            configuration.period().value,
+            lockstep,
+            stages,
+            built.actuators.clone(),
+            lockstep.then(crate::digest::Digest::new),
+            Workers::start(options.workers, options.always_help)?,
+            Pace::new(options.rate),
+        );
+        Ok(Self {
+            shared: Arc::new(shared),
+            seats,
+            threaded,
+            actuators: built.actuators,
+            hang: Duration::from_nanos(configuration.hang().value),
+        })
+    }
+
+    /// Everything that the robot knows.
+    pub fn board(&self) -> &Arc<Board> {
+        &self.shared.board
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.shared.clock.now()
+    }
+
+    /// Reads the agent's time from any thread, nanoseconds.
+    pub fn clock(&self) -> impl Fn() -> u64 + Send + 'static {
+        let clock = Arc::clone(&self.shared.clock);
+        move || clock.now()
+    }
+
+    /// The names of the modules.
+    pub fn modules(&self) -> Vec<&str> {
+        self.seats.iter().map(|seat| &*seat.name).collect()
+    }
+
+    /// How often a module has ticked, missed its deadline and panicked.
+    pub fn counts(&self, module: &str) -> Option<(u64, u64, u64)> {
+        let health = &self.seats.iter().find(|seat| &*seat.name == module)?.health;
+        let load = |counter: &std::sync::atomic::AtomicU64| counter.load(Ordering::Relaxed);
+        Some((load(&health.ticks), load(&health.misses), load(&health.panics)))
+    }
+
+    /// A fingerprint of everything that modules wrote in lockstep so far; nothing on the wall clock.
+    pub fn digest(&mut self) -> Option<u64> {
+        // SAFETY: `&mut self` says that no run is going on in another thread.
+        unsafe { self.shared.core() }.digest.as_ref().map(crate::digest::Digest::value)
+    }
+
+    /// Stops all actuators, and keeps them stopped until [`reset`](Agent::reset) and [`arm`](Agent::arm).
+    pub fn stop_actuators(&self, reason: &str) {
+        self.actuators.iter().for_each(|actuator| actuator.stop(reason, self.now()));
+    }
+
+    /// Ends a stop of the actuators.
+    pub fn reset(&self) {
+        self.actuators.iter().for_each(|actuator| actuator.reset());
+    }
+
+    /// Lets commands through to the actuators; false when one is still stopped.
+    pub fn arm(&self) -> bool {
+        self.actuators.iter().all(|actuator| actuator.arm())
+    }
+
+    /// What ends a run from another thread.
+    pub fn stopper(&self) -> Stopper {
+        Stopper { shared: Arc::clone(&self.shared) }
+    }
+
+    /// One cycle of the main loop, in the caller's thread and without a watchdog.
+    ///
+    /// Only in lockstep: on the wall clock modules have threads of their own.
+    pub fn step(&mut self) -> bool {
+        self.shared.lockstep && cycle(&self.shared) != Flow::Lost
+    }
+
+    /// Runs until the observer, a [`Stopper`] or a fault ends it.
+    ///
+    /// # Errors
+    /// When a thread can't be started.
+    pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
+        self.shared.begin();
+        // SAFETY: no run is going on, as `&mut self` says.
+        unsafe { self.shared.core() }.observer = Some(observer);
+        let watched = self.seats.iter().map(|seat| {
+            let on_loop = !self.threaded.iter().any(|own| Arc::ptr_eq(own, seat));
+            (Arc::clone(seat), on_loop)
+        });
+        let watchdog = Watchdog::new(Arc::clone(&self.shared), watched.collect(), self.hang);
+        let threads = ModuleThreads::start(&self.shared, &self.threaded)?;
+        let shared = Arc::clone(&self.shared);
+        std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.watch())?;
+        let shared_loop = Arc::clone(&shared);
+        std::thread::Builder::new().name("main loop".into()).spawn(move || drive(&shared_loop))?;
+        let end = shared.wait();
+        threads.stop();
+        Ok(end)
+    }
+}
+
+impl Drop for Agent {
+    fn drop(&mut self) {
+        self.shared.finish(End::Stopped);
+    }
+}
+
+/// Ends a run from another thread.
+#[derive(Clone)]
+pub struct Stopper {
+    shared: Arc<Shared>,
+}
+
+impl Stopper {
+    /// Ends the run after the present cycle.
+    pub fn stop(&self) {
+        self.shared.finish(End::Stopped);
+    }
+}

@@ -1,0 +1,157 @@
+use std::fmt;
+use std::sync::Arc;
+
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+
+use super::source::{Sources, Span};
+
+/// One thing that is wrong, where, and what to do about it.
+#[derive(Clone, Debug)]
+pub struct Diagnostic {
+    message: String,
+    help: Option<String>,
+    place: Option<Place>,
+}
+
+#[derive(Clone, Debug)]
+struct Place {
+    source: NamedSource<Arc<str>>,
+    label: LabeledSpan,
+    line: usize,
+    column: usize,
+}
+
+impl Diagnostic {
+    /// Something wrong that no text shows, such as a file that can't be read.
+    pub fn without_place(message: impl Into<String>, help: impl Into<Option<String>>) -> Self {
+        Self { message: message.into(), help: help.into(), place: None }
+    }
+
+    pub(super) fn at(sources: &Sources, span: Span, message: String, help: Option<String>) -> Self {
+        let source = sources.of(span);
+        let range = source.range(span);
+        let (line, column) = source.line_and_column(range.start);
+        let label = LabeledSpan::new_with_span(Some("here".into()), range);
+        let source = NamedSource::new(&source.name, Arc::clone(&source.text));
+        Self { message, help, place: Some(Place { source, label, line, column }) }
+    }
+
+    /// What is wrong.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// What to do about it.
+    pub fn help_text(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
+    /// The name of the file, or `--set`.
+    pub fn source_name(&self) -> Option<&str> {
+        self.place.as_ref().map(|place| place.source.name())
+    }
+
+    /// The line, counted from one.
+    pub fn line(&self) -> Option<usize> {
+        self.place.as_ref().map(|place| place.line)
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Diagnostic {}
+
+impl miette::Diagnostic for Diagnostic {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.as_ref().map(|place| &place.source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.place.as_ref().map(|place| Box::new(std::iter::once(place.label.clone())) as Box<_>)
+    }
+}
+
+/// All that is wrong with a configuration.
+///
+/// `Display` writes a line for each, [`Report::render`] and `Debug` show file, line and caret.
+#[derive(Clone)]
+pub struct Report {
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Report {
+    /// What is wrong, in the order of the texts.
+    pub fn diagnostics(&self) -> &[Diagnostic] {
+        &self.diagnostics
+    }
+
+    /// The report for a terminal: message, excerpt with a caret, and help for each.
+    pub fn render(&self, colour: bool) -> String {
+        let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+        let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_width(110);
+        let mut text = String::new();
+        for diagnostic in &self.diagnostics {
+            if handler.render_report(&mut text, diagnostic).is_err() {
+                text.push_str(&format!("{}\n", Line(diagnostic)));
+            }
+        }
+        text
+    }
+}
+
+impl From<Diagnostic> for Report {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self { diagnostics: vec![diagnostic] }
+    }
+}
+
+impl From<Vec<Diagnostic>> for Report {
+    fn from(diagnostics: Vec<Diagnostic>) -> Self {
+        Self { diagnostics }
+    }
+}
+
+/// A diagnostic in one line: `exp1.toml:3:1: message (help)`.
+struct Line<'a>(&'a Diagnostic);
+
+impl fmt::Display for Line<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Diagnostic { message, help, place } = self.0;
+        if let Some(place) = place {
+            write!(f, "{}:{}:{}: ", place.source.name(), place.line, place.column)?;
+        }
+        f.write_str(message)?;
+        help.as_ref().map_or(Ok(()), |help| write!(f, " ({help})"))
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, diagnostic) in self.diagnostics.iter().enumerate() {
+            write!(f, "{}{}", if i == 0 { "" } else { "\n" }, Line(diagnostic))?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Report {}
+
+impl miette::Diagnostic for Report {
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn miette::Diagnostic> + 'a>> {
+        Some(Box::new(self.diagnostics.iter().map(|diagnostic| diagnostic as &dyn miette::Diagnostic)))
+    }
+}

@@ -1,0 +1,109 @@
+use slate_blackboard::Url;
+use slate_module::{Level, Stage, Trigger};
+
+use super::source::Spanned;
+use super::value::Table;
+
+/// A module of the agent.
+#[derive(Clone, Debug)]
+pub struct Module {
+    /// Its name with that of its robot, such as `r2/planner`; its URL is `/r2/planner`.
+    pub name: Spanned<String>,
+    /// Which type of module it is.
+    pub plugin: Spanned<String>,
+    /// Whether it runs from the start.
+    pub enabled: Spanned<bool>,
+    /// Overrides the stage that the module names itself.
+    pub stage: Option<Spanned<Stage>>,
+    /// Overrides the trigger that the module names itself.
+    pub trigger: Option<Spanned<Trigger>>,
+    /// Overrides its deadline, nanoseconds.
+    pub deadline: Option<Spanned<u64>>,
+    /// Its parameters.
+    pub params: Table,
+    /// Values of inputs that have no link, by port.
+    pub inputs: Table,
+}
+
+/// An input that reads a property.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// The path of the input port in this agent, such as `follower/pose`.
+    pub to: Spanned<String>,
+    /// The property; absolute, and without an agent when it is one of this agent.
+    pub from: Spanned<Url>,
+    /// Whether it reads last cycle's value, and so breaks a cycle of modules.
+    pub previous: bool,
+    /// Age from which a value counts as stale, nanoseconds.
+    pub stale: Option<Spanned<u64>>,
+}
+
+/// A gate in front of an actuator.
+#[derive(Clone, Debug)]
+pub struct Actuator {
+    /// Its name with that of its robot, such as `r2/wheels`.
+    pub name: Spanned<String>,
+    /// The properties that command it.
+    pub commands: Vec<Spanned<Url>>,
+    /// Intervals that fields of the command are kept in, by field.
+    pub limits: Vec<Limit>,
+    /// How fast fields of the command may change, per second, by field.
+    pub rate_limits: Vec<RateLimit>,
+    /// Age at which a command is no longer followed, nanoseconds.
+    pub time_to_live: Spanned<u64>,
+    /// The command that holds when there is no other; what it leaves out is the interface's own safe value.
+    pub safe: Table,
+}
+
+/// The closed interval that a field of a command is kept in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    /// The field, such as `left`.
+    pub field: Spanned<String>,
+    /// The lowest value, in the field's unit.
+    pub low: f64,
+    /// The highest value, in the field's unit.
+    pub high: f64,
+}
+
+/// How fast a field of a command may change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RateLimit {
+    /// The field, such as `left`.
+    pub field: Spanned<String>,
+    /// The largest change, in the field's unit per second.
+    pub per_second: f64,
+}
+
+/// What ends a run.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    /// A property with an outcome field.
+    pub outcome: Spanned<Url>,
+}
+
+/// What is logged.
+#[derive(Clone, Debug)]
+pub struct Log {
+    /// The level of every module that has none of its own.
+    pub level: Spanned<Level>,
+    /// Levels of single modules: where the name is written, the name, and the level.
+    pub levels: Vec<(Spanned<String>, Spanned<Level>)>,
+}
+
+impl Log {
+    /// The level of a module.
+    pub fn level_of(&self, module: &str) -> Level {
+        let own = self.levels.iter().find(|(name, _)| name.value == module);
+        own.map_or(self.level.value, |(_, level)| level.value)
+    }
+}
+
+/// Name, seed and pace of the agent.
+#[derive(Clone, Debug)]
+pub(super) struct Agent {
+    pub(super) name: Spanned<String>,
+    pub(super) seed: Spanned<u64>,
+    pub(super) period: Spanned<u64>,
+    pub(super) hang: Spanned<u64>,
+}

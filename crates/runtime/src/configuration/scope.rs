@@ -1,0 +1,141 @@
+use std::collections::btree_map::Entry as Slot;
+
+use slate_blackboard::Url;
+
+use super::problems::Problems;
+use super::source::Spanned;
+use super::value::{Entry, Table, Value};
+
+/// What a robot may bring; the same sections stand at the top for the agent itself.
+const SECTIONS: [&str; 3] = ["modules", "links", "actuators"];
+
+/// Moves what stands under `robots` to the top: names get the robot's as a prefix, URLs become absolute.
+///
+/// Done for each layer before they are merged, so that a module may be named either way in any of them.
+pub(super) fn flatten(layer: Table, problems: &mut Problems) -> Table {
+    let mut flat = Table::default();
+    let mut robots = None;
+    for (name, entry) in layer.entries {
+        match name.as_str() {
+            "robots" => robots = Some(entry),
+            section if SECTIONS.contains(&section) => move_section(&mut flat, "", section, entry, problems),
+            _ => {
+                flat.entries.insert(name, entry);
+            }
+        }
+    }
+    let Some(robots) = robots.as_ref().and_then(|robots| problems.as_table("robots", robots)) else {
+        return flat;
+    };
+    for (robot, entry) in robots.iter() {
+        if !problems.name("a robot", robot, false, entry.key) {
+            continue;
+        }
+        let Some(sections) = problems.as_table(&format!("robots.{robot}"), entry) else { continue };
+        problems.unknown_keys(sections, &format!("in [robots.{robot}]"), &SECTIONS);
+        for section in SECTIONS {
+            if let Some(entry) = sections.entries.get(section) {
+                move_section(&mut flat, robot, section, entry.clone(), problems);
+            }
+        }
+    }
+    flat
+}
+
+fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, problems: &mut Problems) {
+    let title = if scope.is_empty() { section.into() } else { format!("robots.{scope}.{section}") };
+    if problems.as_table(&title, &from).is_none() {
+        return;
+    }
+    let Value::Table(table) = from.value.value else { return };
+    let empty = Entry { key: from.key, value: Spanned::new(Value::Table(Table::default()), from.value.span) };
+    let Value::Table(target) = &mut flat.entries.entry(section.into()).or_insert(empty).value.value else {
+        return;
+    };
+    for (name, mut entry) in table.entries {
+        let path = match section {
+            "links" => destination(&name, scope, &entry, problems),
+            "modules" if !problems.name("a module", &name, true, entry.key) => None,
+            "actuators" if !problems.name("an actuator", &name, true, entry.key) => None,
+            _ => Some(join(scope, &name)),
+        };
+        let Some(path) = path else { continue };
+        match section {
+            "links" => resolve_keys(&mut entry.value, &["from"], scope),
+            "actuators" => resolve_keys(&mut entry.value, &["command", "commands"], scope),
+            _ => {}
+        }
+        match target.entries.entry(path) {
+            Slot::Occupied(slot) => {
+                problems.add(
+                    entry.key,
+                    format!("`{}` is set twice in {section}", slot.key()),
+                    "keep one of the two",
+                );
+            }
+            Slot::Vacant(slot) => {
+                slot.insert(entry);
+            }
+        }
+    }
+}
+
+/// The path of the input that a link feeds.
+fn destination(key: &str, scope: &str, entry: &Entry, problems: &mut Problems) -> Option<String> {
+    let url = problems.url(key, entry.key)?;
+    if url.agent().is_some() {
+        let help =
+            format!("write the input as `/{}`, in the configuration of its own agent", url.path_in(""));
+        problems.add(entry.key, "a link feeds an input of this agent", help);
+        return None;
+    }
+    Some(url.path_in(scope))
+}
+
+/// Makes the URLs of a value absolute: the value itself when it is text, else the values of these keys.
+fn resolve_keys(value: &mut Spanned<Value>, keys: &[&str], scope: &str) {
+    match &mut value.value {
+        Value::Table(table) => {
+            let named = table.entries.iter_mut().filter(|(name, _)| keys.contains(&name.as_str()));
+            named.for_each(|(_, entry)| resolve(&mut entry.value.value, scope));
+        }
+        text => resolve(text, scope),
+    }
+}
+
+/// Makes URLs absolute; what is none stays as written and is reported by whoever reads it.
+fn resolve(value: &mut Value, scope: &str) {
+    match value {
+        Value::List(items) => items.iter_mut().for_each(|item| resolve(&mut item.value, scope)),
+        Value::Text(text) => {
+            if let Ok(url) = Url::parse(text)
+                && url.agent().is_none()
+                && url.path_in("").contains('/')
+            {
+                *text = format!("/{}", url.path_in(scope));
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The names that lead to a setting after [`flatten`].
+pub(super) fn flatten_path(mut path: Vec<String>) -> Vec<String> {
+    let mut scope = String::new();
+    if path.len() > 2 && path[0] == "robots" && SECTIONS.contains(&path[2].as_str()) {
+        path.remove(0);
+        scope = path.remove(0);
+    }
+    if let [section, name, ..] = &mut path[..] {
+        match (section.as_str(), Url::parse(name)) {
+            ("links", Ok(url)) => *name = url.path_in(&scope),
+            ("modules" | "actuators", _) => *name = join(&scope, name),
+            _ => {}
+        }
+    }
+    path
+}
+
+fn join(scope: &str, name: &str) -> String {
+    if scope.is_empty() { name.into() } else { format!("{scope}/{name}") }
+}

@@ -1,0 +1,145 @@
+use std::fmt;
+use std::ops::{Deref, Range};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A stretch of the text of a [`Source`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    pub(super) source: usize,
+    pub(super) start: usize,
+    pub(super) end: usize,
+}
+
+/// A value and where it is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spanned<T> {
+    /// The value.
+    pub value: T,
+    /// Where it is written; for a value that follows from another one, where that one is written.
+    pub span: Span,
+}
+
+impl<T> Spanned<T> {
+    pub(super) fn new(value: T, span: Span) -> Self {
+        Self { value, span }
+    }
+}
+
+impl<T> Deref for Spanned<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+/// What kind of layer a [`Source`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SourceKind {
+    /// Built in.
+    Default,
+    /// A file, or a text given in place of one.
+    File,
+    /// A setting of the command line.
+    Set,
+}
+
+/// A text that settings come from.
+#[derive(Clone, Debug)]
+pub struct Source {
+    pub(super) name: String,
+    pub(super) kind: SourceKind,
+    pub(super) path: Option<PathBuf>,
+    pub(super) text: Arc<str>,
+    /// Of two sources, the one with the higher rank overrides the other.
+    pub(super) rank: usize,
+    /// Kept with its comments and blanks, so that it can be saved back.
+    pub(super) document: Option<toml_edit::Document<Arc<str>>>,
+}
+
+impl Source {
+    /// The file's path as given, `--set`, or `built-in defaults`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where the text comes from.
+    pub fn kind(&self) -> SourceKind {
+        self.kind
+    }
+
+    /// The path of a file that was read.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// The whole text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The parsed text with its comments, to be changed and saved back; none for a setting of the command line.
+    pub fn document(&self) -> Option<&toml_edit::Document<Arc<str>>> {
+        self.document.as_ref()
+    }
+
+    /// The bytes of a span, cut to whole characters of the text.
+    pub(super) fn range(&self, span: Span) -> Range<usize> {
+        let start = self.text.floor_char_boundary(span.start.min(self.text.len()));
+        let end = self.text.ceil_char_boundary(span.end.min(self.text.len()));
+        start..end.max(start)
+    }
+
+    /// Line and column of a byte, both counted from one.
+    pub(super) fn line_and_column(&self, byte: usize) -> (usize, usize) {
+        let before = &self.text[..self.text.floor_char_boundary(byte.min(self.text.len()))];
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+}
+
+/// Where a value comes from, for people: `exp1.toml:12`, `--set loop.period=10ms`, `built-in defaults`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Which layer.
+    pub kind: SourceKind,
+    /// The file as given, or the text of the setting.
+    pub name: String,
+    /// The line, counted from one.
+    pub line: usize,
+    /// The column in characters, counted from one.
+    pub column: usize,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.kind {
+            SourceKind::Default => f.write_str(&self.name),
+            SourceKind::File => write!(f, "{}:{}", self.name, self.line),
+            SourceKind::Set => write!(f, "--set {}", self.name),
+        }
+    }
+}
+
+/// All texts of a configuration.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sources(pub(super) Vec<Source>);
+
+impl Sources {
+    pub(super) fn of(&self, span: Span) -> &Source {
+        // A span is made only for a source of this list, which never shrinks.
+        &self.0[span.source]
+    }
+
+    pub(super) fn rank(&self, span: Span) -> usize {
+        self.of(span).rank
+    }
+
+    pub(super) fn origin(&self, span: Span) -> Origin {
+        let source = self.of(span);
+        let (line, column) = source.line_and_column(span.start);
+        let name = if source.kind == SourceKind::Set { source.text.to_string() } else { source.name.clone() };
+        Origin { kind: source.kind, name, line, column }
+    }
+}

@@ -1,0 +1,18 @@
+//! The agent: stages, scheduling, clock, configuration, logging.
+//!
+//! A [`Configuration`](configuration::Configuration) says which modules there are and how they are linked; an
+//! [`Agent`] makes them and runs them. Either everything fits and starts, or nothing does and every misfit is shown
+//! with file, line and caret.
+#![allow(unsafe_code, reason = "modules run behind a table of calls, over memory of the host")]
+
+mod actuators;
+mod agent;
+mod clock;
+pub mod configuration;
+mod digest;
+pub mod log;
+mod main_loop;
+mod runner;
+
+pub use agent::{Agent, Mode, Options, StartError, Stopper};
+pub use main_loop::{Control, Cycle, End, Observer, Rate};

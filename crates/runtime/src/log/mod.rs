@@ -1,0 +1,215 @@
+//! One logger with several targets and a level per module.
+//!
+//! A tick formats into memory of its own; a thread of the logger writes to the targets, so no module ever waits for a
+//! terminal or a disk. In lockstep nothing is lost and lines stand in the order of the modules; on the wall clock a
+//! full buffer drops lines and counts them.
+
+mod target;
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use slate_module::{Host, Level};
+
+pub use target::{ConsoleTarget, FileTarget, LogTarget, MemoryTarget};
+
+/// A line of the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// The agent's time, nanoseconds.
+    pub time: u64,
+    /// How important.
+    pub level: Level,
+    /// Which module, or `agent`.
+    pub module: Arc<str>,
+    /// What happened.
+    pub text: String,
+}
+
+impl fmt::Display for Record {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let level = match self.level {
+            Level::Error => "error",
+            Level::Warn => "warn ",
+            Level::Info => "info ",
+            Level::Debug => "debug",
+            Level::Trace => "trace",
+        };
+        write!(f, "{:10.3} {level} {}: {}", self.time as f64 * 1e-9, self.module, self.text)
+    }
+}
+
+/// What an agent logs with.
+pub struct Logger {
+    lines: Mutex<Option<SyncSender<Line>>>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    dropped: Arc<AtomicU64>,
+    level: Level,
+    levels: BTreeMap<String, Level>,
+}
+
+impl fmt::Debug for Logger {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Logger").field("level", &self.level).finish_non_exhaustive()
+    }
+}
+
+/// A line on its way; text in place, so that sending it allocates nothing.
+struct Line {
+    time: u64,
+    level: Level,
+    module: Arc<str>,
+    length: usize,
+    text: [u8; 512],
+}
+
+impl Logger {
+    /// A logger with those targets, the level of most modules, and levels of some.
+    ///
+    /// # Errors
+    /// When its thread can't be started.
+    pub fn new(
+        targets: Vec<Box<dyn LogTarget>>,
+        level: Level,
+        levels: BTreeMap<String, Level>,
+    ) -> std::io::Result<Self> {
+        let (sender, receiver) = sync_channel(1024);
+        let dropped = Arc::new(AtomicU64::new(0));
+        let counter = Arc::clone(&dropped);
+        let thread = std::thread::Builder::new()
+            .name("log".into())
+            .spawn(move || write_lines(&receiver, targets, &counter))?;
+        Ok(Self { lines: Mutex::new(Some(sender)), thread: Mutex::new(Some(thread)), dropped, level, levels })
+    }
+
+    /// The level of a module.
+    pub fn level(&self, module: &str) -> Level {
+        self.levels.get(module).copied().unwrap_or(self.level)
+    }
+
+    /// Logs a line of the agent itself.
+    pub fn log(&self, time: u64, level: Level, text: &str) {
+        if level <= self.level
+            && let Some(lines) = self.sender()
+        {
+            // The logger's thread lives as long as this sender.
+            let _ = lines.send(line(time, level, &Arc::from("agent"), text.as_bytes()));
+        }
+    }
+
+    fn sender(&self) -> Option<SyncSender<Line>> {
+        self.lines.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The log of a module; `lossless` waits for a full buffer rather than drop a line.
+    pub(crate) fn module(&self, name: &Arc<str>, lossless: bool) -> Option<Box<ModuleLog>> {
+        Some(Box::new(ModuleLog {
+            lines: self.sender()?,
+            dropped: Arc::clone(&self.dropped),
+            module: Arc::clone(name),
+            level: self.level(name),
+            lossless,
+            time: AtomicU64::new(0),
+        }))
+    }
+
+    /// How many lines were dropped because the targets were too slow.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Logger {
+    fn drop(&mut self) {
+        // Modules that hang keep a sender of their own, so the thread is not waited for if any is left.
+        *self.lines.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        if let Some(thread) = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take()
+            && Arc::strong_count(&self.dropped) <= 2
+        {
+            // A target that panicked has lost its lines already.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn line(time: u64, level: Level, module: &Arc<str>, bytes: &[u8]) -> Line {
+    let length = bytes.len().min(512);
+    let mut text = [0; 512];
+    text[..length].copy_from_slice(&bytes[..length]);
+    Line { time, level, module: Arc::clone(module), length, text }
+}
+
+fn write_lines(lines: &Receiver<Line>, mut targets: Vec<Box<dyn LogTarget>>, dropped: &AtomicU64) {
+    let mut reported = 0;
+    while let Ok(line) = lines.recv() {
+        let text = String::from_utf8_lossy(&line.text[..line.length]).into_owned();
+        let record = Record { time: line.time, level: line.level, module: line.module, text };
+        targets.iter_mut().for_each(|target| target.write(&record));
+        let lost = dropped.load(Ordering::Relaxed);
+        if lost > reported {
+            let text =
+                format!("{} lines of the log were dropped, as its targets are too slow", lost - reported);
+            reported = lost;
+            let record = Record { time: record.time, level: Level::Warn, module: Arc::from("agent"), text };
+            targets.iter_mut().for_each(|target| target.write(&record));
+        }
+    }
+}
+
+/// The log of one module, as its frame's host knows it.
+pub(crate) struct ModuleLog {
+    lines: SyncSender<Line>,
+    dropped: Arc<AtomicU64>,
+    module: Arc<str>,
+    level: Level,
+    lossless: bool,
+    time: AtomicU64,
+}
+
+impl ModuleLog {
+    /// What a frame points to.
+    pub fn host(&self) -> Host {
+        Host { context: std::ptr::from_ref(self).cast(), log: take }
+    }
+
+    /// The time that the next lines carry.
+    pub fn set_time(&self, time: u64) {
+        self.time.store(time, Ordering::Relaxed);
+    }
+
+    /// Writes a line.
+    pub fn write(&self, level: Level, text: &str) {
+        self.send(level, text.as_bytes());
+    }
+
+    fn send(&self, level: Level, text: &[u8]) {
+        if level > self.level {
+            return;
+        }
+        let line = line(self.time.load(Ordering::Relaxed), level, &self.module, text);
+        if self.lossless {
+            // The receiver ends only after all senders.
+            let _ = self.lines.send(line);
+        } else if let Err(TrySendError::Full(_)) = self.lines.try_send(line) {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, length: usize) {
+    // SAFETY: the context is the `ModuleLog` that made the host, which the runner keeps beside it; the text lives
+    // during the call.
+    let (log, text) = unsafe { (&*context.cast::<ModuleLog>(), std::slice::from_raw_parts(text, length)) };
+    let level = match level {
+        0 => Level::Error,
+        1 => Level::Warn,
+        2 => Level::Info,
+        3 => Level::Debug,
+        _ => Level::Trace,
+    };
+    log.send(level, text);
+}

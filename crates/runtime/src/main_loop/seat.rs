@@ -1,0 +1,108 @@
+use std::cell::UnsafeCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+use crate::runner::{Condition, Health, Runner};
+
+const IDLE: u32 = 0;
+const RUNNING: u32 = 1;
+/// The watchdog gives the module's outputs their safe values.
+const CLAIMED: u32 = 2;
+const LATE: u32 = 3;
+const RETURNED: u32 = 4;
+
+/// A module's place: who may touch its runner is settled here, also when a step does not return.
+///
+/// While a step runs, the runner belongs to the thread that makes it. When the watchdog gives the step up, the runner
+/// belongs to the host again, and the late thread touches nothing once it returns.
+pub(crate) struct Seat {
+    pub name: Arc<str>,
+    pub health: Arc<Health>,
+    state: AtomicU32,
+    /// Counts steps begun, so that the watchdog can tell a long step from many short ones.
+    begun: AtomicU64,
+    runner: UnsafeCell<Runner>,
+}
+
+// SAFETY: `state` says which thread may use the runner, as described above.
+unsafe impl Sync for Seat {}
+
+impl Seat {
+    pub fn new(runner: Runner) -> Self {
+        Self {
+            name: Arc::clone(&runner.name),
+            health: Arc::clone(&runner.health),
+            state: AtomicU32::new(IDLE),
+            begun: AtomicU64::new(0),
+            runner: UnsafeCell::new(runner),
+        }
+    }
+
+    /// The runner.
+    ///
+    /// # Safety
+    /// The caller drives this seat (the holder of the loop's token, or the module's own thread) and the seat is idle;
+    /// or it has just claimed the seat.
+    #[allow(clippy::mut_from_ref, reason = "the state of the seat grants the access")]
+    pub unsafe fn runner(&self) -> &mut Runner {
+        // SAFETY: passed on to the caller.
+        unsafe { &mut *self.runner.get() }
+    }
+
+    /// Before a step.
+    pub fn begin(&self) {
+        self.begun.store(self.begun.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+        self.state.store(RUNNING, Ordering::Release);
+    }
+
+    /// After a step: true when the runner still belongs to the caller, false when the step was given up.
+    pub fn end(&self) -> bool {
+        if self.state.compare_exchange(RUNNING, IDLE, Ordering::AcqRel, Ordering::Acquire).is_ok() {
+            return true;
+        }
+        while self.state.compare_exchange(LATE, RETURNED, Ordering::AcqRel, Ordering::Acquire).is_err() {
+            // The watchdog is just publishing the safe values, which takes microseconds.
+            std::thread::yield_now();
+        }
+        false
+    }
+
+    /// Takes back a seat whose late step has returned.
+    pub fn readmit(&self) -> bool {
+        if self.state.load(Ordering::Relaxed) != RETURNED
+            || self.state.compare_exchange(RETURNED, IDLE, Ordering::AcqRel, Ordering::Acquire).is_err()
+        {
+            return false;
+        }
+        // SAFETY: the late thread is out of the runner, and the caller drives this seat.
+        unsafe { self.runner() }.welcome_back();
+        true
+    }
+
+    /// Whether nobody is in the step, so that it may begin.
+    pub fn is_idle(&self) -> bool {
+        self.state.load(Ordering::Acquire) == IDLE
+    }
+
+    /// Whether the step that runs was given up.
+    pub fn is_given_up(&self) -> bool {
+        matches!(self.state.load(Ordering::Acquire), LATE | RETURNED)
+    }
+
+    /// The step that runs now, if one does.
+    pub fn running(&self) -> Option<u64> {
+        (self.state.load(Ordering::Acquire) == RUNNING).then(|| self.begun.load(Ordering::Relaxed))
+    }
+
+    /// Gives up the step that runs: its outputs become safe, and what it writes later is dropped.
+    pub fn give_up(&self, now: u64) -> bool {
+        if self.state.compare_exchange(RUNNING, CLAIMED, Ordering::AcqRel, Ordering::Acquire).is_err() {
+            return false;
+        }
+        self.health.set(Condition::Late);
+        // SAFETY: the seat was claimed, so the late thread will not touch the runner.
+        unsafe { self.runner() }.publish_safe(now);
+        self.state.store(LATE, Ordering::Release);
+        true
+    }
+}

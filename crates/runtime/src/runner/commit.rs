@@ -1,0 +1,167 @@
+use std::sync::atomic::Ordering;
+
+use slate_blackboard::message::Answer;
+use slate_module::{Flags, Priority};
+
+use super::health::count;
+use super::{Condition, PANIC_LIMIT, Runner};
+use crate::digest::Digest;
+
+/// How a step ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Committed {
+    /// With outputs.
+    Done,
+    /// Its outputs were dropped.
+    Dropped,
+}
+
+impl Runner {
+    /// Checks and commits what a step wrote. `code` is what the step returned.
+    pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) -> Committed {
+        for inbox in &mut self.inboxes {
+            for (i, entry) in inbox.entries.iter().enumerate() {
+                let reason = entry.answer.get();
+                let answer = if reason == 0 { Answer::Done } else { Answer::Refused(reason as u16) };
+                inbox.receiver.answer(i, answer);
+            }
+        }
+        let condition = match code {
+            0 => Condition::Working,
+            1 => Condition::Degraded,
+            2 => Condition::Failed,
+            _ => return self.recover(now),
+        };
+        if self.health.condition() != condition {
+            self.health.set(condition);
+        }
+        if condition == Condition::Failed {
+            self.publish_safe(now);
+            return Committed::Dropped;
+        }
+        self.publish(now, digest);
+        Committed::Done
+    }
+
+    fn publish(&mut self, now: u64, mut digest: Option<&mut Digest>) {
+        let several = self.outputs.len() > 1;
+        if several {
+            self.commit.begin();
+        }
+        for output in &mut self.outputs {
+            let slot = &self.slots[output.slot];
+            let set = slot.flags.get() & Flags::SET != 0;
+            let items = slot.items.get();
+            if set && !slot.data.is_null() {
+                let bytes = output.property.descriptor().shape(items).bytes(items);
+                // SAFETY: the draft is lent to this runner until it is published, and has room for those items.
+                let value = unsafe { std::slice::from_raw_parts_mut(slot.data, bytes) };
+                output.floats.canonicalize(value, items);
+                if let Some((actuator, commander)) = &output.actuator {
+                    actuator.offer(*commander, priority(slot.priority.get()), value, now);
+                }
+                if let Some(digest) = digest.as_deref_mut().filter(|_| !output.debug) {
+                    digest.add(output.index, value);
+                }
+                // Only a recorder in lockstep may hold a writer up, and then the value is counted as not written.
+                if output.writer.publish(items, now).is_ok() {
+                    output.wakes.iter().for_each(|wake| wake.notify(1));
+                }
+            } else if let Some((actuator, commander)) = &output.actuator {
+                // A command that is not renewed ends at once.
+                actuator.withdraw(*commander, now);
+            }
+        }
+        if several {
+            self.commit.end();
+        }
+        for outbox in &mut self.outboxes {
+            let count = self.slots[outbox.slot].count.get();
+            let Some(sender) = &mut outbox.sender else { continue };
+            for memory in &outbox.memory[..count] {
+                // SAFETY: the memory holds a value of that size, written by this step.
+                let value = unsafe { std::slice::from_raw_parts(memory.as_ptr(), outbox.size) };
+                if let Some(digest) = digest.as_deref_mut() {
+                    digest.add(outbox.index, value);
+                }
+                if sender.send(value, 0, now).is_err() {
+                    outbox.refused += 1;
+                }
+            }
+            if count > 0
+                && let Some(wake) = &outbox.wake
+            {
+                wake.notify(1);
+            }
+        }
+    }
+
+    /// Gives every output its safe value, and ends its commands.
+    pub fn publish_safe(&mut self, now: u64) {
+        let late = self.health.condition() == Condition::Late;
+        self.commit.begin();
+        for output in &mut self.outputs {
+            if let Some((actuator, commander)) = &output.actuator {
+                actuator.withdraw(*commander, now);
+            }
+            if late && output.aside.is_none() {
+                output.aside = Some(output.writer.set_aside());
+            }
+            if let Some(safe) = &output.safe
+                && output.writer.write(safe, 0, now).is_ok()
+            {
+                output.wakes.iter().for_each(|wake| wake.notify(1));
+            }
+        }
+        self.commit.end();
+    }
+
+    /// A late step has returned: what it wrote is dropped, and it may run again.
+    pub fn welcome_back(&mut self) {
+        for output in &mut self.outputs {
+            output.aside = None;
+        }
+        self.health.set(Condition::Degraded);
+    }
+
+    /// After a panic: safe values, and an instance made anew.
+    fn recover(&mut self, now: u64) -> Committed {
+        self.panics += 1;
+        self.health.panics.store(self.panics.into(), Ordering::Relaxed);
+        self.health.set(Condition::Failed);
+        self.publish_safe(now);
+        self.destroy();
+        let again = if self.panics >= PANIC_LIMIT {
+            Err(format!("panicked {PANIC_LIMIT} times; it stays off"))
+        } else {
+            (self.create)().map_err(|refusal| refusal.to_string())
+        };
+        match again {
+            Ok(instance) => {
+                self.instance = instance;
+                self.log.write(slate_module::Level::Error, "panicked; started anew with a fresh state");
+            }
+            Err(reason) => {
+                self.health.set(Condition::Faulted);
+                self.log.write(slate_module::Level::Error, &reason);
+            }
+        }
+        Committed::Dropped
+    }
+
+    /// Counts a step that took `duration` wall-clock nanoseconds.
+    pub fn time(&self, duration: u64) {
+        self.health.duration.store(duration, Ordering::Relaxed);
+        if self.deadline.is_some_and(|deadline| duration > deadline) {
+            count(&self.health.misses);
+        }
+    }
+}
+
+fn priority(number: u32) -> Priority {
+    match number {
+        3 => Priority::Reflex,
+        2 => Priority::Teleoperation,
+        _ => Priority::Plan,
+    }
+}

@@ -1,0 +1,168 @@
+//! A module at work: before a tick its inputs are pinned and its frame is filled, afterwards its outputs are
+//! checked and committed. The step in between touches nothing but the frame and its own state.
+
+mod commit;
+mod health;
+mod ports;
+mod prepare;
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use slate_blackboard::channel::Latest;
+use slate_blackboard::commit::CommitWord;
+use slate_blackboard::wake::Wake;
+use slate_module::{Frame, Host, Plugin, PortSlot, Random, Refusal, Stage, Trigger};
+
+pub(crate) use commit::Committed;
+pub(crate) use health::{Condition, Health};
+pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+
+use crate::log::ModuleLog;
+
+/// Inputs `first..end` that are written by one module and so are pinned together.
+#[derive(Debug)]
+pub(crate) struct Group {
+    pub word: CommitWord,
+    pub first: usize,
+    pub end: usize,
+}
+
+/// A module, its state, its ports and its frame.
+pub(crate) struct Runner {
+    pub name: Arc<str>,
+    pub plugin: Plugin,
+    pub stage: Stage,
+    pub trigger: Trigger,
+    pub deadline: Option<u64>,
+    pub health: Arc<Health>,
+    pub inputs: Vec<InputPort>,
+    /// The readers of `inputs`, apart from them so that a group can be pinned in one go.
+    pub readers: Vec<Latest>,
+    pub groups: Vec<Group>,
+    pub queues: Vec<QueuePort>,
+    pub inboxes: Vec<InboxPort>,
+    pub outputs: Vec<OutputPort>,
+    pub outboxes: Vec<OutboxPort>,
+    pub params: Latest,
+    pub enabled: Latest,
+    pub commit: CommitWord,
+    /// Wakes this module's own thread, if it has one.
+    pub wake: Arc<Wake>,
+    pub log: Box<ModuleLog>,
+    /// What makes the instance anew after a panic.
+    pub create: Box<dyn Fn() -> Result<*mut (), Refusal> + Send>,
+    pub instance: *mut (),
+    pub frame: Box<Frame>,
+    pub slots: Box<[PortSlot]>,
+    /// Behind `frame.random`.
+    pub random: Box<Cell<Random>>,
+    /// Behind `frame.host`.
+    pub host: Box<Host>,
+    /// A value of all zeros behind inputs that were never written.
+    pub zeros: Arc<Memory>,
+    pub last_tick: u64,
+    /// When the next tick of a periodic module is due.
+    pub due: u64,
+    pub panics: u32,
+}
+
+// SAFETY: the raw pointers lead to memory that the runner owns (instance, frame, slots) or that its handles keep
+// alive (values), and whoever holds the runner uses them alone.
+unsafe impl Send for Runner {}
+
+/// After that many panics a module stays off, as starting it again does not help.
+const PANIC_LIMIT: u32 = 5;
+
+impl Runner {
+    /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
+    pub fn call(&self) -> StepCall {
+        StepCall { tick: self.plugin.table.tick, instance: self.instance, frame: &raw const *self.frame }
+    }
+
+    /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
+    pub fn is_due(&mut self, now: u64) -> bool {
+        if !self.is_enabled() {
+            return false;
+        }
+        match &self.trigger {
+            Trigger::Stage => true,
+            Trigger::Every(period) => {
+                if now < self.due {
+                    return false;
+                }
+                // Periods are counted from the first tick, so that they do not drift; missed ones are left out.
+                let first = self.frame.number == 0;
+                self.due =
+                    if first { now + period } else { self.due + ((now - self.due) / period + 1) * period };
+                true
+            }
+            Trigger::On { timeout, .. } => {
+                let waited = now - self.last_tick;
+                timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout) || self.has_news()
+            }
+        }
+    }
+
+    /// Whether a port that triggers has something new.
+    pub fn has_news(&self) -> bool {
+        self.inputs.iter().zip(&self.readers).any(|(input, reader)| input.triggers && reader.has_news())
+            || self.queues.iter().any(|queue| queue.triggers && queue.reader.lag() > 0)
+            || self.inboxes.iter().any(|inbox| inbox.triggers && inbox.receiver.has_messages())
+    }
+
+    /// Whether the module may run: `enabled` is enforced here.
+    pub fn is_enabled(&mut self) -> bool {
+        self.enabled.refresh();
+        let on = self.enabled.value().is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
+        let condition = self.health.condition();
+        if !on {
+            if condition.is_working() {
+                self.health.set(Condition::Inactive);
+                self.publish_safe(self.last_tick);
+            }
+            return false;
+        }
+        if condition == Condition::Inactive {
+            self.health.set(Condition::Working);
+        }
+        condition != Condition::Faulted && condition != Condition::Late
+    }
+
+    /// Ends the instance.
+    pub fn destroy(&mut self) {
+        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        if !instance.is_null() {
+            // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
+            unsafe { (self.plugin.table.destroy)(instance) }
+        }
+    }
+}
+
+impl Drop for Runner {
+    fn drop(&mut self) {
+        self.destroy();
+    }
+}
+
+/// A step that is ready to be made.
+#[derive(Clone, Copy)]
+pub(crate) struct StepCall {
+    tick: unsafe extern "C" fn(*mut (), *const Frame) -> i32,
+    instance: *mut (),
+    frame: *const Frame,
+}
+
+// SAFETY: instances are `Send`, and the frame is used by whoever makes the call alone.
+unsafe impl Send for StepCall {}
+
+impl StepCall {
+    /// Makes the step; returns the outcome, or -1 after a panic.
+    ///
+    /// # Safety
+    /// The runner was prepared and lives, and nobody else touches its instance and frame during the call.
+    pub unsafe fn make(self) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.tick)(self.instance, self.frame) }
+    }
+}

@@ -1,0 +1,254 @@
+use slate_module::blackboard::interface::{Descriptor, FloatMap};
+use slate_module::{Optional, Priority};
+
+use crate::stop::stopped;
+use crate::{GateConfiguration, GateMode, GateState, LeasePriority, Reason, RefusalReason, Verdict};
+
+/// Guards one actuator; it begins disarmed.
+///
+/// The commander of the highest priority has the actuator: plan below teleoperation below reflex below stop, which
+/// is no priority of a command but a state of the gate. Among equals the first one keeps it. A lease is renewed by
+/// each offer of its holder, with the priority of that offer, and ends when the holder withdraws or its time to
+/// live ends.
+#[derive(Debug)]
+pub struct Gate {
+    configuration: GateConfiguration,
+    floats: FloatMap,
+    /// What the holder of the lease commands, within limits.
+    command: Vec<u8>,
+    lease: Option<Lease>,
+    /// The host's time from which rate limits count: of the offer that the actuator got last, or when it got its
+    /// safe command.
+    given_at: Option<u64>,
+    /// The state of the agent's stop latch in which the gate was armed.
+    armed: Option<u64>,
+    /// Why this gate alone is stopped.
+    stop: Option<String>,
+    passed: u64,
+    limited: u64,
+    refused: u64,
+    expired: u64,
+    last_refusal: RefusalReason,
+}
+
+#[derive(Debug)]
+struct Lease {
+    commander: u32,
+    priority: Priority,
+    /// When the last offer came, nanoseconds.
+    renewed: u64,
+    /// Whether that offer could be used; else the holder keeps the actuator at its safe command.
+    commanding: bool,
+}
+
+/// What an actuator gets.
+#[derive(Debug)]
+pub struct Output<'a> {
+    /// A value of the actuator's interface: the passed command, or the safe one.
+    pub command: &'a [u8],
+    /// How the gate stands.
+    pub state: GateState,
+}
+
+/// A gate that is stopped can't be armed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("gate `{gate}` is stopped ({reason}): reset the stop first")]
+pub struct StillStopped {
+    /// Name of the gate.
+    pub gate: String,
+    /// Why it is stopped.
+    pub reason: String,
+}
+
+impl Gate {
+    /// A disarmed gate.
+    pub fn new(configuration: GateConfiguration) -> Self {
+        let mut gate = Self {
+            floats: FloatMap::new(configuration.descriptor),
+            command: configuration.safe.clone(),
+            lease: None,
+            given_at: None,
+            armed: None,
+            stop: None,
+            passed: 0,
+            limited: 0,
+            refused: 0,
+            expired: 0,
+            last_refusal: RefusalReason::NONE,
+            configuration,
+        };
+        let GateConfiguration { bounds, safe, .. } = &mut gate.configuration;
+        bounds.iter_mut().for_each(|bound| bound.give(safe));
+        gate
+    }
+
+    /// Name of the gate.
+    pub fn name(&self) -> &str {
+        &self.configuration.name
+    }
+
+    /// The interface of the commands.
+    pub fn descriptor(&self) -> &'static Descriptor {
+        self.configuration.descriptor
+    }
+
+    /// Takes a command at the host's time `now` (nanoseconds).
+    ///
+    /// A commander with a higher priority than the lease's holder takes the lease, even when its command is then
+    /// refused as unusable (not finite, or of the wrong size): the actuator gets its safe command rather than
+    /// something else than what the more urgent one wanted.
+    pub fn offer(&mut self, commander: u32, priority: Priority, command: &[u8], now: u64) -> Verdict {
+        let verdict = self.judge(commander, priority, command, now);
+        let count = match verdict {
+            Verdict::Passed => &mut self.passed,
+            Verdict::Limited => &mut self.limited,
+            Verdict::Refused(reason) => {
+                self.last_refusal = reason.into();
+                &mut self.refused
+            }
+        };
+        *count = count.saturating_add(1);
+        verdict
+    }
+
+    fn judge(&mut self, commander: u32, priority: Priority, command: &[u8], now: u64) -> Verdict {
+        match self.settle(now) {
+            GateMode::ARMED => {}
+            GateMode::STOPPED => return Verdict::Refused(Reason::Stopped),
+            _ => return Verdict::Refused(Reason::Disarmed),
+        }
+        if let Some(lease) = &self.lease
+            && lease.commander != commander
+            && lease.priority >= priority
+        {
+            return Verdict::Refused(Reason::Leased { by: lease.commander, priority: lease.priority });
+        }
+        let mut lease = Lease { commander, priority, renewed: now, commanding: false };
+        let verdict = self.take(command, now);
+        lease.commanding = !matches!(verdict, Verdict::Refused(_));
+        self.lease = Some(lease);
+        verdict
+    }
+
+    /// Makes it the command, within limits.
+    fn take(&mut self, command: &[u8], now: u64) -> Verdict {
+        if command.len() != self.command.len() {
+            return Verdict::Refused(Reason::WrongSize);
+        }
+        self.command.copy_from_slice(command);
+        if !self.floats.canonicalize(&mut self.command, 0) {
+            return Verdict::Refused(Reason::NotFinite);
+        }
+        let GateConfiguration { bounds, time_to_live, .. } = &mut self.configuration;
+        let elapsed = self.given_at.map_or(0, |given_at| now.saturating_sub(given_at)).min(*time_to_live);
+        let seconds = elapsed as f64 / 1e9;
+        let mut limited = false;
+        for bound in bounds {
+            limited |= bound.apply(&mut self.command, seconds);
+        }
+        if limited { Verdict::Limited } else { Verdict::Passed }
+    }
+
+    /// Ends the lease of that commander, if it has it: the actuator gets its safe command until another one comes.
+    pub fn withdraw(&mut self, commander: u32, now: u64) {
+        self.settle(now);
+        if self.lease.as_ref().is_some_and(|lease| lease.commander == commander) {
+            self.lease = None;
+        }
+    }
+
+    /// What the actuator gets at the host's time `now` (nanoseconds): the command while it is fresh, else the safe
+    /// one, at once and without any rate limit.
+    pub fn output(&mut self, now: u64) -> Output<'_> {
+        let mode = self.settle(now);
+        let GateConfiguration { bounds, safe, .. } = &mut self.configuration;
+        let mut state = GateState {
+            passed: self.passed,
+            limited: self.limited,
+            refused: self.refused,
+            expired: self.expired,
+            age: Optional::none(),
+            holder: 0,
+            mode,
+            priority: LeasePriority::NONE,
+            last_refusal: self.last_refusal,
+            reserved: 0,
+        };
+        if let Some(lease) = &self.lease {
+            state.holder = lease.commander;
+            state.priority = lease.priority.into();
+        }
+        let Some(lease) = self.lease.as_ref().filter(|lease| lease.commanding) else {
+            bounds.iter_mut().for_each(|bound| bound.give(safe));
+            self.given_at = Some(now);
+            return Output { command: safe, state };
+        };
+        bounds.iter_mut().for_each(|bound| bound.give_passed());
+        self.given_at = Some(lease.renewed);
+        state.age = Optional::some(now.saturating_sub(lease.renewed));
+        Output { command: &self.command, state }
+    }
+
+    /// Lets commands pass from now on, beginning with the next offer.
+    ///
+    /// # Errors
+    /// While this gate or the agent is stopped.
+    pub fn arm(&mut self) -> Result<(), StillStopped> {
+        let word = self.configuration.stop_latch.word();
+        if self.stop.is_some() || stopped(word) {
+            let reason = self.stop_reason().unwrap_or_default();
+            return Err(StillStopped { gate: self.configuration.name.clone(), reason });
+        }
+        if self.armed != Some(word) {
+            self.lease = None;
+        }
+        self.armed = Some(word);
+        Ok(())
+    }
+
+    /// Lets no command pass until the gate is armed again.
+    pub fn disarm(&mut self) {
+        self.armed = None;
+        self.lease = None;
+    }
+
+    /// Stops this gate: the actuator gets its safe command and all offers are refused, until [`reset`](Self::reset)
+    /// and then [`arm`](Self::arm). To stop the whole agent, use its [`StopLatch`](crate::StopLatch). The first
+    /// reason stays.
+    pub fn stop(&mut self, reason: &str) {
+        self.disarm();
+        self.stop.get_or_insert_with(|| reason.into());
+    }
+
+    /// Ends this gate's own stop and leaves the gate disarmed. The agent's stop is reset at its
+    /// [`StopLatch`](crate::StopLatch).
+    pub fn reset(&mut self) {
+        self.stop = None;
+    }
+
+    /// Why this gate, or the agent, is stopped; nothing while it isn't. Not for the tick path, as it allocates.
+    pub fn stop_reason(&self) -> Option<String> {
+        self.stop.clone().or_else(|| self.configuration.stop_latch.reason())
+    }
+
+    /// Notices stops, and the end of the time to live.
+    fn settle(&mut self, now: u64) -> GateMode {
+        let word = self.configuration.stop_latch.word();
+        if self.armed != Some(word) {
+            // Also when the agent was stopped and reset while nobody looked: a reset does not arm.
+            self.disarm();
+        }
+        // A clock that jumped back must not keep a command alive, so the distance counts both ways.
+        let time_to_live = self.configuration.time_to_live;
+        if let Some(lease) = self.lease.take_if(|lease| now.abs_diff(lease.renewed) >= time_to_live)
+            && lease.commanding
+        {
+            self.expired = self.expired.saturating_add(1);
+        }
+        match self.armed {
+            _ if self.stop.is_some() || stopped(word) => GateMode::STOPPED,
+            Some(_) => GateMode::ARMED,
+            None => GateMode::DISARMED,
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Embedded simulator: worlds, robots and sensors; a time source.

@@ -1,0 +1,1 @@
+//! The first experiment of RoCS: reach the origin, avoid the box and a wandering robot.
