@@ -3,12 +3,14 @@
 //! SI units and the frames of ROS's REP-103: metres, radians, x forward, y left, counter-clockwise.
 //! A module that speaks these can be linked to any other that does.
 
+mod contact;
 mod drive;
 mod mission;
 mod pose;
 mod range;
 
+pub use contact::{Contact, Contacts};
 pub use drive::{Twist2, WheelSpeeds};
 pub use mission::{MissionState, Verdict};
 pub use pose::{Odometry, Orientation, Point2, Pose2, Position};
-pub use range::{Echo, LaserScan, SonarPlacement, SonarScan};
+pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};

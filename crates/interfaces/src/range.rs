@@ -66,3 +66,12 @@ pub struct LaserScan {
     #[unit("m")]
     pub ranges: [f32],
 }
+
+/// How far the nearest other body is.
+#[interface]
+#[derive(PartialEq)]
+pub struct Clearance {
+    /// From hull to hull.
+    #[unit("m")]
+    pub distance: f64,
+}

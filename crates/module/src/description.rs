@@ -46,6 +46,7 @@ pub struct PortDescription {
 
 /// Which way a port goes, and how it delivers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Direction {
     /// Reads the newest value.
     Input,

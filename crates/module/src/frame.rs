@@ -16,6 +16,8 @@ pub struct Frame {
     pub port_count: usize,
     /// A value of the module's parameter interface.
     pub params: *const u8,
+    /// Its bytes.
+    pub params_size: usize,
     /// Counts the changes of the parameters.
     pub params_version: u64,
     /// The host's time in nanoseconds.
@@ -59,6 +61,8 @@ pub enum Level {
 #[repr(C)]
 #[derive(Debug)]
 pub struct PortSlot {
+    /// Schema hash of what the port carries, which binding checks.
+    pub schema: u64,
     /// Input: the value. Output: the working slot; null for a debug output that nobody watches.
     pub data: *mut u8,
     /// Tail items of the value.
@@ -69,6 +73,8 @@ pub struct PortSlot {
     pub stamp: Stamp,
     /// See [`Flags`].
     pub flags: Cell<u32>,
+    /// A [`Direction`](crate::Direction), which binding checks.
+    pub direction: u32,
     /// Command: how urgent.
     pub priority: Cell<u32>,
     /// Queue, inbox, outbox: the values.

@@ -2,7 +2,7 @@ use std::marker::PhantomData;
 
 use slate_blackboard::interface::{Interface, Value};
 
-use crate::{Description, Frame, Module, Outcome, Params, PortCursor, Ports, Refusal, Tick};
+use crate::{Description, Module, Outcome, Params, PortCursor, Ports, Refusal, Tick};
 
 /// What a module is told when it is set up.
 #[derive(Clone, Copy, Debug)]
@@ -35,8 +35,8 @@ pub trait Instance: Sized + Send + 'static {
     /// A refusal in words.
     fn create(setup: &Setup<'_>, params: &[u8]) -> Result<Self, Refusal>;
 
-    /// One step.
-    fn tick(&mut self, frame: &Frame) -> Outcome;
+    /// One step; `params` holds a value of the parameter interface.
+    fn tick(&mut self, ports: PortCursor, params: &[u8], now: &Tick) -> Outcome;
 
     /// The state as CBOR with field names.
     ///
@@ -76,13 +76,10 @@ impl<M: Module> Instance for Authored<M> {
         Ok(Self { state: M::create(setup, &params)?, module: PhantomData })
     }
 
-    fn tick(&mut self, frame: &Frame) -> Outcome {
-        // SAFETY: the host fills the frame for this module's description and keeps it valid during the call.
-        unsafe {
-            let io = M::Io::bind(&mut PortCursor::new(frame));
-            let params = M::Params::from_raw(frame.params, 0);
-            M::tick(&mut self.state, &io, params, &Tick::new(frame))
-        }
+    fn tick(&mut self, mut ports: PortCursor, params: &[u8], now: &Tick) -> Outcome {
+        // SAFETY: the host passes a whole, aligned value of the parameter interface.
+        let params = unsafe { M::Params::from_raw(params.as_ptr(), 0) };
+        ports.with(|io: &M::Io| M::tick(&mut self.state, io, params, now))
     }
 
     fn save(&self) -> Result<Vec<u8>, Refusal> {
@@ -95,7 +92,11 @@ impl<M: Module> Instance for Authored<M> {
     }
 }
 
-fn read_params<P: Params>(bytes: &[u8]) -> Result<P, Refusal> {
+/// The parameters of an [`Instance`] from their bytes.
+///
+/// # Errors
+/// When there are too few bytes.
+pub fn read_params<P: Params>(bytes: &[u8]) -> Result<P, Refusal> {
     if bytes.len() < size_of::<P>() {
         return Err(format!("{} bytes of parameters, expected {}", bytes.len(), size_of::<P>()).into());
     }

@@ -81,7 +81,7 @@ mod tick;
 
 pub use description::{Description, Direction, PortDescription, Stage, Trigger, parse_duration};
 pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
-pub use instance::{Instance, Setup, decode, encode};
+pub use instance::{Instance, Setup, decode, encode, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use parameters::{Parameter, Params};
 pub use port::{

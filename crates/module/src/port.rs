@@ -68,21 +68,33 @@ pub struct PortCursor {
 
 impl PortCursor {
     /// From the first slot of a frame.
-    pub fn new(frame: &Frame) -> Self {
+    ///
+    /// # Safety
+    /// The frame's slots outlive the cursor and what is bound with it.
+    pub unsafe fn new(frame: &Frame) -> Self {
         Self { next: frame.ports, left: frame.port_count }
     }
 
-    /// The next slot.
-    ///
-    /// # Safety
-    /// The frame's slots are valid; the host made one for each port.
-    pub unsafe fn take(&mut self) -> *const PortSlot {
+    /// The next slot, which must be a port of that schema and direction.
+    fn take(&mut self, schema: u64, direction: Direction) -> *const PortSlot {
         assert!(self.left > 0, "the host fills a frame with a slot for every port that was described");
         let slot = self.next;
         self.left -= 1;
-        // SAFETY: at least this slot is left, so the pointer stays in or one past the array.
-        self.next = unsafe { slot.add(1) };
+        // SAFETY: `new` requires the slots to be valid; at least this one is left.
+        let (found, after) = unsafe { (&*slot, slot.add(1)) };
+        assert!(
+            found.schema == schema && found.direction == direction as u32,
+            "ports are bound in the order in which they were described"
+        );
+        self.next = after;
         slot
+    }
+
+    /// Lends the next ports, for modules whose ports are only known from their configuration.
+    pub fn with<P: Ports, R>(&mut self, work: impl FnOnce(&P) -> R) -> R {
+        // SAFETY: the slots are checked one by one, and the ports, which can't be copied, end here.
+        let ports = unsafe { P::bind(self) };
+        work(&ports)
     }
 }
 
@@ -122,8 +134,7 @@ macro_rules! handle {
             }
 
             unsafe fn bind(cursor: &mut PortCursor) -> Self {
-                // SAFETY: passed on to the caller.
-                Self { slot: unsafe { cursor.take() }, interface: PhantomData }
+                Self { slot: cursor.take(T::DESCRIPTOR.hash, Direction::$direction), interface: PhantomData }
             }
         }
 

@@ -2,7 +2,7 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::instance::Authored;
-use crate::{Description, Frame, Instance, Module, Refusal, Setup};
+use crate::{Description, Frame, Instance, Module, PortCursor, Refusal, Setup, Tick};
 
 /// The calls by which the host drives an instance of a module, over memory and threads of the host.
 ///
@@ -73,8 +73,13 @@ impl Table {
 }
 
 unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -> i32 {
-    // SAFETY: the host passes what `create` returned, to one thread at a time, and a frame that lives during the call.
-    let step = || unsafe { (*instance.cast::<I>()).tick(&*frame) };
+    // SAFETY: the host passes what `create` returned, to one thread at a time, and a frame that lives during the call
+    // and was filled for this instance.
+    let step = || unsafe {
+        let frame = &*frame;
+        let params = std::slice::from_raw_parts(frame.params, frame.params_size);
+        (*instance.cast::<I>()).tick(PortCursor::new(frame), params, &Tick::new(frame))
+    };
     match catch_unwind(AssertUnwindSafe(step)) {
         Ok(outcome) => outcome as i32,
         Err(payload) => {

@@ -7,8 +7,7 @@ use slate_blackboard::interface::Interface;
 
 use crate::instance::Authored;
 use crate::{
-    Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortSlot, Random, Refusal,
-    Setup,
+    Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortCursor, PortSlot, Random, Refusal, Setup, Tick,
 };
 
 /// A module with its ports, for tests: set inputs, tick, look at outputs.
@@ -209,6 +208,7 @@ impl<M: Module> Fixture<M> {
             ports: slots.as_ptr(),
             port_count: slots.len(),
             params: std::ptr::from_ref(&self.params).cast(),
+            params_size: size_of::<M::Params>(),
             params_version: 1,
             now: self.now,
             elapsed: if self.number == 1 { 0 } else { self.now - self.last },
@@ -216,7 +216,11 @@ impl<M: Module> Fixture<M> {
             random: &raw const self.random,
             host: &raw const host,
         };
-        let outcome = self.instance.tick(&frame);
+        // SAFETY: the frame, its slots and the parameters live during the call.
+        let outcome = unsafe {
+            let params = std::slice::from_raw_parts(frame.params, frame.params_size);
+            self.instance.tick(PortCursor::new(&frame), params, &Tick::new(&frame))
+        };
         self.last = self.now;
         let results: Vec<_> = slots
             .iter()
@@ -273,6 +277,8 @@ fn slot(port: &crate::PortDescription, memory: &mut Memory, entries: &[Entry]) -
         flags |= Flags::STALE;
     }
     PortSlot {
+        schema: port.descriptor.hash,
+        direction: port.direction as u32,
         data: memory.words.as_mut_ptr().cast(),
         items: Cell::new(memory.items),
         capacity: if port.direction == Direction::Outbox { entries.len() } else { port.capacity },

@@ -1,1 +1,31 @@
-//! Embedded simulator: worlds, robots and sensors; a time source.
+//! The embedded simulator: worlds and robots as data, physics, sonars, contacts; a time source.
+//!
+//! Everything depends on the seed alone: the same seed gives the same bytes in every build and on every machine.
+
+pub mod contact;
+pub mod drive;
+pub mod geometry;
+pub mod layout;
+mod referee;
+pub mod robot;
+pub mod scenario;
+pub mod script;
+pub mod shortest_path;
+pub mod simulation;
+mod simulator;
+pub mod sonar;
+pub mod world;
+
+pub use referee::{Metrics, Referee};
+pub use scenario::Scenario;
+pub use simulation::{Placement, Simulation};
+pub use simulator::Simulator;
+pub use world::DescriptionError;
+
+/// The modules that the simulator brings.
+pub fn plugins() -> Vec<slate_module::Plugin> {
+    vec![
+        slate_module::Plugin::instance::<Simulator>("simulator", "Lets a world go on, and shows what its robots' sensors measure."),
+        slate_module::Plugin::instance::<Referee>("referee", "Judges whether a robot reaches its goal in time."),
+    ]
+}

@@ -446,6 +446,7 @@ impl<'a> Builder<'a, '_> {
             ports: slots.as_ptr(),
             port_count: slots.len(),
             params: parts.zeros.as_ptr(),
+            params_size: surveyed.description.params.size,
             params_version: 0,
             now: 0,
             elapsed: 0,
@@ -702,6 +703,8 @@ fn set_bytes(property: &Property, bytes: &[u8]) {
 
 fn empty_slot(port: &PortDescription, zeros: &Memory) -> PortSlot {
     PortSlot {
+        schema: port.descriptor.hash,
+        direction: port.direction as u32,
         data: zeros.as_ptr().cast_mut(),
         items: Cell::new(0),
         capacity: port.capacity,

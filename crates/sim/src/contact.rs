@@ -1,0 +1,64 @@
+//! Contacts, and who caused them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Gap, Point};
+
+/// Bodies nearer than this touch, metres: what the solver leaves open between them.
+pub const TOUCH: f64 = 0.002;
+
+/// A robot caused a contact if it moved towards the other faster than this, metres per second.
+pub const CAUSE_SPEED: f64 = 0.01;
+
+/// A pair touches anew only after it was apart for this long, nanoseconds.
+pub const APART: u64 = 100_000_000;
+
+/// A contact that began.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// Virtual time, nanoseconds.
+    pub time: u64,
+    /// The robot.
+    pub robot: String,
+    /// What it touched: another robot or a static body.
+    pub other: String,
+    /// Whether the robot moved in.
+    pub caused: bool,
+    /// Whether the other, if it is a robot, moved in.
+    pub caused_by_other: bool,
+}
+
+/// How a body moves: its origin, its velocity there and its turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// The reference point, metres.
+    pub origin: Point,
+    /// Metres per second.
+    pub velocity: Point,
+    /// Radians per second.
+    pub angular: f64,
+}
+
+impl Motion {
+    /// The velocity of the body's point that is now there.
+    pub fn at(&self, point: Point) -> Point {
+        let arm = point.minus(self.origin);
+        Point::new(self.velocity.x - self.angular * arm.y, self.velocity.y + self.angular * arm.x)
+    }
+}
+
+/// Whether a body that moves like this goes towards the other end of the gap. For bodies that overlap, `fallback`
+/// points from the one to the other.
+pub fn moves_in(motion: &Motion, from: Point, gap: &Gap, fallback: Point) -> bool {
+    let way = gap.to.minus(gap.from);
+    let way = if gap.distance > 1e-9 { way } else { fallback };
+    let length = way.norm();
+    length > 0.0 && motion.at(from).dot(way) / length > CAUSE_SPEED
+}
+
+/// When a pair touched last.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Touching {
+    /// Virtual time, nanoseconds.
+    pub last: u64,
+}

@@ -1,0 +1,181 @@
+//! Points, poses and convex polygons in the plane.
+
+use serde::{Deserialize, Serialize};
+use slate_module::math::{clamp, cos, sin};
+
+/// A point or a vector, metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// To the front or east.
+    pub x: f64,
+    /// To the left or north.
+    pub y: f64,
+}
+
+impl Point {
+    /// A point.
+    pub const fn new(x: f64, y: f64) -> Self {
+        Self { x, y }
+    }
+
+    /// The inner product.
+    pub fn dot(self, other: Self) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// The outer product: positive when `other` is to the left.
+    pub fn cross(self, other: Self) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// The length.
+    pub fn norm(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// This plus `other` times `factor`.
+    pub fn plus(self, other: Self, factor: f64) -> Self {
+        Self::new(self.x + other.x * factor, self.y + other.y * factor)
+    }
+
+    /// From `other` to this.
+    pub fn minus(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y)
+    }
+}
+
+/// A place and a heading; metres and radians.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// To the east.
+    pub x: f64,
+    /// To the north.
+    pub y: f64,
+    /// Counter-clockwise from x.
+    pub theta: f64,
+}
+
+impl Pose {
+    /// The place.
+    pub fn point(&self) -> Point {
+        Point::new(self.x, self.y)
+    }
+
+    /// The rotation as cosine and sine, to be computed once for many points.
+    pub fn frame(&self) -> Frame {
+        Frame { origin: self.point(), cos: cos(self.theta), sin: sin(self.theta) }
+    }
+}
+
+/// A pose whose cosine and sine are known.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// The place.
+    pub origin: Point,
+    /// Cosine of the heading.
+    pub cos: f64,
+    /// Sine of the heading.
+    pub sin: f64,
+}
+
+impl Frame {
+    /// A point of the frame, in the world.
+    pub fn apply(&self, p: Point) -> Point {
+        self.rotate(p).plus(self.origin, 1.0)
+    }
+
+    /// A direction of the frame, in the world.
+    pub fn rotate(&self, p: Point) -> Point {
+        Point::new(p.x * self.cos - p.y * self.sin, p.x * self.sin + p.y * self.cos)
+    }
+}
+
+/// A convex polygon, counter-clockwise.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Polygon {
+    /// The corners.
+    pub points: Vec<Point>,
+}
+
+impl Polygon {
+    /// A rectangle along the axes.
+    pub fn rectangle(center: Point, width: f64, height: f64) -> Self {
+        let corner = |sx: f64, sy: f64| Point::new(center.x + sx * width / 2.0, center.y + sy * height / 2.0);
+        Self { points: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)] }
+    }
+
+    /// Whether it has at least three corners and turns left at each.
+    pub fn is_convex(&self) -> bool {
+        let n = self.points.len();
+        n >= 3
+            && (0..n).all(|i| {
+                let (a, b, c) = (self.points[i], self.points[(i + 1) % n], self.points[(i + 2) % n]);
+                b.minus(a).cross(c.minus(b)) > 0.0
+            })
+    }
+
+    /// The edges, from corner to corner.
+    pub fn edges(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
+        let n = self.points.len();
+        (0..n).map(move |i| (self.points[i], self.points[(i + 1) % n]))
+    }
+
+    /// Moves it by a pose, into memory that is there already.
+    pub fn place(&self, frame: &Frame, into: &mut Polygon) {
+        into.points.clear();
+        into.points.extend(self.points.iter().map(|point| frame.apply(*point)));
+    }
+
+    /// Whether a point is inside or on the edge.
+    pub fn contains(&self, point: Point) -> bool {
+        self.edges().all(|(a, b)| b.minus(a).cross(point.minus(a)) >= 0.0)
+    }
+
+    /// The shortest way between two polygons; a distance of 0 when they overlap.
+    pub fn gap(&self, other: &Self) -> Gap {
+        let mut best = Gap { distance: f64::INFINITY, from: Point::default(), to: Point::default() };
+        for (own, theirs, swapped) in [(self, other, false), (other, self, true)] {
+            for &corner in &own.points {
+                for (a, b) in theirs.edges() {
+                    let foot = nearest_on(a, b, corner);
+                    let distance = foot.minus(corner).norm();
+                    if distance < best.distance {
+                        let (from, to) = if swapped { (foot, corner) } else { (corner, foot) };
+                        best = Gap { distance, from, to };
+                    }
+                }
+                if theirs.contains(corner) {
+                    best.distance = 0.0;
+                    return best;
+                }
+            }
+        }
+        best
+    }
+
+    /// The circle around the origin of its frame.
+    pub fn radius(&self) -> f64 {
+        self.points.iter().map(|point| point.norm()).fold(0.0, slate_module::math::max)
+    }
+}
+
+/// The shortest way from one polygon to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Metres; 0 when they overlap.
+    pub distance: f64,
+    /// Where it begins, on the first.
+    pub from: Point,
+    /// Where it ends, on the second.
+    pub to: Point,
+}
+
+/// The point of a segment nearest to `point`.
+pub fn nearest_on(a: Point, b: Point, point: Point) -> Point {
+    let along = b.minus(a);
+    let length = along.dot(along);
+    if length == 0.0 {
+        return a;
+    }
+    a.plus(along, clamp(point.minus(a).dot(along) / length, 0.0, 1.0))
+}

@@ -1,0 +1,93 @@
+//! Random layouts of the first experiment: a box near the straight way of a robot, another robot that wanders between.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::{cos, sin};
+
+use crate::geometry::{Point, Polygon, Pose};
+use crate::scenario::Layout;
+use crate::world::{Body, World};
+
+/// A robot starts in a strip of the arena, a box stands near its straight way to the goal, a disturber anywhere else.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObstructedWay {
+    /// The robot that has the goal.
+    pub robot: String,
+    /// The robot that disturbs.
+    pub disturber: String,
+    /// The strip in which the robot starts: least x, greatest x, least y, greatest y, metres.
+    pub start: [f64; 4],
+    /// The side of the box, metres.
+    pub box_size: f64,
+    /// The box's centre is at most this far from the straight way, metres.
+    pub box_offset: f64,
+    /// Free space around the robot at the start, metres.
+    pub start_clearance: f64,
+}
+
+/// How often a layout is drawn before its rules count as impossible.
+const TRIES: usize = 10_000;
+
+impl ObstructedWay {
+    /// Draws a layout.
+    ///
+    /// # Errors
+    /// When the rules leave no room.
+    pub fn lay_out(
+        &self,
+        world: &World,
+        outlines: &BTreeMap<String, Polygon>,
+        goal: Point,
+        random: &mut Random,
+    ) -> Result<Layout, String> {
+        let outline = |name: &str| outlines.get(name).ok_or_else(|| format!("[world.random] names `{name}`, which is no robot of the world"));
+        let (robot, disturber) = (outline(&self.robot)?, outline(&self.disturber)?);
+        let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
+        for _ in 0..TRIES {
+            let [west, east, south, north] = self.start;
+            let start = Pose { x: random.uniform(west, east), y: random.uniform(south, north), theta: heading(random) };
+            let own = placed(robot, &start);
+            if walls.iter().any(|wall| own.gap(wall).distance < self.start_clearance) {
+                continue;
+            }
+            // The box: beside a point of the straight way, with room at both ends.
+            let way = goal.minus(start.point());
+            let length = way.norm();
+            let along = random.uniform(0.25, 0.75);
+            let aside = random.uniform(-self.box_offset, self.box_offset);
+            let center = start.point().plus(way, along).plus(Point::new(-way.y, way.x), aside / length);
+            let obstacle = Polygon::rectangle(center, self.box_size, self.box_size);
+            let goal_at = placed(robot, &Pose { x: goal.x, y: goal.y, theta: 0.0 });
+            if obstacle.gap(&own).distance < 0.2 || obstacle.gap(&goal_at).distance < 0.2 {
+                continue;
+            }
+            let [x, y] = [random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0)];
+            let other = Pose { x, y, theta: heading(random) };
+            let theirs = placed(disturber, &other);
+            let near_wall = walls.iter().any(|wall| theirs.gap(wall).distance < 0.1);
+            let near_goal = other.point().minus(goal).norm() < 0.6;
+            if near_wall || near_goal || theirs.gap(&own).distance < 0.5 || theirs.gap(&obstacle).distance < 0.2 {
+                continue;
+            }
+            let robots = BTreeMap::from([(self.robot.clone(), start), (self.disturber.clone(), other)]);
+            let bodies = vec![Body::rectangle("box", [center.x, center.y], [self.box_size; 2])];
+            return Ok(Layout { robots, bodies });
+        }
+        Err("[world.random] leaves no room for the robots and the box".into())
+    }
+}
+
+fn heading(random: &mut Random) -> f64 {
+    random.uniform(-std::f64::consts::PI, std::f64::consts::PI)
+}
+
+/// An outline where a robot stands.
+fn placed(outline: &Polygon, pose: &Pose) -> Polygon {
+    let mut result = Polygon::default();
+    let frame = crate::geometry::Frame { origin: pose.point(), cos: cos(pose.theta), sin: sin(pose.theta) };
+    outline.place(&frame, &mut result);
+    result
+}

@@ -1,0 +1,137 @@
+//! Sonars: each hears the nearest thing in its cone, an area and not a ray.
+
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::{clamp, cos, max, min, sin, tan};
+
+use crate::geometry::{Frame, Point, Polygon};
+use crate::robot::SonarDescription;
+
+/// What a sonar heard.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Echo {
+    /// Metres; the greatest range when nothing was heard.
+    pub range: f64,
+    /// Whether anything was heard.
+    pub heard: bool,
+}
+
+/// A ring of sonars with what does not change from sweep to sweep.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SonarRing {
+    description: SonarDescription,
+    /// Place and direction of each, in the robot's frame.
+    mounts: Vec<(Point, Point)>,
+    /// Cosine and sine of half the opening.
+    half: (f64, f64),
+    /// Tangent of the greatest incidence.
+    incidence: f64,
+    random: Random,
+}
+
+impl SonarRing {
+    /// The ring of a robot whose noise comes from that stream.
+    pub fn new(description: &SonarDescription, random: Random) -> Self {
+        let half = description.field_of_view / 2.0;
+        let mounts = description
+            .placements
+            .iter()
+            .map(|[x, y, degrees]| {
+                let angle = degrees.to_radians();
+                (Point::new(*x, *y), Point::new(cos(angle), sin(angle)))
+            })
+            .collect();
+        Self {
+            half: (cos(half), sin(half)),
+            incidence: tan(description.maximum_incidence),
+            description: description.clone(),
+            mounts,
+            random,
+        }
+    }
+
+    /// Opening, ranges and placements.
+    pub fn description(&self) -> &SonarDescription {
+        &self.description
+    }
+
+    /// What all sonars hear of those bodies from a robot there.
+    pub fn sweep<'a>(&mut self, robot: &Frame, bodies: impl Iterator<Item = &'a Polygon> + Clone, into: &mut Vec<Echo>) {
+        into.clear();
+        let reach = self.description.range_max;
+        for i in 0..self.mounts.len() {
+            let (place, direction) = self.mounts[i];
+            let (origin, axis) = (robot.apply(place), robot.rotate(direction));
+            let mut nearest = f64::INFINITY;
+            for body in bodies.clone() {
+                for (a, b) in body.edges() {
+                    if let Some(distance) = self.hear(origin, axis, a, b) {
+                        nearest = min(nearest, distance);
+                    }
+                }
+            }
+            let measured = self.measure(nearest);
+            into.push(measured.filter(|range| *range < reach).map_or(Echo { range: reach, heard: false }, |range| Echo { range, heard: true }));
+        }
+    }
+
+    /// The distance to the nearest point of the edge that is in the cone and faces the sonar well enough.
+    fn hear(&self, origin: Point, axis: Point, a: Point, b: Point) -> Option<f64> {
+        let (a, b) = (a.minus(origin), b.minus(origin));
+        let along = b.minus(a);
+        // Bodies are counter-clockwise, so a face that is seen from outside has the sonar on its right.
+        let outside = along.cross(a);
+        if outside <= 0.0 {
+            return None;
+        }
+        let length = along.norm();
+        let height = outside / length;
+        if height > self.description.range_max {
+            return None;
+        }
+        // Points of the line by their distance from the foot of the perpendicular.
+        let first = a.dot(along) / length;
+        let mut low = first;
+        let mut high = first + length;
+        low = max(low, -height * self.incidence);
+        high = min(high, height * self.incidence);
+        // Both borders of the cone are half-planes through the origin.
+        let (cos_half, sin_half) = self.half;
+        let left = Point::new(axis.x * cos_half - axis.y * sin_half, axis.x * sin_half + axis.y * cos_half);
+        let right = Point::new(axis.x * cos_half + axis.y * sin_half, -axis.x * sin_half + axis.y * cos_half);
+        let unit = Point::new(along.x / length, along.y / length);
+        let foot = a.plus(unit, -first);
+        for (border, sign) in [(right, 1.0), (left, -1.0)] {
+            // sign * cross(border, foot + t * unit) >= 0
+            let constant = sign * border.cross(foot);
+            let slope = sign * border.cross(unit);
+            if slope > 0.0 {
+                low = max(low, -constant / slope);
+            } else if slope < 0.0 {
+                high = min(high, -constant / slope);
+            } else if constant < 0.0 {
+                return None;
+            }
+        }
+        if low > high {
+            return None;
+        }
+        let nearest = foot.plus(unit, clamp(0.0, low, high));
+        // The two half-planes also meet behind the sonar when the cone is narrow.
+        (nearest.dot(axis) > 0.0).then(|| nearest.norm())
+    }
+
+    fn measure(&mut self, distance: f64) -> Option<f64> {
+        let SonarDescription { range_min, noise_constant, noise_proportional, dropout, .. } = self.description;
+        let noisy = noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0;
+        if !noisy {
+            return distance.is_finite().then(|| max(distance, range_min));
+        }
+        // Drawn in any case, so that one sonar's echo does not shift another's noise.
+        let (lost, error) = (self.random.unit() < dropout, self.random.normal());
+        if lost || !distance.is_finite() {
+            return None;
+        }
+        Some(max(distance + error * (noise_constant + noise_proportional * distance), range_min))
+    }
+}
