@@ -3,15 +3,24 @@
 //! A sender writes into a slot of its own and hands it over with one exchange of the list's head, so a sender that is
 //! preempted half-way holds nobody up; the receiver takes the whole list at once and reverses it.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::ops::DerefMut;
+use std::sync::{Arc, PoisonError};
 
 use crate::Shape;
-use crate::sync::{AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
+use crate::sync::{AtomicU32, AtomicU64, Guarded, Mutex, Ordering, Reading, order};
 
+/// The states of a slot. The receiver changes it from being sent to an answer, the sender back to being sent.
 const FREE: u32 = 0;
 const SENT: u32 = 1;
 const DONE: u32 = 2;
 const REFUSED: u32 = 3;
+const STATE: u32 = 3;
+/// The message is answered, but the receiver still looks at it.
+const HELD: u32 = 4;
+const CODE_SHIFT: u32 = 3;
+
+/// The code that messages are refused with whose receiver went away without an answer.
+pub const ABANDONED: u16 = u16::MAX;
 
 /// A bounded queue of messages.
 #[derive(Debug)]
@@ -34,7 +43,7 @@ struct Desk {
 
 #[derive(Debug)]
 struct Slot {
-    /// `code << 2 | state`.
+    /// `code << CODE_SHIFT | held | state`.
     status: AtomicU32,
     /// 1 + the index of the message sent before; 0 for none.
     before: AtomicU64,
@@ -110,7 +119,7 @@ impl Mailbox {
         })
     }
 
-    fn desk(&self) -> MutexGuard<'_, Desk> {
+    fn desk(&self) -> impl DerefMut<Target = Desk> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -168,16 +177,18 @@ impl Sender {
         self.place as u32
     }
 
-    /// Sends a message.
+    /// Sends a message of `bytes` with `items` tail items, at the host's `time` in nanoseconds. What does not fit is
+    /// cut, and what is missing is zero.
     ///
     /// # Errors
     /// When all slots of this sender wait for their answers.
     pub fn send(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Ticket, Full> {
         let count = self.numbers.len();
         let first = self.place * count;
-        let free = (0..count)
-            .map(|i| (self.hint + i) % count)
-            .find(|i| self.mailbox.slots[first + i].status.load(order::ACQUIRE) & 3 != SENT);
+        let free = (0..count).map(|i| (self.hint + i) % count).find(|i| {
+            let status = self.mailbox.slots[first + i].status.load(order::ACQUIRE);
+            status & STATE != SENT && status & HELD == 0 || cfg!(feature = "mutant-mailbox")
+        });
         let own = free.ok_or(Full(count))?;
         self.hint = own + 1;
         self.sent += 1;
@@ -186,17 +197,21 @@ impl Sender {
         let slot = &self.mailbox.slots[index];
         let shape = self.mailbox.shape;
         let items = items.min(shape.capacity);
-        let length = bytes.len().min(shape.bytes(items));
+        let size = shape.bytes(items);
+        let length = bytes.len().min(size);
         slot.content.write(|content| {
             // SAFETY: the slot is not sent, so nobody else has it, and it has room for that many items.
             unsafe {
-                std::ptr::copy_nonoverlapping(bytes.as_ptr(), (*content).data.as_mut_ptr().cast(), length);
+                let data: *mut u8 = (*content).data.as_mut_ptr().cast();
+                data.copy_from_nonoverlapping(bytes.as_ptr(), length);
+                data.add(length).write_bytes(0, size - length);
                 (*content).items = items;
                 (*content).time = time;
             }
         });
         slot.status.store(SENT, Ordering::Relaxed);
-        let mut head = self.mailbox.head.load(Ordering::Relaxed);
+        // The receiver has mostly taken all.
+        let mut head = 0;
         loop {
             slot.before.store(head, Ordering::Relaxed);
             let sent = self.mailbox.head.compare_exchange_weak(
@@ -219,9 +234,9 @@ impl Sender {
         }
         let status =
             self.mailbox.slots[self.place * self.numbers.len() + ticket.slot].status.load(order::ACQUIRE);
-        match status & 3 {
+        match status & STATE {
             DONE => Status::Done,
-            REFUSED => Status::Refused((status >> 2) as u16),
+            REFUSED => Status::Refused((status >> CODE_SHIFT) as u16),
             _ => Status::Accepted,
         }
     }
@@ -237,8 +252,8 @@ impl Drop for Sender {
 #[derive(Debug)]
 pub struct Receiver {
     mailbox: Arc<Mailbox>,
-    /// The messages collected last: slot, and what is answered.
-    order: Vec<(usize, Answer)>,
+    /// The slots of the messages collected last.
+    order: Vec<usize>,
     sequence: u64,
 }
 
@@ -254,16 +269,16 @@ impl Receiver {
         self.mailbox.head.load(Ordering::Relaxed) != 0
     }
 
-    /// Answers the last messages, and takes all that were sent since; says how many they are.
+    /// Releases the last messages, and takes all that were sent since; says how many they are.
     pub fn collect(&mut self) -> usize {
-        self.give_answers();
+        self.release();
         if !self.has_messages() {
             return 0;
         }
         let mut next = self.mailbox.head.swap(0, order::ACQUIRE);
         while next != 0 {
             let index = (next - 1) as usize;
-            self.order.push((index, Answer::Done));
+            self.order.push(index);
             next = self.mailbox.slots[index].before.load(Ordering::Relaxed);
         }
         self.order.reverse();
@@ -271,20 +286,24 @@ impl Receiver {
         self.order.len()
     }
 
-    fn give_answers(&mut self) {
-        for (index, answer) in self.order.drain(..) {
-            let status = match answer {
-                Answer::Done => DONE,
-                Answer::Refused(code) => u32::from(code) << 2 | REFUSED,
-            };
-            self.mailbox.slots[index].status.store(status, order::RELEASE);
+    /// Gives the messages collected last back to their senders, those without an answer as done.
+    pub fn release(&mut self) {
+        self.give_back(DONE);
+    }
+
+    fn give_back(&mut self, unanswered: u32) {
+        for index in self.order.drain(..) {
+            let status = &self.mailbox.slots[index].status;
+            // Only the receiver changes it from being sent until it is given back.
+            let answer = status.load(Ordering::Relaxed) & !HELD;
+            status.store(if answer == SENT { unanswered } else { answer }, order::RELEASE);
         }
     }
 
     /// The messages collected, oldest first.
     pub fn messages(&self) -> impl ExactSizeIterator<Item = Message<'_>> {
         let first = self.sequence + 1 - self.order.len() as u64;
-        self.order.iter().enumerate().map(move |(i, (index, _))| Message {
+        self.order.iter().enumerate().map(move |(i, index)| Message {
             slot: *index,
             mailbox: &self.mailbox,
             sequence: first + i as u64,
@@ -292,17 +311,20 @@ impl Receiver {
         })
     }
 
-    /// Decides the answer to one of the messages; it is given with the next collection. None means done.
+    /// Answers one of the messages collected; its sender sees that at once. None means done, when it is released.
     pub fn answer(&mut self, message: usize, answer: Answer) {
-        if let Some((_, slot)) = self.order.get_mut(message) {
-            *slot = answer;
-        }
+        let Some(index) = self.order.get(message) else { return };
+        let status = match answer {
+            Answer::Done => DONE,
+            Answer::Refused(code) => u32::from(code) << CODE_SHIFT | REFUSED,
+        };
+        self.mailbox.slots[*index].status.store(status | HELD, order::RELEASE);
     }
 }
 
 impl Drop for Receiver {
     fn drop(&mut self) {
-        self.give_answers();
+        self.give_back(u32::from(ABANDONED) << CODE_SHIFT | REFUSED);
         let mut desk = self.mailbox.desk();
         desk.receiver = false;
         desk.sequence = self.sequence;

@@ -17,8 +17,13 @@ impl Shape {
         Self { size, align, item: 0, capacity: 0 }
     }
 
-    /// Bytes that a value with `items` tail items takes, rounded up to the alignment.
+    /// Bytes that a value with `items` tail items takes, rounded up to the alignment. More than the address space
+    /// has is the largest number, which no memory can be allocated for.
+    #[inline]
     pub const fn bytes(&self, items: usize) -> usize {
-        (self.size + self.item * items).next_multiple_of(self.align)
+        match self.item.saturating_mul(items).saturating_add(self.size).checked_next_multiple_of(self.align) {
+            Some(bytes) => bytes,
+            None => usize::MAX,
+        }
     }
 }

@@ -1,21 +1,36 @@
 //! Waking a thread that sleeps: no system call when it does not, and no wake-up is lost.
 
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::sync::{AtomicU64, Thread, current, order, park, park_timeout};
+use crate::sync::{AtomicPtr, AtomicU64, Ordering, Thread, current, order, park, park_timeout};
 
 /// The bit that says that the thread sleeps; the others are the notifier's.
 const SLEEPING: u64 = 1 << 63;
 
 /// One thread's word: what it was notified of, and whether it sleeps. The standard library's parking is a futex word,
 /// which is entered only when the thread sleeps indeed.
+///
+/// One thread waits at a time; it may be another one each time.
 #[derive(Debug)]
 pub struct Wake {
     word: AtomicU64,
-    /// Who sleeps. Written before the bit is set and read by the one notifier that clears it, so never contended.
-    thread: Mutex<Option<Thread>>,
+    /// Who sleeps, or slept last. Set before the bit.
+    sleeper: AtomicPtr<Sleeper>,
+    /// All who ever slept here. They stay, so a notifier that is preempted half-way needs no lock.
+    sleepers: AtomicPtr<Sleeper>,
+    spins: u32,
 }
+
+#[derive(Debug)]
+struct Sleeper {
+    thread: Thread,
+    next: *mut Sleeper,
+}
+
+// SAFETY: sleepers are never changed once they are in the list, and freed only with it.
+unsafe impl Send for Wake {}
+// SAFETY: as above.
+unsafe impl Sync for Wake {}
 
 impl Default for Wake {
     fn default() -> Self {
@@ -26,42 +41,82 @@ impl Default for Wake {
 impl Wake {
     /// Nobody sleeps.
     pub fn new() -> Self {
-        Self { word: AtomicU64::new(0), thread: Mutex::new(None) }
+        Self::with_spins(0)
+    }
+
+    /// As [`new`](Wake::new); a waiting thread looks so often for a notification before it goes to sleep. That pays
+    /// when one comes within the time that waking takes, and only while there are no more threads than cores.
+    pub fn with_spins(spins: u32) -> Self {
+        let nobody = || AtomicPtr::new(std::ptr::null_mut());
+        Self { word: AtomicU64::new(0), sleeper: nobody(), sleepers: nobody(), spins }
     }
 
     /// Adds `bits` (without the highest one) to what the thread finds, and wakes it if it sleeps.
     #[inline]
     pub fn notify(&self, bits: u64) {
-        let before = self.word.fetch_or(bits & !SLEEPING, order::PUBLISH);
-        if before & SLEEPING != 0 && !cfg!(feature = "mutant-wake") {
+        if self.word.fetch_or(bits & !SLEEPING, order::PUBLISH) & SLEEPING != 0 {
             self.wake();
         }
     }
 
     #[cold]
     fn wake(&self) {
-        // Of several notifiers the one that clears the bit wakes the thread.
-        if self.word.fetch_and(!SLEEPING, order::PUBLISH) & SLEEPING != 0
-            && let Some(thread) = &*self.thread.lock().unwrap_or_else(PoisonError::into_inner)
-        {
-            thread.unpark();
-        }
+        // Every notifier does this until the sleeper itself clears the bit, so none depends on another one that may
+        // be preempted. Unparking is a system call only the first time.
+        // SAFETY: who set the bit had set the pointer before, and sleepers are not freed before `self`.
+        unsafe { &*self.sleeper.load(order::ACQUIRE) }.thread.unpark();
     }
 
+    #[inline]
     fn take(&self) -> u64 {
         self.word.swap(0, order::PUBLISH) & !SLEEPING
     }
 
-    /// Says that this thread is about to sleep; false when there is something to wake up for.
+    fn take_spinning(&self) -> u64 {
+        for _ in 0..self.spins {
+            if self.word.load(Ordering::Relaxed) != 0 {
+                break;
+            }
+            std::hint::spin_loop();
+        }
+        self.take()
+    }
+
+    /// Says that this thread is about to sleep; false when there is something to stay up for.
     fn lie_down(&self) -> bool {
-        *self.thread.lock().unwrap_or_else(PoisonError::into_inner) = Some(current());
-        self.word.compare_exchange(0, SLEEPING, order::PUBLISH, order::ACQUIRE).is_ok()
+        self.sleeper.store(self.myself(), order::RELEASE);
+        if cfg!(feature = "mutant-wake") {
+            self.word.store(SLEEPING, order::RELEASE);
+            return true;
+        }
+        self.word.compare_exchange(0, SLEEPING, order::PUBLISH, Ordering::Relaxed).is_ok()
+    }
+
+    /// This thread's entry, which is made when it sleeps here for the first time.
+    fn myself(&self) -> *mut Sleeper {
+        let thread = current();
+        let mut first = self.sleepers.load(order::ACQUIRE);
+        let mut sleeper = first;
+        // SAFETY: entries are not changed once they are in the list, and not freed before `self`.
+        while let Some(known) = unsafe { sleeper.as_ref() } {
+            if known.thread.id() == thread.id() {
+                return sleeper;
+            }
+            sleeper = known.next;
+        }
+        let own = Box::into_raw(Box::new(Sleeper { thread, next: first }));
+        while let Err(other) = self.sleepers.compare_exchange(first, own, order::PUBLISH, order::ACQUIRE) {
+            first = other;
+            // SAFETY: not in the list yet, so it is this thread's alone.
+            unsafe { (*own).next = first };
+        }
+        own
     }
 
     /// Sleeps until notified; returns the bits.
     pub fn wait(&self) -> u64 {
         loop {
-            let bits = self.take();
+            let bits = self.take_spinning();
             if bits != 0 {
                 return bits;
             }
@@ -73,7 +128,7 @@ impl Wake {
 
     /// As [`wait`](Wake::wait), but not longer than `limit`; it may return 0 earlier.
     pub fn wait_timeout(&self, limit: Duration) -> u64 {
-        let bits = self.take();
+        let bits = self.take_spinning();
         if bits != 0 {
             return bits;
         }
@@ -81,5 +136,15 @@ impl Wake {
             park_timeout(limit);
         }
         self.take()
+    }
+}
+
+impl Drop for Wake {
+    fn drop(&mut self) {
+        let mut sleeper = self.sleepers.load(Ordering::Acquire);
+        while !sleeper.is_null() {
+            // SAFETY: made from a box, freed once, and nobody can notify any more.
+            sleeper = unsafe { Box::from_raw(sleeper) }.next;
+        }
     }
 }

@@ -38,7 +38,8 @@ fn plugins() -> Vec<Plugin> {
 pub fn find(name: &str, sets: Vec<String>) -> Result<Application, Failure> {
     let options = Options { sets, extra_tables: EXTRA_TABLES.map(Into::into).to_vec(), ..Options::default() };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
-        let configuration = Configuration::from_text(&format!("{name}.toml"), example.configuration, &options)?;
+        let configuration =
+            Configuration::from_text(&format!("{name}.toml"), example.configuration, &options)?;
         return Ok(Application { name: name.into(), configuration, plugins: plugins() });
     }
     let path = Path::new(name);

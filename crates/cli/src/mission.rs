@@ -116,15 +116,22 @@ impl Mission {
 
     fn judge(&self, end: &End) -> (Outcome, Option<String>) {
         match end {
-            End::Hung { module } => return (Outcome::Failed, Some(format!("{module} did not return from its tick"))),
+            End::Hung { module } => {
+                return (Outcome::Failed, Some(format!("{module} did not return from its tick")));
+            }
             End::TooManyHung { modules } => {
-                return (Outcome::Failed, Some(format!("did not return from their ticks: {}", modules.join(", "))));
+                return (
+                    Outcome::Failed,
+                    Some(format!("did not return from their ticks: {}", modules.join(", "))),
+                );
             }
             End::Stopped => {}
         }
         match self.observation.verdict() {
             Some((state, reason)) if state == "SUCCEEDED" => (Outcome::GoalReached, Some(reason)),
-            Some((state, reason)) if state == "FAILED" && reason.contains("time") => (Outcome::TimedOut, Some(reason)),
+            Some((state, reason)) if state == "FAILED" && reason.contains("time") => {
+                (Outcome::TimedOut, Some(reason))
+            }
             Some((state, reason)) if state == "FAILED" => (Outcome::Failed, Some(reason)),
             _ => (Outcome::Stopped, None),
         }

@@ -68,7 +68,11 @@ impl Observation {
         }
         let metrics = find("report.metrics");
         let verdict = find("mission.outcome");
-        if complaints.is_empty() { Ok(Self { robots, metrics, verdict }) } else { Err(Failure::Configuration(complaints.into())) }
+        if complaints.is_empty() {
+            Ok(Self { robots, metrics, verdict })
+        } else {
+            Err(Failure::Configuration(complaints.into()))
+        }
     }
 
     /// What the judge measured.
@@ -107,10 +111,11 @@ impl ObservedRobot {
                 "REACTIVE" => Some(Route::Reactive),
                 _ => None,
             };
-            now.action = text("action");
+            now.action = text("running");
             now.tree = text("tree");
         }
-        now.clearance = self.clearance.as_ref().and_then(value).map(|clearance| number(&clearance, "distance"));
+        now.clearance =
+            self.clearance.as_ref().and_then(value).map(|clearance| number(&clearance, "distance"));
         Some(now)
     }
 

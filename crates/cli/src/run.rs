@@ -23,12 +23,17 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
     let name = application.name.clone();
     let seed = application.configuration.seed().value;
-    let directory = options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
-    std::fs::create_dir_all(&directory).map_err(|source| Failure::File { path: directory.clone(), source })?;
+    let directory =
+        options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
+    std::fs::create_dir_all(&directory)
+        .map_err(|source| Failure::File { path: directory.clone(), source })?;
     // A live display owns the terminal, so the log goes to a file beside the report.
     let log: Box<dyn LogTarget> = if live && std::io::stdout().is_terminal() {
         let path = directory.join("log.txt");
-        Box::new(slate::runtime::log::FileTarget::create(&path).map_err(|source| Failure::File { path, source })?)
+        Box::new(
+            slate::runtime::log::FileTarget::create(&path)
+                .map_err(|source| Failure::File { path, source })?,
+        )
     } else {
         Box::new(ConsoleTarget)
     };

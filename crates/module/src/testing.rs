@@ -7,7 +7,8 @@ use slate_blackboard::interface::Interface;
 
 use crate::instance::Authored;
 use crate::{
-    Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortCursor, PortSlot, Random, Refusal, Setup, Tick,
+    Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortCursor, PortSlot,
+    Random, Refusal, Setup, Tick,
 };
 
 /// A module with its ports, for tests: set inputs, tick, look at outputs.

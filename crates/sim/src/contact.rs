@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Gap, Point};
+use crate::geometry::Point;
 
-/// Bodies nearer than this touch, metres: what the solver leaves open between them.
+/// A contact begins when bodies press on each other and lasts while they are nearer than this, metres.
 pub const TOUCH: f64 = 0.002;
 
 /// A robot caused a contact if it moved towards the other faster than this, metres per second.
@@ -26,6 +26,8 @@ pub struct Contact {
     pub caused: bool,
     /// Whether the other, if it is a robot, moved in.
     pub caused_by_other: bool,
+    /// How fast their drives brought the two together along the contact's normal, metres per second.
+    pub approach: f64,
 }
 
 /// How a body moves: its origin, its velocity there and its turn.
@@ -45,20 +47,9 @@ impl Motion {
         let arm = point.minus(self.origin);
         Point::new(self.velocity.x - self.angular * arm.y, self.velocity.y + self.angular * arm.x)
     }
-}
 
-/// Whether a body that moves like this goes towards the other end of the gap. For bodies that overlap, `fallback`
-/// points from the one to the other.
-pub fn moves_in(motion: &Motion, from: Point, gap: &Gap, fallback: Point) -> bool {
-    let way = gap.to.minus(gap.from);
-    let way = if gap.distance > 1e-9 { way } else { fallback };
-    let length = way.norm();
-    length > 0.0 && motion.at(from).dot(way) / length > CAUSE_SPEED
-}
-
-/// When a pair touched last.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Touching {
-    /// Virtual time, nanoseconds.
-    pub last: u64,
+    /// How fast the body's point there moves into a direction of length 1, metres per second.
+    pub fn towards(&self, point: Point, direction: Point) -> f64 {
+        self.at(point).dot(direction)
+    }
 }

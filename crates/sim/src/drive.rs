@@ -61,7 +61,10 @@ impl Drive {
     pub fn advance(&mut self, step: f64) -> (f64, f64) {
         let change = self.description.maximum_wheel_acceleration * step;
         let follow = |speed: f64, command: f64| speed + clamp(command - speed, -change, change);
-        self.speed = Wheels { left: follow(self.speed.left, self.command.left), right: follow(self.speed.right, self.command.right) };
+        self.speed = Wheels {
+            left: follow(self.speed.left, self.command.left),
+            right: follow(self.speed.right, self.command.right),
+        };
         let DriveDescription { wheel_radius, track, .. } = self.description;
         self.measure(step);
         let Wheels { left, right } = self.speed;
@@ -70,7 +73,9 @@ impl Drive {
 
     fn measure(&mut self, step: f64) {
         let DriveDescription { wheel_radius, track, .. } = self.description;
-        let mut noisy = |speed: f64, radius: f64| speed * wheel_radius * radius * (1.0 + self.white * self.random.normal());
+        let mut noisy = |speed: f64, radius: f64| {
+            speed * wheel_radius * radius * (1.0 + self.white * self.random.normal())
+        };
         let left = noisy(self.speed.left, self.believed.0);
         let right = noisy(self.speed.right, self.believed.1);
         let (linear, angular) = ((left + right) / 2.0, (right - left) / (track * self.believed.2));

@@ -1,7 +1,7 @@
 //! Points, poses and convex polygons in the plane.
 
 use serde::{Deserialize, Serialize};
-use slate_module::math::{clamp, cos, sin};
+use slate_module::math::{clamp, cos, max, min, sin};
 
 /// A point or a vector, metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -153,9 +153,38 @@ impl Polygon {
         best
     }
 
+    /// The rectangle around it.
+    pub fn extent(&self) -> Extent {
+        let infinite = Point::new(f64::INFINITY, f64::INFINITY);
+        let empty = Extent { minimum: infinite, maximum: Point::default().minus(infinite) };
+        self.points.iter().fold(empty, |extent, point| Extent {
+            minimum: Point::new(min(extent.minimum.x, point.x), min(extent.minimum.y, point.y)),
+            maximum: Point::new(max(extent.maximum.x, point.x), max(extent.maximum.y, point.y)),
+        })
+    }
+
     /// The circle around the origin of its frame.
     pub fn radius(&self) -> f64 {
-        self.points.iter().map(|point| point.norm()).fold(0.0, slate_module::math::max)
+        self.points.iter().map(|point| point.norm()).fold(0.0, max)
+    }
+}
+
+/// A rectangle along the axes, metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Extent {
+    /// The corner in the south-west.
+    pub minimum: Point,
+    /// The corner in the north-east.
+    pub maximum: Point,
+}
+
+impl Extent {
+    /// How far a point is from it, metres; 0 inside.
+    pub fn distance(&self, point: Point) -> f64 {
+        let beyond = |low: f64, value: f64, high: f64| max(max(low - value, value - high), 0.0);
+        let x = beyond(self.minimum.x, point.x, self.maximum.x);
+        let y = beyond(self.minimum.y, point.y, self.maximum.y);
+        Point::new(x, y).norm()
     }
 }
 

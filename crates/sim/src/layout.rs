@@ -43,12 +43,20 @@ impl ObstructedWay {
         goal: Point,
         random: &mut Random,
     ) -> Result<Layout, String> {
-        let outline = |name: &str| outlines.get(name).ok_or_else(|| format!("[world.random] names `{name}`, which is no robot of the world"));
+        let outline = |name: &str| {
+            outlines
+                .get(name)
+                .ok_or_else(|| format!("[world.random] names `{name}`, which is no robot of the world"))
+        };
         let (robot, disturber) = (outline(&self.robot)?, outline(&self.disturber)?);
         let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
         for _ in 0..TRIES {
             let [west, east, south, north] = self.start;
-            let start = Pose { x: random.uniform(west, east), y: random.uniform(south, north), theta: heading(random) };
+            let start = Pose {
+                x: random.uniform(west, east),
+                y: random.uniform(south, north),
+                theta: heading(random),
+            };
             let own = placed(robot, &start);
             if walls.iter().any(|wall| own.gap(wall).distance < self.start_clearance) {
                 continue;
@@ -69,7 +77,11 @@ impl ObstructedWay {
             let theirs = placed(disturber, &other);
             let near_wall = walls.iter().any(|wall| theirs.gap(wall).distance < 0.1);
             let near_goal = other.point().minus(goal).norm() < 0.6;
-            if near_wall || near_goal || theirs.gap(&own).distance < 0.5 || theirs.gap(&obstacle).distance < 0.2 {
+            if near_wall
+                || near_goal
+                || theirs.gap(&own).distance < 0.5
+                || theirs.gap(&obstacle).distance < 0.2
+            {
                 continue;
             }
             let robots = BTreeMap::from([(self.robot.clone(), start), (self.disturber.clone(), other)]);

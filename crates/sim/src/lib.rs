@@ -25,7 +25,13 @@ pub use world::DescriptionError;
 /// The modules that the simulator brings.
 pub fn plugins() -> Vec<slate_module::Plugin> {
     vec![
-        slate_module::Plugin::instance::<Simulator>("simulator", "Lets a world go on, and shows what its robots' sensors measure."),
-        slate_module::Plugin::instance::<Referee>("referee", "Judges whether a robot reaches its goal in time."),
+        slate_module::Plugin::instance::<Simulator>(
+            "simulator",
+            "Lets a world go on, and shows what its robots' sensors measure.",
+        ),
+        slate_module::Plugin::instance::<Referee>(
+            "referee",
+            "Judges whether a robot reaches its goal in time.",
+        ),
     ]
 }

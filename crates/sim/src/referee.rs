@@ -92,8 +92,9 @@ impl Instance for Referee {
         let robot = robot.ok_or_else(|| format!("no robot `{}` in the world", params.robot))?;
         let outline = robot.description.outline();
         let half_width = outline.points.iter().map(|point| point.y).fold(0.0, math::max);
-        let shortest = shortest_path(&scenario.static_outlines(), robot.pose.point(), scenario.goal, half_width)
-            .ok_or("there is no way to the goal")?;
+        let shortest =
+            shortest_path(&scenario.static_outlines(), robot.pose.point(), scenario.goal, half_width)
+                .ok_or("there is no way to the goal")?;
         let course =
             Course { last: None, length: 0.0, clearance: f64::MAX, collisions: 0, caused: 0, decided: false };
         Ok(Self { goal: scenario.goal, shortest, course })

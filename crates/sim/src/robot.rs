@@ -93,10 +93,12 @@ impl RobotDescription {
     /// # Errors
     /// Names the file, the line and what was expected.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
-        let mut robot: Self =
-            toml_edit::de::from_str(text).map_err(|error| DescriptionError::new(source_name, error.to_string()))?;
+        let mut robot: Self = toml_edit::de::from_str(text)
+            .map_err(|error| DescriptionError::new(source_name, error.to_string()))?;
         let wrong = |message: &str| Err(DescriptionError::new(source_name, message));
-        let outline = |points: &[[f64; 2]]| Polygon { points: points.iter().map(|[x, y]| Point::new(*x, *y)).collect() };
+        let outline = |points: &[[f64; 2]]| Polygon {
+            points: points.iter().map(|[x, y]| Point::new(*x, *y)).collect(),
+        };
         if !outline(&robot.footprint).is_convex() {
             robot.footprint.reverse();
             if !outline(&robot.footprint).is_convex() {
@@ -104,12 +106,19 @@ impl RobotDescription {
             }
         }
         let drive = &robot.drive;
-        let positive = [robot.mass, drive.wheel_radius, drive.track, drive.maximum_wheel_speed, drive.maximum_wheel_acceleration];
+        let positive = [
+            robot.mass,
+            drive.wheel_radius,
+            drive.track,
+            drive.maximum_wheel_speed,
+            drive.maximum_wheel_acceleration,
+        ];
         if positive.iter().any(|value| !(value.is_finite() && *value > 0.0)) {
             return wrong("mass, wheel radius, track, maximum wheel speed and acceleration are positive");
         }
         for (name, sonar) in &robot.sonar {
-            if sonar.placements.len() > 16 || sonar.range_max <= sonar.range_min || sonar.field_of_view <= 0.0 {
+            if sonar.placements.len() > 16 || sonar.range_max <= sonar.range_min || sonar.field_of_view <= 0.0
+            {
                 return wrong(&format!("sonar `{name}` has at most 16 placements, an opening and a range"));
             }
         }

@@ -99,16 +99,25 @@ impl Scenario {
             .unwrap_or_else(|| Err(wrong(format!("no arena `{}`; there is rocs_arena", section.arena))))?;
         let mut descriptions = BTreeMap::new();
         for (name, entry) in &section.robots {
-            let description = RobotDescription::named(&entry.model)
-                .unwrap_or_else(|| Err(wrong(format!("no robot model `{}`; there is pioneer_p3dx", entry.model))))?;
+            let description = RobotDescription::named(&entry.model).unwrap_or_else(|| {
+                Err(wrong(format!("no robot model `{}`; there is pioneer_p3dx", entry.model)))
+            })?;
             descriptions.insert(name.clone(), description);
         }
         let layout = match section.layouts.get(&section.layout) {
             Some(layout) => layout.clone(),
             None if section.layout == "random" => {
-                let rules = section.random.as_ref().ok_or_else(|| wrong("layout `random` needs a [world.random] table".into()))?;
-                let outlines = descriptions.iter().map(|(name, description)| (name.clone(), description.outline())).collect();
-                rules.lay_out(&world, &outlines, point(section.goal), &mut Random::new(seed, "layout")).map_err(wrong)?
+                let rules = section
+                    .random
+                    .as_ref()
+                    .ok_or_else(|| wrong("layout `random` needs a [world.random] table".into()))?;
+                let outlines = descriptions
+                    .iter()
+                    .map(|(name, description)| (name.clone(), description.outline()))
+                    .collect();
+                rules
+                    .lay_out(&world, &outlines, point(section.goal), &mut Random::new(seed, "layout"))
+                    .map_err(wrong)?
             }
             None => {
                 let mut known: Vec<_> = section.layouts.keys().map(String::as_str).collect();
@@ -119,7 +128,10 @@ impl Scenario {
         world.bodies.extend(layout.bodies);
         let mut placements = Vec::new();
         for (name, entry) in &section.robots {
-            let pose = layout.robots.get(name).ok_or_else(|| wrong(format!("layout `{}` does not place `{name}`", section.layout)))?;
+            let pose = layout
+                .robots
+                .get(name)
+                .ok_or_else(|| wrong(format!("layout `{}` does not place `{name}`", section.layout)))?;
             placements.push(Placement {
                 name: name.clone(),
                 description: descriptions[name].clone(),

@@ -47,7 +47,13 @@ impl Wanderer {
     pub fn decide(&mut self, sonar: &[Echo], step: f64) -> Wheels {
         let speed = self.walk.wheel_speed;
         let near = |range: std::ops::Range<usize>| {
-            sonar.get(range).into_iter().flatten().filter(|echo| echo.heard).map(|echo| echo.range).fold(f64::INFINITY, slate_module::math::min)
+            sonar
+                .get(range)
+                .into_iter()
+                .flatten()
+                .filter(|echo| echo.heard)
+                .map(|echo| echo.range)
+                .fold(f64::INFINITY, slate_module::math::min)
         };
         // The front half of the ring: the first four look left, the next four right.
         let (on_left, on_right) = (near(1..4), near(4..7));
@@ -67,6 +73,9 @@ impl Wanderer {
                 self.left = self.random.uniform(shortest, longest);
             }
         }
-        Wheels { left: speed * if self.turn > 0.0 { -1.0 } else { 1.0 }, right: speed * if self.turn < 0.0 { -1.0 } else { 1.0 } }
+        Wheels {
+            left: speed * if self.turn > 0.0 { -1.0 } else { 1.0 },
+            right: speed * if self.turn < 0.0 { -1.0 } else { 1.0 },
+        }
     }
 }

@@ -32,7 +32,9 @@ pub fn shortest_path(bodies: &[Polygon], from: Point, to: Point, radius: f64) ->
     let mut done = vec![false; nodes.len()];
     best[0] = 0.0;
     loop {
-        let next = (0..nodes.len()).filter(|i| !done[*i] && best[*i].is_finite()).min_by(|a, b| best[*a].total_cmp(&best[*b]))?;
+        let next = (0..nodes.len())
+            .filter(|i| !done[*i] && best[*i].is_finite())
+            .min_by(|a, b| best[*a].total_cmp(&best[*b]))?;
         if next == 1 {
             return Some(best[1]);
         }
@@ -50,13 +52,16 @@ fn distance(body: &Polygon, point: Point) -> f64 {
     if body.contains(point) {
         return 0.0;
     }
-    body.edges().map(|(a, b)| nearest_on(a, b, point).minus(point).norm()).fold(f64::INFINITY, slate_module::math::min)
+    body.edges()
+        .map(|(a, b)| nearest_on(a, b, point).minus(point).norm())
+        .fold(f64::INFINITY, slate_module::math::min)
 }
 
 fn segment_distance(body: &Polygon, a: Point, b: Point) -> f64 {
     let crosses = |c: Point, d: Point| {
         let (along, other) = (b.minus(a), d.minus(c));
-        along.cross(c.minus(a)) * along.cross(d.minus(a)) < 0.0 && other.cross(a.minus(c)) * other.cross(b.minus(c)) < 0.0
+        along.cross(c.minus(a)) * along.cross(d.minus(a)) < 0.0
+            && other.cross(a.minus(c)) * other.cross(b.minus(c)) < 0.0
     };
     if body.contains(a) || body.contains(b) || body.edges().any(|(c, d)| crosses(c, d)) {
         return 0.0;

@@ -1,15 +1,17 @@
 //! Worlds with robots in virtual time.
 
+use std::collections::BTreeMap;
+
 use rapier2d_f64::prelude::{
     ColliderBuilder, PhysicsWorld, Pose as BodyPose, RigidBodyBuilder, RigidBodyHandle, Vector,
 };
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
-use slate_module::math::{atan2, max, wrap_angle};
+use slate_module::math::{atan2, min, wrap_angle};
 
-use crate::contact::{APART, Contact, Motion, TOUCH, Touching, moves_in};
+use crate::contact::{APART, CAUSE_SPEED, Contact, Motion, TOUCH};
 use crate::drive::{Drive, Wheels};
-use crate::geometry::{Frame, Gap, Point, Polygon, Pose};
+use crate::geometry::{Extent, Frame, Point, Polygon, Pose, nearest_on};
 use crate::robot::{NoiseDescription, RobotDescription};
 use crate::script::{RandomWalk, Wanderer};
 use crate::sonar::{Echo, SonarRing};
@@ -36,18 +38,26 @@ pub struct Simulation {
     physics: PhysicsWorld,
     /// Static bodies with their outlines.
     bodies: Vec<(String, Polygon)>,
+    /// Where the static bodies are, roughly.
+    extents: Vec<Extent>,
     robots: Vec<Robot>,
     /// Nanoseconds.
     now: u64,
     step: u64,
     contacts: Vec<Contact>,
-    /// Per robot and other body: when they touched last.
-    touching: Vec<Option<Touching>>,
+    /// Robots and other bodies in contact, and when they touched last, nanoseconds.
+    touching: BTreeMap<(usize, usize), u64>,
+    /// Memory for the edges around a robot.
+    #[serde(skip)]
+    edges: Vec<(Point, Point)>,
 }
 
 impl std::fmt::Debug for Simulation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Simulation").field("now", &self.now).field("robots", &self.robots.len()).finish_non_exhaustive()
+        f.debug_struct("Simulation")
+            .field("now", &self.now)
+            .field("robots", &self.robots.len())
+            .finish_non_exhaustive()
     }
 }
 
@@ -66,7 +76,6 @@ struct Robot {
     script: Option<Wanderer>,
     noise: NoiseDescription,
     sensors: Random,
-    clearance: f64,
 }
 
 impl Simulation {
@@ -81,17 +90,26 @@ impl Simulation {
         let mut bodies = Vec::new();
         for body in &world.bodies {
             let polygon = outline_of(&world.name, body)?;
-            let collider = collider(&polygon).ok_or_else(|| DescriptionError::new(&world.name, format!("body `{}` is not convex", body.name)))?;
-            physics.insert(RigidBodyBuilder::fixed(), collider);
+            let collider = collider(&polygon).ok_or_else(|| {
+                DescriptionError::new(&world.name, format!("body `{}` is not convex", body.name))
+            })?;
+            physics.insert(RigidBodyBuilder::fixed(), collider.user_data(bodies.len() as u128));
             bodies.push((body.name.clone(), polygon));
         }
-        let mut simulation =
-            Self { physics, bodies, robots: Vec::new(), now: 0, step, contacts: Vec::new(), touching: Vec::new() };
+        let mut simulation = Self {
+            physics,
+            extents: bodies.iter().map(|(_, polygon)| polygon.extent()).collect(),
+            bodies,
+            robots: Vec::new(),
+            now: 0,
+            step,
+            contacts: Vec::new(),
+            touching: BTreeMap::new(),
+            edges: Vec::new(),
+        };
         for placement in robots {
             simulation.place(placement, seed)?;
         }
-        let others = simulation.bodies.len() + simulation.robots.len();
-        simulation.touching = vec![None; simulation.robots.len() * others];
         simulation.sense();
         Ok(simulation)
     }
@@ -112,16 +130,25 @@ impl Simulation {
         let frame = pose.frame();
         let mut placed = Polygon::default();
         outline.place(&frame, &mut placed);
-        let others = self.bodies.iter().map(|(name, polygon)| (name, polygon)).chain(self.robots.iter().map(|robot| (&robot.name, &robot.placed)));
+        let others = self
+            .bodies
+            .iter()
+            .map(|(name, polygon)| (name, polygon))
+            .chain(self.robots.iter().map(|robot| (&robot.name, &robot.placed)));
         for (other, polygon) in others {
             if placed.gap(polygon).distance <= 0.0 {
                 return Err(wrong(format!("`{name}` stands in `{other}`")));
             }
         }
         let area = area(&outline);
+        let number = self.bodies.len() + self.robots.len();
         let collider = collider(&outline).ok_or_else(|| wrong("the footprint is not convex".into()))?;
-        let body = RigidBodyBuilder::dynamic().pose(BodyPose::new(Vector::new(pose.x, pose.y), pose.theta)).can_sleep(false);
-        let (handle, _) = self.physics.insert(body, collider.density(description.mass / area).friction(0.2));
+        let body = RigidBodyBuilder::dynamic()
+            .pose(BodyPose::new(Vector::new(pose.x, pose.y), pose.theta))
+            .can_sleep(false);
+        let (handle, _) = self
+            .physics
+            .insert(body, collider.density(description.mass / area).friction(0.2).user_data(number as u128));
         self.robots.push(Robot {
             name: name.clone(),
             handle,
@@ -136,7 +163,6 @@ impl Simulation {
             script: script.map(|walk| Wanderer::new(walk, stream("script"))),
             noise: description.noise,
             sensors: stream("pose"),
-            clearance: f64::INFINITY,
         });
         Ok(())
     }
@@ -189,7 +215,11 @@ impl Simulation {
         for robot in &mut self.robots {
             let position = self.physics.bodies[robot.handle].position();
             let rotation = position.rotation;
-            robot.pose = Pose { x: position.translation.x, y: position.translation.y, theta: wrap_angle(atan2(rotation.im, rotation.re)) };
+            robot.pose = Pose {
+                x: position.translation.x,
+                y: position.translation.y,
+                theta: wrap_angle(atan2(rotation.im, rotation.re)),
+            };
             robot.outline.place(&robot.pose.frame(), &mut robot.placed);
         }
         self.touch();
@@ -198,77 +228,102 @@ impl Simulation {
     /// Lets the sonars hear.
     pub fn sense(&mut self) {
         for i in 0..self.robots.len() {
-            let (mut sonar, mut echoes) = (self.robots[i].sonar.take(), std::mem::take(&mut self.robots[i].echoes));
+            let (mut sonar, mut echoes) =
+                (self.robots[i].sonar.take(), std::mem::take(&mut self.robots[i].echoes));
             if let Some(ring) = &mut sonar {
-                let frame = self.robots[i].pose.frame();
-                let others = self.robots.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, robot)| &robot.placed);
-                ring.sweep(&frame, self.bodies.iter().map(|(_, polygon)| polygon).chain(others), &mut echoes);
+                self.gather(i, ring.reach());
+                ring.sweep(&self.robots[i].pose.frame(), &self.edges, &mut echoes);
             }
             self.robots[i].sonar = sonar;
             self.robots[i].echoes = echoes;
         }
     }
 
-    /// Finds the contacts and the clearances.
+    /// Gathers the edges of other bodies within `reach` of a robot.
+    fn gather(&mut self, i: usize, reach: f64) {
+        let center = self.robots[i].pose.point();
+        let bodies =
+            self.bodies.iter().zip(&self.extents).filter(|(_, extent)| extent.distance(center) <= reach);
+        let robots = self.robots.iter().enumerate().filter(|(other, robot)| {
+            *other != i && robot.pose.point().minus(center).norm() <= reach + robot.radius
+        });
+        let polygons = bodies.map(|((_, polygon), _)| polygon).chain(robots.map(|(_, robot)| &robot.placed));
+        self.edges.clear();
+        self.edges.extend(
+            polygons
+                .flat_map(Polygon::edges)
+                .filter(|(a, b)| nearest_on(*a, *b, center).minus(center).norm() <= reach),
+        );
+    }
+
+    /// Finds which contacts begin, last and end.
     fn touch(&mut self) {
-        let others = self.bodies.len() + self.robots.len();
-        for i in 0..self.robots.len() {
-            let mut clearance = f64::INFINITY;
-            for j in 0..others {
-                let Some(gap) = self.gap(i, j) else { continue };
-                clearance = slate_module::math::min(clearance, gap.distance);
-                // A pair of robots is looked at once, from the first.
-                if gap.distance < TOUCH && (j < self.bodies.len() || j - self.bodies.len() > i) {
-                    self.touched(i, j, &gap);
-                }
+        let mut pressing = Vec::new();
+        for pair in self.physics.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {
+            let (impulse, normal) = pair.max_impulse();
+            let number =
+                |handle| self.physics.colliders.get(handle).map(|collider| collider.user_data as usize);
+            let (Some(first), Some(second)) = (number(pair.collider1), number(pair.collider2)) else {
+                continue;
+            };
+            if impulse > 0.0 {
+                let normal = Point::new(normal.x, normal.y);
+                // The robot, or of two robots the first, looks at the other.
+                pressing.push(match self.first_robot(first, second) {
+                    true => ((first - self.bodies.len(), second), normal),
+                    false => ((second - self.bodies.len(), first), Point::default().minus(normal)),
+                });
             }
-            self.robots[i].clearance = clearance;
+        }
+        pressing.sort_by_key(|(pair, _)| *pair);
+        for ((i, j), towards) in pressing {
+            if self.touching.insert((i, j), self.now).is_none() {
+                self.begin(i, j, towards);
+            }
+        }
+        let mut touching = std::mem::take(&mut self.touching);
+        touching.retain(|(i, j), last| {
+            if *last != self.now && self.robots[*i].placed.gap(self.outline(*j)).distance < TOUCH {
+                *last = self.now;
+            }
+            self.now - *last < APART
+        });
+        self.touching = touching;
+    }
+
+    /// Whether the first of two bodies is the robot that looks at the other: walls do not, and robots do in order.
+    fn first_robot(&self, first: usize, second: usize) -> bool {
+        first >= self.bodies.len() && (second < self.bodies.len() || first < second)
+    }
+
+    /// The outline of a static body or, after those, of a robot.
+    fn outline(&self, number: usize) -> &Polygon {
+        match number.checked_sub(self.bodies.len()) {
+            Some(robot) => &self.robots[robot].placed,
+            None => &self.bodies[number].1,
         }
     }
 
-    /// The gap between a robot and another body, as far as it may matter.
-    fn gap(&self, i: usize, j: usize) -> Option<Gap> {
-        let robot = &self.robots[i];
-        if let Some((_, polygon)) = self.bodies.get(j) {
-            return Some(robot.placed.gap(polygon));
-        }
-        let other = &self.robots[j - self.bodies.len()];
-        let far = other.pose.point().minus(robot.pose.point()).norm() - other.radius - robot.radius;
-        if j - self.bodies.len() == i {
-            return None;
-        }
-        if far > 1.0 {
-            // Far enough that only the order of magnitude matters.
-            return Some(Gap { distance: far, from: robot.pose.point(), to: other.pose.point() });
-        }
-        Some(robot.placed.gap(&other.placed))
-    }
-
-    fn touched(&mut self, i: usize, j: usize, gap: &Gap) {
-        let others = self.bodies.len() + self.robots.len();
-        let before = self.touching[i * others + j].replace(Touching { last: self.now });
-        if before.is_some_and(|touching| self.now - touching.last <= APART) {
-            return;
-        }
+    fn begin(&mut self, i: usize, j: usize, towards: Point) {
         let robot = &self.robots[i];
         let other = j.checked_sub(self.bodies.len()).map(|other| &self.robots[other]);
-        let middle = match other {
-            Some(other) => other.pose.point(),
-            None => center(&self.bodies[j].1),
-        };
-        let towards = middle.minus(robot.pose.point());
-        let back = Gap { distance: gap.distance, from: gap.to, to: gap.from };
-        let caused_by_other = other.is_some_and(|other| {
-            moves_in(&other.motion, gap.to, &back, Point::default().plus(towards, -1.0))
-        });
-        let contact = Contact {
+        let gap = robot.placed.gap(self.outline(j));
+        let own = robot.motion.towards(gap.from, towards);
+        let theirs = other.map_or(0.0, |other| -other.motion.towards(gap.to, towards));
+        self.contacts.push(Contact {
             time: self.now,
             robot: robot.name.clone(),
             other: other.map_or_else(|| self.bodies[j].0.clone(), |other| other.name.clone()),
-            caused: moves_in(&robot.motion, gap.from, gap, towards),
-            caused_by_other,
-        };
-        self.contacts.push(contact);
+            caused: own > CAUSE_SPEED,
+            caused_by_other: theirs > CAUSE_SPEED,
+            approach: own + theirs,
+        });
+    }
+
+    /// Whether the robot touches something: its bumper.
+    pub fn touches(&self, robot: usize) -> bool {
+        let other = self.bodies.len() + robot;
+        self.touching.iter().any(|((i, j), last)| *last == self.now && (*i == robot || *j == other))
     }
 
     /// The contacts that began since they were taken last.
@@ -307,7 +362,17 @@ impl Simulation {
 
     /// The distance from the robot's body to the nearest other one, metres.
     pub fn clearance(&self, robot: usize) -> f64 {
-        max(self.robots[robot].clearance, 0.0)
+        let Robot { placed, pose, radius, .. } = &self.robots[robot];
+        let center = pose.point();
+        let bodies = self.bodies.iter().zip(&self.extents);
+        let bodies = bodies.map(|((_, polygon), extent)| (extent.distance(center) - radius, polygon));
+        let others = self.robots.iter().enumerate().filter(|(other, _)| *other != robot);
+        let robots = others.map(|(_, other)| {
+            (other.pose.point().minus(center).norm() - other.radius - radius, &other.placed)
+        });
+        bodies.chain(robots).fold(f64::INFINITY, |nearest, (at_least, polygon)| {
+            if at_least >= nearest { nearest } else { min(nearest, placed.gap(polygon).distance) }
+        })
     }
 
     /// Static bodies with their outlines.
@@ -317,7 +382,8 @@ impl Simulation {
 }
 
 fn outline_of(world: &str, body: &Body) -> Result<Polygon, DescriptionError> {
-    body.polygon().ok_or_else(|| DescriptionError::new(world, format!("body `{}` has no convex outline", body.name)))
+    body.polygon()
+        .ok_or_else(|| DescriptionError::new(world, format!("body `{}` has no convex outline", body.name)))
 }
 
 fn collider(polygon: &Polygon) -> Option<ColliderBuilder> {
@@ -327,11 +393,6 @@ fn collider(polygon: &Polygon) -> Option<ColliderBuilder> {
 
 fn area(polygon: &Polygon) -> f64 {
     polygon.edges().map(|(a, b)| a.cross(b)).sum::<f64>() / 2.0
-}
-
-fn center(polygon: &Polygon) -> Point {
-    let count = polygon.points.len() as f64;
-    polygon.points.iter().fold(Point::default(), |sum, point| sum.plus(*point, 1.0 / count))
 }
 
 /// The velocity of the centre of mass, which the physics engine wants, of a body that turns around its axle.

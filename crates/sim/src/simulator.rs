@@ -2,8 +2,8 @@
 //! actuators got in the last one, and shows what the robots' sensors measure.
 
 use slate_interfaces::{
-    Clearance, Contact, Contacts, Echo, Odometry, Orientation, Pose2, Position, SonarPlacement, SonarScan, Twist2,
-    WheelSpeeds,
+    Clearance, Contact, Contacts, Echo, Odometry, Orientation, Pose2, Position, SonarPlacement, SonarScan,
+    Twist2, WheelSpeeds,
 };
 use slate_module::prelude::*;
 use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};

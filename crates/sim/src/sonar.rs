@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::math::{clamp, cos, max, min, sin, tan};
 
-use crate::geometry::{Frame, Point, Polygon};
+use crate::geometry::{Frame, Point};
 use crate::robot::SonarDescription;
 
 /// What a sonar heard.
@@ -14,6 +14,15 @@ pub struct Echo {
     pub range: f64,
     /// Whether anything was heard.
     pub heard: bool,
+}
+
+/// Where one sonar hears.
+struct Cone {
+    origin: Point,
+    /// Its middle and its borders, of length 1.
+    axis: Point,
+    left: Point,
+    right: Point,
 }
 
 /// A ring of sonars with what does not change from sweep to sweep.
@@ -55,29 +64,57 @@ impl SonarRing {
         &self.description
     }
 
-    /// What all sonars hear of those bodies from a robot there.
-    pub fn sweep<'a>(&mut self, robot: &Frame, bodies: impl Iterator<Item = &'a Polygon> + Clone, into: &mut Vec<Echo>) {
+    /// How far from the robot's reference point anything can be heard, metres.
+    pub fn reach(&self) -> f64 {
+        self.description.range_max + self.mounts.iter().map(|(place, _)| place.norm()).fold(0.0, max)
+    }
+
+    /// What all sonars hear from a robot there. The edges are those of bodies counter-clockwise, at least all within
+    /// [`reach`](Self::reach).
+    pub fn sweep(&mut self, robot: &Frame, edges: &[(Point, Point)], into: &mut Vec<Echo>) {
         into.clear();
         let reach = self.description.range_max;
+        let (cos_half, sin_half) = self.half;
         for i in 0..self.mounts.len() {
             let (place, direction) = self.mounts[i];
             let (origin, axis) = (robot.apply(place), robot.rotate(direction));
+            // Both borders of the cone are half-planes through the origin.
+            let cone = Cone {
+                origin,
+                axis,
+                left: Point::new(
+                    axis.x * cos_half - axis.y * sin_half,
+                    axis.x * sin_half + axis.y * cos_half,
+                ),
+                right: Point::new(
+                    axis.x * cos_half + axis.y * sin_half,
+                    -axis.x * sin_half + axis.y * cos_half,
+                ),
+            };
             let mut nearest = f64::INFINITY;
-            for body in bodies.clone() {
-                for (a, b) in body.edges() {
-                    if let Some(distance) = self.hear(origin, axis, a, b) {
-                        nearest = min(nearest, distance);
-                    }
+            for (a, b) in edges {
+                if let Some(distance) = self.hear(&cone, *a, *b) {
+                    nearest = min(nearest, distance);
                 }
             }
             let measured = self.measure(nearest);
-            into.push(measured.filter(|range| *range < reach).map_or(Echo { range: reach, heard: false }, |range| Echo { range, heard: true }));
+            into.push(
+                measured
+                    .filter(|range| *range < reach)
+                    .map_or(Echo { range: reach, heard: false }, |range| Echo { range, heard: true }),
+            );
         }
     }
 
     /// The distance to the nearest point of the edge that is in the cone and faces the sonar well enough.
-    fn hear(&self, origin: Point, axis: Point, a: Point, b: Point) -> Option<f64> {
+    fn hear(&self, cone: &Cone, a: Point, b: Point) -> Option<f64> {
+        let Cone { origin, axis, left, right } = *cone;
         let (a, b) = (a.minus(origin), b.minus(origin));
+        // Most edges are not in the cone at all, and that is cheap to see.
+        let beyond = |border: Point, sign: f64| sign * border.cross(a) > 0.0 && sign * border.cross(b) > 0.0;
+        if (axis.dot(a) < 0.0 && axis.dot(b) < 0.0) || beyond(left, 1.0) || beyond(right, -1.0) {
+            return None;
+        }
         let along = b.minus(a);
         // Bodies are counter-clockwise, so a face that is seen from outside has the sonar on its right.
         let outside = along.cross(a);
@@ -95,10 +132,6 @@ impl SonarRing {
         let mut high = first + length;
         low = max(low, -height * self.incidence);
         high = min(high, height * self.incidence);
-        // Both borders of the cone are half-planes through the origin.
-        let (cos_half, sin_half) = self.half;
-        let left = Point::new(axis.x * cos_half - axis.y * sin_half, axis.x * sin_half + axis.y * cos_half);
-        let right = Point::new(axis.x * cos_half + axis.y * sin_half, -axis.x * sin_half + axis.y * cos_half);
         let unit = Point::new(along.x / length, along.y / length);
         let foot = a.plus(unit, -first);
         for (border, sign) in [(right, 1.0), (left, -1.0)] {
@@ -118,11 +151,13 @@ impl SonarRing {
         }
         let nearest = foot.plus(unit, clamp(0.0, low, high));
         // The two half-planes also meet behind the sonar when the cone is narrow.
-        (nearest.dot(axis) > 0.0).then(|| nearest.norm())
+        let distance = nearest.norm();
+        (nearest.dot(axis) > 0.0 && distance <= self.description.range_max).then_some(distance)
     }
 
     fn measure(&mut self, distance: f64) -> Option<f64> {
-        let SonarDescription { range_min, noise_constant, noise_proportional, dropout, .. } = self.description;
+        let SonarDescription { range_min, noise_constant, noise_proportional, dropout, .. } =
+            self.description;
         let noisy = noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0;
         if !noisy {
             return distance.is_finite().then(|| max(distance, range_min));

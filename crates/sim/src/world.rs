@@ -78,7 +78,9 @@ impl Body {
                 Polygon::rectangle(Point::default(), width, height).place(&pose.frame(), &mut placed);
                 placed
             }
-            (None, None, false) => Polygon { points: self.points.iter().map(|[x, y]| Point::new(*x, *y)).collect() },
+            (None, None, false) => {
+                Polygon { points: self.points.iter().map(|[x, y]| Point::new(*x, *y)).collect() }
+            }
             _ => return None,
         };
         let finite = polygon.points.iter().all(|point| point.x.is_finite() && point.y.is_finite());
@@ -101,8 +103,8 @@ impl World {
     /// # Errors
     /// Names the file, the line and what was expected.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
-        let world: Self =
-            toml_edit::de::from_str(text).map_err(|error| DescriptionError::new(source_name, error.to_string()))?;
+        let world: Self = toml_edit::de::from_str(text)
+            .map_err(|error| DescriptionError::new(source_name, error.to_string()))?;
         for body in &world.bodies {
             if body.polygon().is_none() {
                 return Err(DescriptionError::new(

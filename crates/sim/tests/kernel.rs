@@ -18,7 +18,13 @@ fn arena(bodies: Vec<Body>) -> World {
 fn pioneer(name: &str, x: f64, y: f64, theta: f64) -> Placement {
     let mut description = RobotDescription::named("pioneer_p3dx").unwrap().unwrap();
     description.noise.wheel_speed = 0.0;
-    Placement { name: name.into(), description, sonar: "vrep".into(), pose: Pose { x, y, theta }, script: None }
+    Placement {
+        name: name.into(),
+        description,
+        sonar: "vrep".into(),
+        pose: Pose { x, y, theta },
+        script: None,
+    }
 }
 
 fn run(simulation: &mut Simulation, seconds: f64) {
@@ -59,7 +65,8 @@ fn a_sonar_hears_a_wall_at_its_distance_and_not_beyond_its_incidence() {
     // Sonar 4 at x 0.165 looks 10 degrees to the left; the nearest point in its cone is straight ahead.
     assert!(echoes[3].heard && (echoes[3].range - (2.475 - 1.965)).abs() < 1e-6, "{:?}", echoes[3]);
     // Turned by 70 degrees, the wall's normal is 70 - 10 - 15 = 45 degrees and more from every way in that cone.
-    let oblique = Simulation::new(&arena(vec![]), &[pioneer("r", 1.8, 0.0, 71f64.to_radians())], 0, STEP).unwrap();
+    let oblique =
+        Simulation::new(&arena(vec![]), &[pioneer("r", 1.8, 0.0, 71f64.to_radians())], 0, STEP).unwrap();
     let (echoes, _) = oblique.sonar(0).unwrap();
     assert!(!echoes[3].heard, "{:?}", echoes[3]);
 }
@@ -163,6 +170,7 @@ fn a_wrong_world_says_where_and_what_is_expected() {
 
 #[test]
 fn robots_do_not_start_inside_something() {
-    let error = Simulation::new(&arena(vec![]), &[pioneer("r", 2.4, 0.0, 0.0)], 0, STEP).unwrap_err().to_string();
+    let error =
+        Simulation::new(&arena(vec![]), &[pioneer("r", 2.4, 0.0, 0.0)], 0, STEP).unwrap_err().to_string();
     assert!(error.contains("`r` stands in `east_wall`"), "{error}");
 }

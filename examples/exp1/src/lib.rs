@@ -1,1 +1,48 @@
-//! The first experiment of RoCS: reach the origin, avoid the box and a wandering robot.
+//! The first experiment of RoCS (section 6.3): a Pioneer P3-DX goes to the origin. Its plan knows no obstacle; the box
+//! beside its way and the robot that wanders there are met by reflexes alone.
+//!
+//! | block | class of the paper | here |
+//! |---|---|---|
+//! | Monitor | `RangeVREPMonitor`, `PositionVREPMonitor`, `OrientationVREPMonitor` | [`monitors`] |
+//! | Analyze | `PassRange`, `PassPosition`, `PassOrientation` | [`analyzes`] |
+//! | Plan | `GoToOriginPlanner` | [`planner`] |
+//! | Execute | actions of Table 2 | [`actions`] |
+//! | Knowledge | `PioneerKnowledge`, `PionerP3DXModel` | [`knowledge`] |
+//! | ReactiveModel | `AvoidObstacleModel` | [`avoid_obstacle`] |
+//!
+//! [`rocs`] has the reactive law that the authors ran, as the baseline.
+
+pub mod actions;
+pub mod analyzes;
+pub mod avoid_obstacle;
+pub mod knowledge;
+pub mod monitors;
+pub mod planner;
+pub mod rocs;
+
+use slate::mapek;
+use slate::module::Plugin;
+
+/// What the example is called.
+pub const NAME: &str = "exp1";
+/// What it shows.
+pub const ABOUT: &str = "RoCS EXP1: a Pioneer P3-DX reaches the origin past a box and a wandering robot";
+/// Its configuration.
+pub const CONFIGURATION: &str = include_str!("../exp1.toml");
+
+/// The blocks of the robot.
+pub fn plugins() -> Vec<Plugin> {
+    vec![
+        mapek::monitor::<monitors::RangeMonitor>(),
+        mapek::monitor::<monitors::PositionMonitor>(),
+        mapek::monitor::<monitors::OrientationMonitor>(),
+        mapek::analyze::<analyzes::PassRange>(),
+        mapek::analyze::<analyzes::PassPosition>(),
+        mapek::analyze::<analyzes::PassOrientation>(),
+        mapek::plan::<planner::GoToOriginPlanner>(),
+        mapek::execute::<actions::PioneerActions>(),
+        mapek::knowledge::<knowledge::PioneerKnowledge>(),
+        mapek::reactive::<avoid_obstacle::AvoidObstacleModel>(),
+        mapek::reactive::<rocs::AvoidWallModel>(),
+    ]
+}

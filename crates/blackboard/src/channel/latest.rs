@@ -1,21 +1,21 @@
 use std::sync::Arc;
 
 use super::Channel;
-use super::pool::{self, Loan, NO_SLOT};
-use crate::sync::order;
+use super::pool::{Held, Loan};
+use crate::Stamp;
 
 /// A reader of the newest value. It pins the value that it has seen last, and at times a candidate for the next.
 #[derive(Debug)]
 pub struct Latest {
     channel: Arc<Channel>,
-    held: u16,
+    held: Option<Held>,
     sequence: u64,
-    candidate: u16,
+    candidate: Option<Held>,
 }
 
 impl Latest {
     pub(super) fn new(channel: Arc<Channel>) -> Self {
-        Self { channel, held: NO_SLOT, sequence: 0, candidate: NO_SLOT }
+        Self { channel, held: None, sequence: 0, candidate: None }
     }
 
     /// Whether a newer value is there than the one held.
@@ -27,77 +27,65 @@ impl Latest {
     /// Takes over the newest value; false when the one held is the newest.
     #[inline]
     pub fn refresh(&mut self) -> bool {
-        let tail = self.channel.published();
-        if tail <= self.sequence {
-            return false;
-        }
-        // The old one goes first, so that a handle needs no third slot.
-        self.give_back_held();
-        self.held = self.pin(tail);
-        self.sequence = self.sequence_of(self.held);
-        true
-    }
-
-    /// Pins what stands in the cell of that value: it, or a newer one.
-    #[inline]
-    fn pin(&self, tail: u64) -> u16 {
-        pool::slot_of(self.channel.cell(tail).fetch_add(1, order::PUBLISH))
-    }
-
-    #[inline]
-    fn sequence_of(&self, slot: u16) -> u64 {
-        // SAFETY: the slot is pinned.
-        unsafe { self.channel.pool.lend(slot, self.channel.shape) }.stamp().sequence
-    }
-
-    #[inline]
-    fn give_back_held(&mut self) {
-        if self.held != NO_SLOT {
-            self.channel.pool.give_back(self.held);
-            self.held = NO_SLOT;
-        }
+        self.propose() && self.accept()
     }
 
     /// The value held; nothing before the first write.
     #[inline]
     pub fn value(&self) -> Option<Loan<'_>> {
-        // SAFETY: the slot is pinned until `self` is used mutably.
-        (self.held != NO_SLOT).then(|| unsafe { self.channel.pool.lend(self.held, self.channel.shape) })
+        // SAFETY: the pin is not given back until `self` is used mutably.
+        self.held.map(|held| unsafe { held.lend(self.channel.shape) })
+    }
+
+    /// Copies the value held, as much of it as fits; says how many items its tail has, and its stamp.
+    pub fn copy_to(&self, target: &mut [u8]) -> Option<(usize, Stamp)> {
+        let loan = self.value()?;
+        let bytes = loan.bytes();
+        let length = bytes.len().min(target.len());
+        target[..length].copy_from_slice(&bytes[..length]);
+        Some((loan.items(), loan.stamp()))
     }
 
     /// Pins the newest value beside the one held; false when that is the newest.
+    #[inline]
     pub fn propose(&mut self) -> bool {
         let tail = self.channel.published();
         if tail <= self.sequence {
             return false;
         }
+        // A handle never has more than two pins: that is what the pool counts with.
         self.reject();
-        self.candidate = self.pin(tail);
+        // What stands in the cell is the value of that number, or a newer one.
+        self.candidate = Some(self.channel.pool.pin(self.channel.cell(tail)));
         true
     }
 
-    /// The candidate becomes the value held.
-    pub fn accept(&mut self) {
-        if self.candidate != NO_SLOT {
-            self.give_back_held();
-            self.held = std::mem::replace(&mut self.candidate, NO_SLOT);
-            self.sequence = self.sequence_of(self.held);
+    /// The candidate, if there is one, becomes the value held; says whether there was one.
+    #[inline]
+    pub fn accept(&mut self) -> bool {
+        let Some(candidate) = self.candidate.take() else { return false };
+        self.sequence = candidate.sequence();
+        if let Some(old) = self.held.replace(candidate) {
+            old.give_back();
         }
+        true
     }
 
     /// The candidate is given back.
+    #[inline]
     pub fn reject(&mut self) {
-        if self.candidate != NO_SLOT {
-            self.channel.pool.give_back(self.candidate);
-            self.candidate = NO_SLOT;
+        if let Some(candidate) = self.candidate.take() {
+            candidate.give_back();
         }
     }
 }
 
 impl Drop for Latest {
     fn drop(&mut self) {
-        self.give_back_held();
         self.reject();
+        if let Some(held) = self.held.take() {
+            held.give_back();
+        }
         self.channel.desk().latest -= 1;
     }
 }

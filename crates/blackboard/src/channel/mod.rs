@@ -12,7 +12,8 @@ mod pool;
 mod queue;
 mod writer;
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::ops::DerefMut;
+use std::sync::{Arc, PoisonError};
 
 pub use latest::Latest;
 pub use pool::Loan;
@@ -20,9 +21,9 @@ pub use queue::{Evicted, Policy, QueueReader, Start};
 pub use writer::{Blocked, Draft, SetAside, Writer};
 
 use crate::Shape;
-use crate::sync::{AtomicU32, AtomicU64, Ordering, order};
+use crate::sync::{AtomicU32, AtomicU64, Mutex, Ordering, order};
 use pool::{NO_SLOT, Pool};
-use writer::Desk;
+use writer::Ledger;
 
 /// How many readers a channel serves. What they may pin decides how many slots there can be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,11 +36,11 @@ pub struct Budget {
     pub window: u16,
 }
 
-/// No handle is left for another reader.
+/// No handle is left for another reader, or no slot for what it may pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("all {limit} reader handles are taken")]
+#[error("no reader handle is left of {limit}")]
 pub struct BudgetSpent {
-    /// How many there are.
+    /// How many the budget has.
     pub limit: u16,
 }
 
@@ -68,6 +69,15 @@ pub struct Channel {
     desk: Mutex<Desk>,
 }
 
+/// What handles are given out.
+#[derive(Debug)]
+struct Desk {
+    latest: u16,
+    queues: Box<[bool]>,
+    /// Nothing while a writer has it.
+    ledger: Option<Ledger>,
+}
+
 /// A place of the ring, in a cache line of its own: readers write to it.
 #[derive(Debug)]
 #[repr(align(64))]
@@ -80,16 +90,23 @@ struct Cell {
 /// The cursor of a reader that holds nobody up.
 const IDLE: u64 = u64::MAX;
 
+/// Leaves half of the slots that an index can name to readers.
+const MAXIMUM_DEPTH: usize = 32_768;
+
 impl Channel {
-    /// A channel that keeps the last `depth` values (at least 1).
+    /// A channel that keeps the last `depth` values: at least 1, and at most 32 768.
     pub fn new(shape: Shape, depth: usize, budget: Budget) -> Arc<Self> {
-        let depth = depth.max(1);
+        let depth = depth.clamp(1, MAXIMUM_DEPTH);
         let cell = || Cell { word: AtomicU64::new(pool::word(NO_SLOT)), tail: AtomicU64::new(0) };
-        let pins =
-            2 * usize::from(budget.latest) + (usize::from(budget.window) + 1) * usize::from(budget.queues);
-        let pool = Pool::new(shape, depth + 1 + pins + writer::SPARE_SLOTS);
+        // A budget beyond what an index can name is met by refusing the handles that don't fit.
+        let slots = slots(depth, budget, budget.latest.into(), budget.queues.into()).min(NO_SLOT.into());
+        let desk = Desk {
+            latest: 0,
+            queues: vec![false; budget.queues.into()].into(),
+            ledger: Some(Ledger::new(slots)),
+        };
+        let pool = Pool::new(shape, slots);
         pool.provide(depth + 1);
-        let limit = depth + 1 + pins + writer::SPARE_SLOTS;
         Arc::new(Self {
             shape,
             budget,
@@ -98,7 +115,7 @@ impl Channel {
             writer: AtomicU64::new(0),
             cursors: (0..budget.queues).map(|_| AtomicU64::new(IDLE)).collect(),
             blockers: AtomicU32::new(0),
-            desk: Mutex::new(Desk::new(depth, limit)),
+            desk: Mutex::new(desk),
         })
     }
 
@@ -142,43 +159,43 @@ impl Channel {
     /// When the budget is spent.
     pub fn latest(self: &Arc<Self>) -> Result<Latest, BudgetSpent> {
         let mut desk = self.desk();
-        if desk.latest == self.budget.latest {
+        if desk.latest == self.budget.latest || !self.provide(&desk, 1, 0) {
             return Err(BudgetSpent { limit: self.budget.latest });
         }
         desk.latest += 1;
-        self.provide(&mut desk);
         Ok(Latest::new(Arc::clone(self)))
     }
 
-    /// A reader of every value; it may come before the writer.
+    /// A reader of every value; it may come before the writer. One that blocks does so from the first write on that
+    /// begins after this.
     ///
     /// # Errors
     /// When the budget is spent.
     pub fn queue(self: &Arc<Self>, policy: Policy, start: Start) -> Result<QueueReader, BudgetSpent> {
         let mut desk = self.desk();
-        let Some(place) = desk.queues.iter().position(|taken| !taken).or_else(|| {
-            let more = desk.queues.len() < usize::from(self.budget.queues);
-            more.then(|| {
-                desk.queues.push(false);
-                desk.queues.len() - 1
-            })
-        }) else {
-            return Err(BudgetSpent { limit: self.budget.queues });
-        };
+        let spent = BudgetSpent { limit: self.budget.queues };
+        let place = desk.queues.iter().position(|taken| !taken).ok_or(spent)?;
+        if !self.provide(&desk, 0, 1) {
+            return Err(spent);
+        }
         desk.queues[place] = true;
-        self.provide(&mut desk);
         Ok(QueueReader::new(Arc::clone(self), place, policy, start))
     }
 
-    fn desk(&self) -> MutexGuard<'_, Desk> {
+    fn desk(&self) -> impl DerefMut<Target = Desk> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes the slots that the handles given out may pin.
-    fn provide(&self, desk: &mut Desk) {
-        let queues = desk.queues.iter().filter(|taken| **taken).count();
-        let pins = 2 * usize::from(desk.latest) + (usize::from(self.budget.window) + 1) * queues;
-        self.pool.provide(self.ring.len() + 1 + pins + desk.asides);
+    /// Makes the slots for the handles given out and these more; false when there can't be so many.
+    fn provide(&self, desk: &Desk, latest: usize, queues: usize) -> bool {
+        let latest = usize::from(desk.latest) + latest;
+        let queues = desk.queues.iter().filter(|taken| **taken).count() + queues;
+        let slots = slots(self.ring.len(), self.budget, latest, queues);
+        let possible = slots <= self.pool.limit();
+        if possible {
+            self.pool.provide(slots);
+        }
+        possible
     }
 
     #[inline]
@@ -186,4 +203,10 @@ impl Channel {
         let place = if self.ring.len() == 1 { 0 } else { ((sequence - 1) % self.ring.len() as u64) as usize };
         &self.ring[place].word
     }
+}
+
+/// The slots for the values kept, one to work in, and every pin that so many readers may hold: a reader of the newest
+/// value that one and a candidate, a reader of every value its window and one that turns out to be too new.
+fn slots(depth: usize, budget: Budget, latest: usize, queues: usize) -> usize {
+    depth + 1 + 2 * latest + (usize::from(budget.window) + 1) * queues
 }

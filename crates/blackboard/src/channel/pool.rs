@@ -1,6 +1,8 @@
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+use std::marker::PhantomData;
+use std::ptr::NonNull;
 
-use crate::sync::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
+use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
 use crate::{Shape, Stamp};
 
 /// The index of no slot.
@@ -31,8 +33,7 @@ pub(super) const fn pins_of(word: u64) -> u64 {
 pub(super) struct Slot {
     /// Pins given back since the slot was made.
     pub returned: AtomicU64,
-    /// Whether a late step may still write here.
-    pub aside: AtomicBool,
+    /// Guards the bytes too, so a checker that watches it watches the value.
     pub header: Guarded<Header>,
 }
 
@@ -43,13 +44,10 @@ pub(super) struct Header {
     pub stamp: Stamp,
 }
 
-impl Slot {
-    /// The bytes of the value.
-    #[inline]
-    pub fn data(this: *const Self) -> *mut u8 {
-        // The bytes follow the slot in its allocation.
-        this.wrapping_add(1).cast_mut().cast()
-    }
+/// The bytes of a slot's value.
+#[inline]
+pub(super) fn data(slot: NonNull<Slot>) -> *mut u8 {
+    slot.as_ptr().wrapping_add(1).cast()
 }
 
 /// Slots, made when handles are linked and never while a value is written.
@@ -60,40 +58,39 @@ pub(super) struct Pool {
     ready: AtomicU32,
 }
 
-// SAFETY: a slot's value is written by the one writer while nobody has it pinned, and read by those who have.
-unsafe impl Send for Pool {}
-// SAFETY: as above.
-unsafe impl Sync for Pool {}
-
 impl Pool {
     pub fn new(shape: Shape, limit: usize) -> Self {
-        let bytes = size_of::<Slot>() + shape.bytes(shape.capacity).max(1);
+        let bytes = shape.bytes(shape.capacity).saturating_add(size_of::<Slot>());
         // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
-        let align = if bytes > 64 { 128 } else { 64 };
-        // A shape that exceeds the address space can't be allocated in any way.
-        let layout = Layout::from_size_align(bytes, align).unwrap_or(Layout::new::<Slot>());
-        let limit = limit.min(usize::from(NO_SLOT));
+        let align = if shape.bytes(0) > 0 { 128 } else { 64 };
+        // What exceeds the address space fails when it is allocated.
+        let layout = Layout::from_size_align(bytes, align).unwrap_or(IMPOSSIBLE);
         let table = (0..limit).map(|_| AtomicPtr::new(std::ptr::null_mut())).collect();
         Self { layout, table, ready: AtomicU32::new(0) }
     }
 
+    /// How many slots there can be.
+    pub fn limit(&self) -> usize {
+        self.table.len()
+    }
+
     /// Makes slots until there are `count`. Called under the channel's lock.
     pub fn provide(&self, count: usize) {
-        let count = count.min(self.table.len());
-        for i in self.ready()..count {
-            // SAFETY: the layout is that of a slot and more, so not empty.
-            let slot = unsafe { alloc_zeroed(self.layout) }.cast::<Slot>();
-            if slot.is_null() {
-                handle_alloc_error(self.layout);
-            }
-            let header = Guarded::new(Header { items: 0, stamp: Stamp::default() });
-            // SAFETY: fresh memory of this layout.
-            unsafe {
-                slot.write(Slot { returned: AtomicU64::new(0), aside: AtomicBool::new(false), header })
-            };
-            self.table[i].store(slot, Ordering::Release);
-            self.ready.store(i as u32 + 1, Ordering::Release);
+        for index in self.ready()..count {
+            // What the slot holds is published with the count, and to readers with the cell that names it.
+            self.table[index].store(self.make(0).as_ptr(), Ordering::Relaxed);
+            self.ready.store(index as u32 + 1, Ordering::Release);
         }
+    }
+
+    fn make(&self, returned: u64) -> NonNull<Slot> {
+        // SAFETY: the layout is that of a slot and more, so not empty.
+        let memory = unsafe { alloc_zeroed(self.layout) }.cast::<Slot>();
+        let Some(slot) = NonNull::new(memory) else { handle_alloc_error(self.layout) };
+        let header = Guarded::new(Header { items: 0, stamp: Stamp::default() });
+        // SAFETY: fresh memory of this layout.
+        unsafe { slot.write(Slot { returned: AtomicU64::new(returned), header }) };
+        slot
     }
 
     #[inline]
@@ -101,59 +98,102 @@ impl Pool {
         self.ready.load(Ordering::Acquire) as usize
     }
 
+    /// The slot of an index below the number of those that are ready.
     #[inline]
-    pub fn slot(&self, index: u16) -> *const Slot {
-        self.table[usize::from(index)].load(Ordering::Acquire)
+    pub fn slot(&self, index: u16) -> NonNull<Slot> {
+        let slot = self.table[usize::from(index)].load(Ordering::Relaxed);
+        debug_assert!(!slot.is_null(), "slot {index} is not ready");
+        // SAFETY: set before the index became ready, and whoever has the index learned it after that.
+        unsafe { NonNull::new_unchecked(slot) }
     }
 
-    /// A pin's slot.
+    /// Puts a fresh slot in the place of a draft, which nobody has pinned, and returns the draft.
+    pub fn replace(&self, index: u16) -> NonNull<Slot> {
+        let old = self.slot(index);
+        // SAFETY: the slot lives; the writer sees every pin of it given back.
+        let returned = unsafe { old.as_ref() }.returned.load(Ordering::Relaxed);
+        self.table[usize::from(index)].store(self.make(returned).as_ptr(), Ordering::Relaxed);
+        old
+    }
+
+    /// Frees a slot.
     ///
     /// # Safety
-    /// The slot is ready.
-    #[inline]
-    pub unsafe fn slot_ref(&self, index: u16) -> &Slot {
-        // SAFETY: a ready slot is never moved or freed before the pool.
-        unsafe { &*self.slot(index) }
+    /// It was made by this pool, is in its table no more, and nobody uses it.
+    pub unsafe fn free(&self, slot: NonNull<Slot>) {
+        // SAFETY: made with this layout, and passed on to the caller.
+        unsafe {
+            slot.drop_in_place();
+            dealloc(slot.as_ptr().cast(), self.layout);
+        }
     }
 
-    /// Gives a pin back.
+    /// Pins the slot that is in the cell, whichever that is.
     #[inline]
-    pub fn give_back(&self, index: u16) {
-        // SAFETY: a slot that was pinned is ready.
-        unsafe { self.slot_ref(index) }.returned.fetch_add(1, order::RELEASE);
-    }
-
-    /// Lends the value of a slot.
-    ///
-    /// # Safety
-    /// The slot is pinned as long as the loan lives.
-    #[inline]
-    pub unsafe fn lend(&self, index: u16, shape: Shape) -> Loan<'_> {
-        // SAFETY: a pinned slot is ready.
-        let slot = unsafe { self.slot_ref(index) };
-        Loan { slot, shape, header: slot.header.read() }
+    pub fn pin(&self, cell: &AtomicU64) -> Held {
+        Held(self.slot(slot_of(cell.fetch_add(1, order::PUBLISH))))
     }
 }
 
+/// More than can be allocated.
+const IMPOSSIBLE: Layout = match Layout::from_size_align(isize::MAX as usize, 1) {
+    Ok(layout) => layout,
+    Err(_) => Layout::new::<Slot>(),
+};
+
 impl Drop for Pool {
     fn drop(&mut self) {
-        for i in 0..self.ready() {
-            let slot = self.table[i].load(Ordering::Acquire);
-            // SAFETY: made with this layout, and no handle is left, as each keeps the channel alive.
-            unsafe {
-                slot.drop_in_place();
-                dealloc(slot.cast(), self.layout);
-            }
+        for index in 0..self.ready() {
+            // SAFETY: no handle is left, as each keeps the channel alive.
+            unsafe { self.free(self.slot(index as u16)) };
         }
+    }
+}
+
+/// A reader's pin: the slot stays as it is until this is given back, which happens once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held(NonNull<Slot>);
+
+// SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
+// the count of returned pins is atomic.
+unsafe impl Send for Held {}
+// SAFETY: as above.
+unsafe impl Sync for Held {}
+
+impl Held {
+    /// Gives the pin back.
+    #[inline]
+    pub fn give_back(self) {
+        // SAFETY: a pinned slot lives.
+        unsafe { self.0.as_ref() }.returned.fetch_add(1, order::RELEASE);
+    }
+
+    /// Lends the value.
+    ///
+    /// # Safety
+    /// The pin is not given back while the loan lives.
+    #[inline]
+    pub unsafe fn lend<'a>(self, shape: Shape) -> Loan<'a> {
+        // SAFETY: a pinned slot lives.
+        let header = unsafe { self.0.as_ref() }.header.read();
+        Loan { slot: self.0, shape, header, life: PhantomData }
+    }
+
+    /// The sequence number of the value.
+    #[inline]
+    pub fn sequence(self) -> u64 {
+        // SAFETY: the slot is pinned, so it lives and the writer leaves it alone.
+        unsafe { self.0.as_ref().header.read().get().stamp.sequence }
     }
 }
 
 /// A value that is lent: it stays as it is while this lives.
 #[derive(Debug)]
 pub struct Loan<'a> {
-    slot: &'a Slot,
+    slot: NonNull<Slot>,
     shape: Shape,
     header: Reading<Header>,
+    life: PhantomData<&'a [u8]>,
 }
 
 impl<'a> Loan<'a> {
@@ -166,13 +206,13 @@ impl<'a> Loan<'a> {
     /// The beginning of the value.
     #[inline]
     pub fn as_ptr(&self) -> *const u8 {
-        Slot::data(self.slot)
+        data(self.slot)
     }
 
     /// The value.
     #[inline]
     pub fn bytes(&self) -> &'a [u8] {
-        // SAFETY: a slot has room for every value of the shape, and its bytes are initialised.
+        // SAFETY: a slot has room for every value of the shape, its bytes are initialised, and it is pinned.
         unsafe { std::slice::from_raw_parts(self.as_ptr(), self.shape.bytes(self.items())) }
     }
 

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use super::pool::{self, Loan};
+use super::pool::{Held, Loan};
 use super::{Channel, IDLE};
 use crate::sync::{Ordering, order};
 
@@ -37,34 +37,30 @@ pub struct QueueReader {
     policy: Policy,
     /// The sequence number of the value to read next.
     next: u64,
-    window: Vec<u16>,
+    window: Vec<Held>,
     skipped: u64,
     evicted: bool,
 }
 
 impl QueueReader {
     pub(super) fn new(channel: Arc<Channel>, place: usize, policy: Policy, start: Start) -> Self {
-        let window = Vec::with_capacity(usize::from(channel.budget.window));
-        let reader = |next| Self {
-            place,
-            policy,
-            next,
-            window,
-            skipped: 0,
-            evicted: false,
-            channel: Arc::clone(&channel),
-        };
+        let depth = channel.ring.len() as u64;
         if policy == Policy::Block {
-            // The writer looks at cursors only when there is a blocker, so the cursor stands first.
-            channel.cursors[place].store(channel.published() + 1, order::RELEASE);
-            channel.blockers.fetch_add(1, Ordering::AcqRel);
+            channel.cursors[place].store(oldest(channel.published(), depth), order::RELEASE);
+            channel.blockers.fetch_add(1, Ordering::Relaxed);
+            // The writer looks for blockers before it exchanges a cell, and with each exchange it learns what was
+            // stored before the cell was touched. So only a write that is under way now may still overtake.
+            for cell in &channel.ring {
+                cell.word.fetch_add(0, order::PUBLISH);
+            }
         }
         let tail = channel.published();
         let next = match start {
-            Start::Oldest => oldest(tail, channel.ring.len() as u64),
+            Start::Oldest => oldest(tail, depth),
             Start::Next => tail + 1,
         };
-        let reader = reader(next);
+        let window = Vec::with_capacity(usize::from(channel.budget.window));
+        let reader = Self { channel, place, policy, next, window, skipped: 0, evicted: false };
         reader.show_cursor();
         reader
     }
@@ -91,15 +87,13 @@ impl QueueReader {
             self.lose(kept - self.next)?;
         }
         while self.next <= tail && self.window.len() < self.window.capacity() {
-            let slot = pool::slot_of(self.channel.cell(self.next).fetch_add(1, order::PUBLISH));
-            // SAFETY: the slot is pinned now.
-            let found = unsafe { self.channel.pool.lend(slot, self.channel.shape) }.stamp().sequence;
-            if found == self.next {
-                self.window.push(slot);
+            let held = self.channel.pool.pin(self.channel.cell(self.next));
+            if held.sequence() == self.next {
+                self.window.push(held);
                 self.next += 1;
             } else {
                 // The writer has just come round.
-                self.channel.pool.give_back(slot);
+                held.give_back();
                 self.lose(1)?;
             }
         }
@@ -120,15 +114,23 @@ impl QueueReader {
 
     /// The values that the last pull pinned, oldest first.
     pub fn window(&self) -> impl ExactSizeIterator<Item = Loan<'_>> {
-        // SAFETY: each is pinned until `self` is used mutably.
-        self.window.iter().map(|slot| unsafe { self.channel.pool.lend(*slot, self.channel.shape) })
+        // SAFETY: no pin is given back until `self` is used mutably.
+        self.window.iter().map(|held| unsafe { held.lend(self.channel.shape) })
+    }
+
+    /// How many values the last pull pinned.
+    pub fn len(&self) -> usize {
+        self.window.len()
+    }
+
+    /// Whether the last pull pinned none.
+    pub fn is_empty(&self) -> bool {
+        self.window.is_empty()
     }
 
     /// Gives the window back.
     pub fn release(&mut self) {
-        for slot in self.window.drain(..) {
-            self.channel.pool.give_back(slot);
-        }
+        self.window.drain(..).for_each(Held::give_back);
     }
 
     /// How many values it never saw.
@@ -136,7 +138,7 @@ impl QueueReader {
         self.skipped
     }
 
-    /// How many values wait for it.
+    /// How many values wait for it, or were lost to it since the last pull.
     pub fn lag(&self) -> u64 {
         (self.channel.published() + 1).saturating_sub(self.next)
     }
@@ -151,7 +153,7 @@ impl Drop for QueueReader {
     fn drop(&mut self) {
         self.release();
         if self.policy == Policy::Block {
-            self.channel.blockers.fetch_sub(1, Ordering::AcqRel);
+            self.channel.blockers.fetch_sub(1, Ordering::Relaxed);
             self.channel.cursors[self.place].store(IDLE, order::RELEASE);
         }
         self.channel.desk().queues[self.place] = false;

@@ -1,3 +1,5 @@
+use std::marker::PhantomData;
+use std::ptr::NonNull;
 use std::sync::Arc;
 
 use super::pool::{self, NO_SLOT, Slot};
@@ -5,44 +7,27 @@ use super::{Channel, IDLE, WriterTaken};
 use crate::Stamp;
 use crate::sync::{Ordering, order};
 
-/// Slots for drafts that late steps hold.
-pub(super) const SPARE_SLOTS: usize = 8;
-
-/// What handles are given out, and what one writer leaves to the next.
-#[derive(Debug)]
-pub(super) struct Desk {
-    pub latest: u16,
-    pub queues: Vec<bool>,
-    /// Drafts that late steps held at some time; each took one more slot.
-    pub asides: usize,
-    /// Nothing while a writer has it.
-    ledger: Option<Ledger>,
-}
-
-impl Desk {
-    pub fn new(depth: usize, limit: usize) -> Self {
-        let ledger = Ledger {
-            pins: vec![0; limit],
-            in_ring: vec![false; limit],
-            ring: vec![NO_SLOT; depth],
-            draft: NO_SLOT,
-            hint: 0,
-        };
-        Self { latest: 0, queues: Vec::new(), asides: 0, ledger: Some(ledger) }
-    }
-}
-
-/// What only the writer knows of the slots.
-#[derive(Debug)]
-struct Ledger {
-    /// Pins taken on each slot, counted when it leaves the ring.
-    pins: Vec<u64>,
-    in_ring: Vec<bool>,
-    /// The slot in each cell.
-    ring: Vec<u16>,
+/// What only the writer knows of the slots, and leaves to the next writer.
+#[derive(Debug, Default)]
+pub(super) struct Ledger {
+    /// Pins taken on each slot since it was made, counted when it leaves the ring.
+    pins: Box<[u64]>,
+    in_ring: Box<[bool]>,
+    /// The cell that the next value goes to.
+    cell: usize,
     /// The slot that is worked in.
-    draft: u16,
+    draft: Option<u16>,
+    /// A slot that left the ring without ever having been pinned, so that nobody needs to be asked.
+    spare: Option<u16>,
+    /// Where the search for a free slot begins.
     hint: u16,
+    last: Stamp,
+}
+
+impl Ledger {
+    pub fn new(limit: usize) -> Self {
+        Self { pins: vec![0; limit].into(), in_ring: vec![false; limit].into(), ..Self::default() }
+    }
 }
 
 /// The one writer of a channel.
@@ -50,7 +35,6 @@ struct Ledger {
 pub struct Writer {
     channel: Arc<Channel>,
     ledger: Ledger,
-    sequence: u64,
     generation: u64,
 }
 
@@ -59,12 +43,12 @@ pub struct Writer {
 #[error("a reader that must see every value is behind by the whole queue")]
 pub struct Blocked;
 
-/// The slot that the next value is written in.
+/// The slot that the next value is written in. It holds what some older value left there.
 #[derive(Debug)]
 pub struct Draft<'a> {
     data: *mut u8,
     capacity: usize,
-    writer: std::marker::PhantomData<&'a mut Writer>,
+    writer: PhantomData<&'a mut Writer>,
 }
 
 impl Draft<'_> {
@@ -82,154 +66,137 @@ impl Draft<'_> {
 impl Writer {
     pub(super) fn new(channel: &Arc<Channel>) -> Result<Self, WriterTaken> {
         let mut desk = channel.desk();
-        let state = channel.writer.load(Ordering::Acquire);
-        let generation = state >> 1;
-        match desk.ledger.take() {
-            Some(ledger) if state & 1 == 0 => {
-                channel.writer.store((generation + 1) << 1 | 1, Ordering::Release);
-                let sequence = channel.published();
-                Ok(Self { channel: Arc::clone(channel), ledger, sequence, generation: generation + 1 })
-            }
-            ledger => {
-                desk.ledger = ledger;
-                Err(WriterTaken { generation })
-            }
-        }
+        let generation = channel.generation();
+        let Some(ledger) = desk.ledger.take() else { return Err(WriterTaken { generation }) };
+        let generation = generation + 1;
+        channel.writer.store(generation << 1 | 1, Ordering::Release);
+        Ok(Self { channel: Arc::clone(channel), ledger, generation })
     }
 
     /// The slot for the next value; the same one until that is published.
     pub fn draft(&mut self) -> Draft<'_> {
-        let data = self.draft_ptr();
-        Draft { data, capacity: self.channel.shape.capacity, writer: std::marker::PhantomData }
+        Draft { data: self.draft_ptr(), capacity: self.channel.shape.capacity, writer: PhantomData }
     }
 
-    /// The beginning of the slot for the next value.
+    /// The beginning of the slot for the next value; the same one until that is published or set aside.
     #[inline]
     pub fn draft_ptr(&mut self) -> *mut u8 {
-        if self.ledger.draft == NO_SLOT {
-            self.ledger.draft = self.find_free();
-        }
-        Slot::data(self.channel.pool.slot(self.ledger.draft))
+        let index = self.draft_index();
+        pool::data(self.channel.pool.slot(index))
     }
 
     #[inline]
+    fn draft_index(&mut self) -> u16 {
+        if let Some(index) = self.ledger.draft {
+            return index;
+        }
+        let index = self.ledger.spare.take().unwrap_or_else(|| self.find_free());
+        self.ledger.draft = Some(index);
+        index
+    }
+
     fn find_free(&mut self) -> u16 {
-        let ready = self.channel.pool.ready() as u16;
-        let mut index = self.ledger.hint;
-        for _ in 0..ready {
-            if index >= ready {
-                index = 0;
+        let ready = self.channel.pool.ready();
+        let hint = usize::from(self.ledger.hint);
+        for index in (hint..ready).chain(0..hint.min(ready)) {
+            if self.ledger.in_ring[index] {
+                continue;
             }
-            let i = usize::from(index);
-            // SAFETY: the index is below the number of slots that are ready.
-            let slot = unsafe { self.channel.pool.slot_ref(index) };
-            let unpinned =
-                slot.returned.load(order::ACQUIRE) == self.ledger.pins[i] || cfg!(feature = "mutant-readers");
-            if !self.ledger.in_ring[i] && unpinned && !slot.aside.load(Ordering::Acquire) {
-                self.ledger.hint = index + 1;
-                return index;
+            // SAFETY: the slot is ready, so it lives.
+            let slot = unsafe { self.channel.pool.slot(index as u16).as_ref() };
+            let unpinned = slot.returned.load(order::ACQUIRE) == self.ledger.pins[index];
+            if unpinned || cfg!(feature = "mutant-readers") {
+                self.ledger.hint = index as u16 + 1;
+                return index as u16;
             }
-            index += 1;
         }
         unreachable!("there is a slot for every pin that the handles given out may hold, and one more")
     }
 
-    /// Publishes the draft with `items` tail items.
+    /// Publishes the draft with `items` tail items, at most as many as fit, at the host's `time` in nanoseconds.
     ///
     /// # Errors
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
     #[inline]
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
+        let index = self.draft_index();
         let channel = &*self.channel;
-        if channel.blockers.load(Ordering::Acquire) > 0 && self.is_blocked() {
+        let sequence = self.ledger.last.sequence + 1;
+        if channel.blockers.load(Ordering::Relaxed) > 0 && self.would_overtake(sequence) {
             return Err(Blocked);
         }
-        if self.ledger.draft == NO_SLOT {
-            self.ledger.draft = self.find_free();
-        }
-        let channel = &*self.channel;
-        let index = self.ledger.draft;
-        let sequence = self.sequence + 1;
         let stamp = Stamp { sequence, time, generation: self.generation };
-        // SAFETY: the draft is ready, and no reader has it.
-        let slot = unsafe { channel.pool.slot_ref(index) };
+        // SAFETY: the draft is ready, so it lives.
+        let slot = unsafe { channel.pool.slot(index).as_ref() };
         slot.header.write(|header| {
+            let items = items.min(channel.shape.capacity);
             // SAFETY: the writer alone has the draft.
-            unsafe { *header = pool::Header { items, stamp } }
+            unsafe { header.write(pool::Header { items, stamp }) }
         });
-        let old = channel.cell(sequence).swap(pool::word(index), order::PUBLISH);
+        // Brings the value to whoever pins it, and what readers gave back before they pinned anew to the writer: so
+        // it never counts more pins of a reader than that may hold.
+        let old = channel.ring[self.ledger.cell].word.swap(pool::word(index), order::PUBLISH);
         channel.ring[0].tail.store(sequence, order::RELEASE);
+        let ledger = &mut self.ledger;
         let left = pool::slot_of(old);
         if left != NO_SLOT {
-            let left = usize::from(left);
-            self.ledger.pins[left] += pool::pins_of(old);
-            self.ledger.in_ring[left] = false;
+            let pins = pool::pins_of(old);
+            ledger.pins[usize::from(left)] += pins;
+            ledger.in_ring[usize::from(left)] = false;
+            ledger.spare = (pins == 0 || cfg!(feature = "mutant-readers")).then_some(left);
         }
-        self.ledger.in_ring[usize::from(index)] = true;
-        let place = if self.ledger.ring.len() == 1 {
-            0
-        } else {
-            ((sequence - 1) % self.ledger.ring.len() as u64) as usize
-        };
-        self.ledger.ring[place] = index;
-        self.ledger.draft = NO_SLOT;
-        self.sequence = sequence;
+        ledger.in_ring[usize::from(index)] = true;
+        ledger.cell = if ledger.cell + 1 == channel.ring.len() { 0 } else { ledger.cell + 1 };
+        ledger.draft = None;
+        ledger.last = stamp;
         Ok(stamp)
     }
 
-    fn is_blocked(&self) -> bool {
-        let next = self
-            .channel
-            .cursors
-            .iter()
-            .map(|cursor| cursor.load(order::ACQUIRE))
-            .filter(|next| *next != IDLE)
-            .min();
-        next.is_some_and(|next| self.sequence + 1 >= next + self.channel.ring.len() as u64)
+    #[cold]
+    fn would_overtake(&self, sequence: u64) -> bool {
+        let depth = self.channel.ring.len() as u64;
+        let mut cursors = self.channel.cursors.iter().map(|cursor| cursor.load(order::ACQUIRE));
+        cursors.any(|next| next != IDLE && sequence >= next + depth)
     }
 
-    /// Copies a value of `bytes` with `items` tail items, and publishes it. What does not fit is cut.
+    /// Copies a value of `bytes` with `items` tail items, and publishes it at the host's `time` in nanoseconds. What
+    /// does not fit is cut, and what is missing is zero.
     ///
     /// # Errors
     /// As [`publish`](Writer::publish).
     #[inline]
     pub fn write(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Stamp, Blocked> {
         let shape = self.channel.shape;
-        let items = items.min(shape.capacity);
-        let length = bytes.len().min(shape.bytes(items));
+        let size = shape.bytes(items.min(shape.capacity));
+        let length = bytes.len().min(size);
         let data = self.draft_ptr();
         // SAFETY: the draft has room for that many items, and nobody else has it.
-        unsafe { std::ptr::copy_nonoverlapping(bytes.as_ptr(), data, length) };
+        unsafe {
+            data.copy_from_nonoverlapping(bytes.as_ptr(), length);
+            if length < size {
+                data.add(length).write_bytes(0, size - length);
+            }
+        }
         self.publish(items, time)
     }
 
-    /// Leaves the draft to a late step that may still write to it, and takes another one.
-    ///
-    /// This makes a slot, the only one that is made after linking.
+    /// Leaves the draft to a late step that may still write to it, and takes a fresh slot in its place: the only
+    /// one that is made after linking.
     pub fn set_aside(&mut self) -> SetAside {
-        let _ = self.draft_ptr();
-        let index = std::mem::replace(&mut self.ledger.draft, NO_SLOT);
-        // SAFETY: a draft is ready.
-        unsafe { self.channel.pool.slot_ref(index) }.aside.store(true, Ordering::Release);
-        let mut desk = self.channel.desk();
-        desk.asides = (desk.asides + 1).min(SPARE_SLOTS);
-        self.channel.provide(&mut desk);
-        drop(desk);
-        SetAside { channel: Arc::clone(&self.channel), index }
+        let index = self.draft_index();
+        SetAside { slot: self.channel.pool.replace(index), channel: Arc::clone(&self.channel) }
     }
 
-    /// The stamp of the last value, but for its time.
+    /// The stamp of the last value that this or an earlier writer published.
     pub fn last(&self) -> Stamp {
-        Stamp { sequence: self.sequence, time: 0, generation: self.generation }
+        self.ledger.last
     }
 }
 
 impl Drop for Writer {
     fn drop(&mut self) {
         let mut desk = self.channel.desk();
-        let empty =
-            Ledger { pins: Vec::new(), in_ring: Vec::new(), ring: Vec::new(), draft: NO_SLOT, hint: 0 };
-        desk.ledger = Some(std::mem::replace(&mut self.ledger, empty));
+        desk.ledger = Some(std::mem::take(&mut self.ledger));
         self.channel.writer.store(self.generation << 1, Ordering::Release);
     }
 }
@@ -238,14 +205,17 @@ impl Drop for Writer {
 #[derive(Debug)]
 pub struct SetAside {
     channel: Arc<Channel>,
-    index: u16,
+    slot: NonNull<Slot>,
 }
+
+// SAFETY: the slot belongs to this alone; it is only kept, and freed once.
+unsafe impl Send for SetAside {}
+// SAFETY: as above.
+unsafe impl Sync for SetAside {}
 
 impl Drop for SetAside {
     fn drop(&mut self) {
-        // SAFETY: the slot was a draft, so it is ready.
-        unsafe { self.channel.pool.slot_ref(self.index) }.aside.store(false, Ordering::Release);
-        let mut desk = self.channel.desk();
-        desk.asides = desk.asides.saturating_sub(1);
+        // SAFETY: it was taken out of this pool's table, and its user is gone.
+        unsafe { self.channel.pool.free(self.slot) };
     }
 }

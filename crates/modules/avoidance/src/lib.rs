@@ -1,1 +1,22 @@
 //! Obstacle avoidance with a ring of sonars.
+//!
+//! [`Avoider`] remembers what the sonars heard in a small [`LocalMap`] and says at every step whether the straight
+//! way to the goal is free ([`Decision::Clear`], the planner may drive) or which motion to take instead
+//! ([`Decision::Avoid`]). [`Rocs`] is the control law that the authors of RoCS published, as a baseline.
+//!
+//! Everything here is plain data and pure computation: no clock, no thread, no allocation per step, and the same
+//! bits on every machine. Units are SI; x points forward, y left, angles turn counter-clockwise.
+
+mod avoider;
+mod field;
+mod footprint;
+mod map;
+mod motion;
+mod parameters;
+mod rocs;
+
+pub use avoider::{Avoider, Decision};
+pub use footprint::{Footprint, FootprintError};
+pub use map::{LocalMap, Mark};
+pub use parameters::Parameters;
+pub use rocs::{Rocs, RocsVariant};

@@ -11,7 +11,7 @@ use super::parameters;
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 
 /// Ports that every module has beside its own.
-pub(super) const RESERVED: [&str; 3] = ["params", "enabled", "status"];
+pub(super) const RESERVED: [&str; 4] = ["params", "enabled", "state", "timing"];
 
 /// A module that will be made.
 pub(super) struct Surveyed<'a> {

@@ -1,0 +1,265 @@
+//! Every interleaving, and every value that weak orderings allow a load to see, of small uses of the crate.
+//!
+//! `RUSTFLAGS="--cfg loom" cargo test -p slate-blackboard --release --test loom --target-dir target/loom`
+#![cfg(loom)]
+
+use loom::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use loom::thread;
+use slate_blackboard::Shape;
+use slate_blackboard::channel::{Budget, Channel, Latest, Loan, Policy, Start, Writer};
+use slate_blackboard::commit::{CommitWord, Pin, pin};
+use slate_blackboard::message::{Answer, Mailbox, Sender, Status};
+use slate_blackboard::wake::Wake;
+use std::sync::Arc;
+
+const SHAPE: Shape = Shape::fixed(16, 8);
+
+fn check(preemptions: usize, model: impl Fn() + Send + Sync + 'static) {
+    let mut builder = loom::model::Builder::new();
+    builder.preemption_bound = Some(preemptions);
+    builder.check(model);
+}
+
+fn write(writer: &mut Writer, number: u64) -> bool {
+    let mut value = [0; 16];
+    value[..8].copy_from_slice(&number.to_ne_bytes());
+    value[8..].copy_from_slice(&number.to_ne_bytes());
+    writer.write(&value, 0, number).is_ok()
+}
+
+/// The number that was written, the same in both halves and as the stamp's time.
+fn number(loan: &Loan) -> u64 {
+    let half = |bytes: &[u8]| u64::from_ne_bytes(bytes.try_into().unwrap());
+    let (first, second) = loan.bytes().split_at(8);
+    assert_eq!(half(first), half(second));
+    assert_eq!(half(first), loan.stamp().time);
+    half(first)
+}
+
+fn read(reader: &mut Latest) -> u64 {
+    reader.refresh();
+    reader.value().as_ref().map_or(0, number)
+}
+
+fn register(readers: u16, values: u64, preemptions: usize) {
+    check(preemptions, move || {
+        let channel = Channel::new(SHAPE, 1, Budget { latest: readers, queues: 0, window: 0 });
+        let mut writer = channel.writer().unwrap();
+        let threads: Vec<_> = (0..readers)
+            .map(|_| {
+                let mut reader = channel.latest().unwrap();
+                thread::spawn(move || {
+                    let first = read(&mut reader);
+                    let second = read(&mut reader);
+                    assert!(first <= second, "{second} after {first}");
+                    reader
+                })
+            })
+            .collect();
+        for value in 1..=values {
+            assert!(write(&mut writer, value));
+        }
+        for thread in threads {
+            let mut reader = thread.join().unwrap();
+            assert_eq!(read(&mut reader), values);
+        }
+    });
+}
+
+#[test]
+fn a_reader_sees_whole_values_in_order_and_in_the_end_the_last() {
+    register(1, 3, 3);
+}
+
+#[test]
+fn two_readers_see_whole_values_in_order_and_in_the_end_the_last() {
+    register(2, 3, 2);
+}
+
+#[test]
+fn an_overtaken_reader_of_a_queue_counts_what_it_lost() {
+    check(3, || {
+        let channel = Channel::new(SHAPE, 2, Budget { latest: 0, queues: 1, window: 2 });
+        let mut writer = channel.writer().unwrap();
+        let mut reader = channel.queue(Policy::Skip, Start::Oldest).unwrap();
+        let thread = thread::spawn(move || {
+            let mut seen = 0;
+            let mut last = 0;
+            for _ in 0..2 {
+                reader.pull().unwrap();
+                for loan in reader.window() {
+                    assert!(number(&loan) > last);
+                    last = number(&loan);
+                    seen += 1;
+                }
+                assert!(seen + reader.skipped() >= last, "nothing is lost without being counted");
+            }
+            (reader, seen)
+        });
+        for value in 1..=4 {
+            assert!(write(&mut writer, value));
+        }
+        let (mut reader, mut seen) = thread.join().unwrap();
+        while reader.lag() > 0 {
+            seen += reader.pull().unwrap() as u64;
+        }
+        assert_eq!(seen + reader.skipped(), 4);
+    });
+}
+
+#[test]
+fn a_reader_that_blocks_loses_nothing() {
+    check(3, || {
+        let channel = Channel::new(SHAPE, 1, Budget { latest: 0, queues: 1, window: 1 });
+        let mut writer = channel.writer().unwrap();
+        let mut reader = channel.queue(Policy::Block, Start::Next).unwrap();
+        let thread = thread::spawn(move || {
+            let mut last = 0;
+            for _ in 0..2 {
+                reader.pull().unwrap();
+                for loan in reader.window() {
+                    assert_eq!(number(&loan), last + 1);
+                    last += 1;
+                }
+            }
+            assert_eq!(reader.skipped(), 0);
+            (reader, last)
+        });
+        let written = (1..=3).take_while(|value| write(&mut writer, *value)).count() as u64;
+        let (mut reader, last) = thread.join().unwrap();
+        let rest = reader.pull().unwrap() as u64;
+        assert_eq!((last + rest, reader.skipped()), (written, 0));
+    });
+}
+
+#[test]
+fn a_snapshot_holds_values_of_one_commit() {
+    check(2, || {
+        let channels = [(); 2].map(|()| Channel::new(SHAPE, 1, Budget { latest: 1, queues: 0, window: 0 }));
+        let mut writers = channels.each_ref().map(|channel| channel.writer().unwrap());
+        let mut readers = channels.each_ref().map(|channel| channel.latest().unwrap());
+        let word = CommitWord::new();
+        let reader = {
+            let word = word.clone();
+            thread::spawn(move || {
+                let mut last = 0;
+                for _ in 0..2 {
+                    let outcome = pin(&word, &mut readers, 1);
+                    let values = readers.each_ref().map(|reader| reader.value().as_ref().map_or(0, number));
+                    assert_eq!(values[0], values[1], "a torn snapshot");
+                    assert_eq!(values[0] > last, outcome == Pin::Fresh);
+                    last = values[0];
+                }
+                readers
+            })
+        };
+        for tick in 1..=2 {
+            word.begin();
+            assert!(writers.iter_mut().all(|writer| write(writer, tick)));
+            word.end();
+        }
+        let mut readers = reader.join().unwrap();
+        assert_ne!(pin(&word, &mut readers, 1), Pin::Kept);
+        assert_eq!(readers.each_ref().map(|reader| number(&reader.value().unwrap())), [2, 2]);
+    });
+}
+
+fn send(sender: &mut Sender, number: u64) -> bool {
+    sender.send(&[number.to_ne_bytes(), number.to_ne_bytes()].concat(), 0, number).is_ok()
+}
+
+#[test]
+fn messages_of_two_senders_all_arrive_each_senders_in_order() {
+    check(2, || {
+        let mailbox = Mailbox::new(SHAPE, 2, 2);
+        let mut receiver = mailbox.receiver().unwrap();
+        let threads = [(); 2].map(|()| {
+            let mut sender = mailbox.sender().unwrap();
+            thread::spawn(move || {
+                assert!(send(&mut sender, 1) && send(&mut sender, 2));
+                sender
+            })
+        });
+        let mut last = [0; 2];
+        let mut count = 0;
+        let mut collect = |count: &mut u64| {
+            receiver.collect();
+            for message in receiver.messages() {
+                let number = u64::from_ne_bytes(message.bytes()[8..].try_into().unwrap());
+                assert_eq!(number, message.time());
+                let last = &mut last[message.sender() as usize];
+                assert_eq!(number, *last + 1);
+                *last = number;
+                *count += 1;
+                assert_eq!(message.sequence(), *count);
+            }
+        };
+        collect(&mut count);
+        eprintln!("first {count}");
+        let senders = threads.map(|thread| thread.join().unwrap());
+        collect(&mut count);
+        assert_eq!(count, 4);
+        drop(senders);
+    });
+}
+
+#[test]
+fn a_message_stays_as_it_is_until_the_receiver_releases_it() {
+    check(3, || {
+        let mailbox = Mailbox::new(SHAPE, 1, 1);
+        let mut receiver = mailbox.receiver().unwrap();
+        let mut sender = mailbox.sender().unwrap();
+        let thread = thread::spawn(move || {
+            let ticket = sender.send(&[1; 16], 0, 1).unwrap();
+            let status = sender.status(ticket);
+            assert!(matches!(status, Status::Accepted | Status::Refused(7) | Status::Done), "{status:?}");
+            let again = sender.send(&[2; 16], 0, 2).is_ok();
+            assert!(!again || status != Status::Accepted || sender.status(ticket) == Status::Unknown);
+            (sender, again)
+        });
+        let mut received = 0;
+        for _ in 0..2 {
+            received += receiver.collect();
+            for message in receiver.messages() {
+                assert_eq!(message.bytes(), [message.time() as u8; 16]);
+            }
+            receiver.answer(0, Answer::Refused(7));
+        }
+        let (_sender, again) = thread.join().unwrap();
+        received += receiver.collect();
+        assert_eq!(received, 1 + usize::from(again));
+    });
+}
+
+#[test]
+fn no_notification_is_lost_and_what_came_before_it_is_seen() {
+    check(3, || {
+        let wake = Arc::new(Wake::new());
+        let data = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
+        let waiter = {
+            let (wake, data) = (wake.clone(), data.clone());
+            thread::spawn(move || {
+                let mut bits = 0;
+                while bits != 3 {
+                    let new = wake.wait();
+                    assert_eq!(bits & new, 0, "each notification is found once");
+                    bits |= new;
+                    for (i, data) in data.iter().enumerate() {
+                        assert!(bits & 1 << i == 0 || data.load(Relaxed) == 1);
+                    }
+                }
+            })
+        };
+        let notify = move |i: usize| {
+            data[i].store(1, Relaxed);
+            wake.notify(1 << i);
+        };
+        let other = {
+            let notify = notify.clone();
+            thread::spawn(move || notify(0))
+        };
+        notify(1);
+        other.join().unwrap();
+        waiter.join().unwrap();
+    });
+}

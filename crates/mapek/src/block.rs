@@ -1,0 +1,52 @@
+//! What all blocks have in common.
+
+use serde::{Serialize, de::DeserializeOwned};
+use slate_module::{Direction, PortDescription, Ports, Refusal, Spec, Stage, Trigger};
+
+/// What a block remembers from step to step; the host saves, restores and forks it.
+pub trait BlockState: Default + Serialize + DeserializeOwned + Send + 'static {}
+
+impl<T: Default + Serialize + DeserializeOwned + Send + 'static> BlockState for T {}
+
+/// How often a block that commands something runs at least, nanoseconds.
+pub(crate) const RENEWAL: u64 = 20_000_000;
+
+pub(crate) fn spec(
+    name: &'static str,
+    doc: &'static str,
+    stage: Stage,
+    trigger: Trigger,
+    unique: &'static str,
+) -> Spec {
+    Spec { name, doc, stage, trigger, deadline: None, unique }
+}
+
+/// Runs when one of the chosen ports has something new, and so often that a value is noticed to be stale; in every
+/// cycle when there are none.
+pub(crate) fn on(ports: &[PortDescription], chosen: impl Fn(&PortDescription) -> bool) -> Trigger {
+    let chosen: Vec<_> = ports
+        .iter()
+        .filter(|port| matches!(port.direction, Direction::Input | Direction::Queue | Direction::Inbox))
+        .filter(|port| chosen(port))
+        .collect();
+    if chosen.is_empty() {
+        return Trigger::Stage;
+    }
+    let timeout = chosen.iter().filter_map(|port| port.stale_after).min();
+    Trigger::On { ports: chosen.iter().map(|port| port.name.clone()).collect(), timeout }
+}
+
+/// Refuses a block whose author named two ports alike, or one like a port of the framework.
+pub(crate) fn distinct<P: Ports>() -> Result<(), Refusal> {
+    let ports = P::describe();
+    for (i, port) in ports.iter().enumerate() {
+        if ports[..i].iter().any(|other| other.name == port.name) {
+            return Err(format!(
+                "there are two ports `{}`, of which one is the framework's: rename yours",
+                port.name
+            )
+            .into());
+        }
+    }
+    Ok(())
+}

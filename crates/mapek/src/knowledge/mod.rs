@@ -1,0 +1,60 @@
+//! What a robot knows.
+
+mod facts;
+mod robot;
+mod strategy;
+mod world;
+
+use std::marker::PhantomData;
+
+pub use facts::{Fact, Facts, Live, Merge, MostCertain, Newest, Union, Version};
+pub use robot::{Device, RobotModel};
+use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
+pub use strategy::{StoredPlan, StrategyModel, StrategyRecord, StrategyReport};
+pub use world::WorldModel;
+
+use crate::block::{BlockState, distinct, spec};
+
+/// What the robot knows of the world, itself and its strategies (RoCS, 4.2), as properties that every block may read.
+/// A robot has one.
+///
+/// Blocks write to it by links: each input is an origin of facts with a single writer, and each output is a view of
+/// them. [`WorldModel`], [`RobotModel`] and [`StrategyModel`] are what it is made of.
+pub trait Knowledge: 'static {
+    /// The name by which configuration finds it, in snake case.
+    const NAME: &'static str;
+    /// What it does.
+    const DOC: &'static str = "";
+    /// What it learns from, and what it knows: inputs and outputs.
+    type Models: Ports;
+    /// What users may tune.
+    type Params: Params;
+    /// What it remembers.
+    type State: BlockState;
+
+    /// Takes over what is new, and writes what changed.
+    fn update(state: &mut Self::State, models: &Self::Models, params: &Self::Params, now: &Tick);
+}
+
+/// A [`Knowledge`] as a module: run in every cycle, after the sensors were interpreted.
+pub struct KnowledgeBlock<K>(PhantomData<fn() -> K>);
+
+impl<K: Knowledge> Module for KnowledgeBlock<K> {
+    type Io = K::Models;
+    type Params = K::Params;
+    type State = K::State;
+
+    fn spec() -> Spec {
+        spec(K::NAME, K::DOC, Stage::WorldState, Trigger::Stage, "knowledge")
+    }
+
+    fn create(_: &Setup<'_>, _: &K::Params) -> Result<K::State, Refusal> {
+        distinct::<Self::Io>()?;
+        Ok(K::State::default())
+    }
+
+    fn tick(state: &mut K::State, models: &K::Models, params: &K::Params, now: &Tick) -> Outcome {
+        K::update(state, models, params, now);
+        Outcome::Ok
+    }
+}

@@ -1,0 +1,133 @@
+use serde::{Deserialize, Serialize};
+use slate_module::{Sequence, Text, interface};
+
+use crate::ActionRequest;
+
+/// A plan that the robot may choose, with what it has brought so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredPlan {
+    /// Its name.
+    pub name: String,
+    /// The role that it belongs to, such as `defender`.
+    pub role: String,
+    /// Its actions.
+    pub actions: Vec<ActionRequest>,
+    /// How often it was tried.
+    pub tried: u64,
+    /// How often it succeeded.
+    pub succeeded: u64,
+    /// How long its successes took together, seconds.
+    pub seconds: f64,
+}
+
+impl StoredPlan {
+    /// The share of successes to expect, by Laplace's rule of succession: one half for a plan never tried.
+    pub fn promise(&self) -> f64 {
+        (self.succeeded as f64 + 1.0) / (self.tried as f64 + 2.0)
+    }
+}
+
+/// The strategies from which the Plan can choose (RoCS, 4.2): plans by role, with their past outcomes.
+///
+/// Keep it in the state of the Plan that uses it, from where it is saved with the robot and shown by a
+/// [`StrategyReport`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StrategyModel {
+    role: String,
+    plans: Vec<StoredPlan>,
+}
+
+impl StrategyModel {
+    /// The robot's role; empty for none.
+    pub fn role(&self) -> &str {
+        &self.role
+    }
+
+    /// Takes a role.
+    pub fn take_role(&mut self, role: &str) {
+        role.clone_into(&mut self.role);
+    }
+
+    /// Learns a plan; one of the same name and role gets its actions and keeps its outcomes.
+    pub fn learn(&mut self, name: &str, role: &str, actions: &[ActionRequest]) {
+        match self.plans.iter_mut().find(|plan| plan.name == name && plan.role == role) {
+            Some(plan) => plan.actions = actions.to_vec(),
+            None => self.plans.push(StoredPlan {
+                name: name.into(),
+                role: role.into(),
+                actions: actions.to_vec(),
+                tried: 0,
+                succeeded: 0,
+                seconds: 0.0,
+            }),
+        }
+    }
+
+    /// The most promising plan of the robot's role; of equal ones the one learned first.
+    pub fn best(&self) -> Option<&StoredPlan> {
+        let plans = self.plans.iter().filter(|plan| plan.role == self.role);
+        plans.reduce(|best, plan| if plan.promise() > best.promise() { plan } else { best })
+    }
+
+    /// Notes how a plan of the robot's role went and how many seconds it took; false when there is no such plan.
+    pub fn record(&mut self, name: &str, success: bool, seconds: f64) -> bool {
+        let Self { role, plans } = self;
+        let Some(plan) = plans.iter_mut().find(|plan| plan.name == name && plan.role == *role) else {
+            return false;
+        };
+        plan.tried += 1;
+        if success {
+            plan.succeeded += 1;
+            plan.seconds += seconds;
+        }
+        true
+    }
+
+    /// All plans, in the order in which they were learned.
+    pub fn plans(&self) -> &[StoredPlan] {
+        &self.plans
+    }
+
+    /// The outcomes of the first sixteen plans, for a property that others can read.
+    pub fn report(&self) -> StrategyReport {
+        let mut records = [StrategyRecord::default(); 16];
+        let mut length = 0;
+        for (record, plan) in records.iter_mut().zip(&self.plans) {
+            *record = StrategyRecord {
+                tried: plan.tried,
+                succeeded: plan.succeeded,
+                seconds: plan.seconds,
+                name: Text::new(&plan.name),
+                role: Text::new(&plan.role),
+            };
+            length += 1;
+        }
+        StrategyReport { role: Text::new(&self.role), records: Sequence::new(&records[..length]) }
+    }
+}
+
+/// What a plan has brought so far.
+#[interface]
+#[derive(PartialEq)]
+pub struct StrategyRecord {
+    /// How often it was tried.
+    pub tried: u64,
+    /// How often it succeeded.
+    pub succeeded: u64,
+    /// How long its successes took together.
+    #[unit("s")]
+    pub seconds: f64,
+    /// Its name.
+    pub name: Text<28>,
+    /// The role that it belongs to.
+    pub role: Text<28>,
+}
+
+/// The robot's role and the outcomes of its plans.
+#[interface]
+pub struct StrategyReport {
+    /// The robot's role; empty for none.
+    pub role: Text<28>,
+    /// Its plans.
+    pub records: Sequence<StrategyRecord, 16>,
+}

@@ -1,0 +1,253 @@
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ActionRequest, PlanStep, Route};
+
+/// An action in the pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// What to do.
+    pub action: ActionRequest,
+    /// Whose it is.
+    pub origin: Origin,
+}
+
+/// Whose an action is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Origin {
+    /// The Plan's message of that number.
+    Plan(u64),
+    /// A reflex.
+    Reflex {
+        /// Which model sent it.
+        source: u32,
+        /// The model's rank.
+        rank: i32,
+    },
+}
+
+impl Entry {
+    /// The route on which it came.
+    pub fn route(&self) -> Route {
+        match self.origin {
+            Origin::Plan(_) => Route::DELIBERATIVE,
+            Origin::Reflex { .. } => Route::REACTIVE,
+        }
+    }
+
+    /// The Plan's number of it; 0 for a reflex.
+    pub fn ticket(&self) -> u64 {
+        match self.origin {
+            Origin::Plan(ticket) => ticket,
+            Origin::Reflex { .. } => 0,
+        }
+    }
+
+    fn rank(&self) -> Option<i32> {
+        match self.origin {
+            Origin::Plan(_) => None,
+            Origin::Reflex { rank, .. } => Some(rank),
+        }
+    }
+
+    /// Whether both are the same reflex, sent again.
+    fn repeats(&self, other: &Self) -> bool {
+        self.origin == other.origin && self.action.kind == other.action.kind && self.rank().is_some()
+    }
+}
+
+/// What became of an action that was offered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Admission {
+    /// It waits for its turn.
+    Waiting,
+    /// It is the reflex that runs already, with newer arguments.
+    Renewed,
+    /// It was planned before the latest reflex.
+    OldEpoch,
+    /// There is no room.
+    Full,
+}
+
+/// The actions that wait, and the one that runs (RoCS, 5.1), with two levels of priority.
+///
+/// The first high-priority action is next, the highest rank first, else in the order of arrival; if there is none,
+/// the first normal one. A reflex clears the normal actions, interrupts a planned action or a reflex of lower rank,
+/// and raises the epoch, so that nothing planned before it is taken after it. What the Plan sends only ever touches
+/// normal actions: it can neither remove nor delay a reflex.
+///
+/// Holds a bounded number of actions of each level, and allocates only when it is made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Saved")]
+pub struct Pipeline {
+    high: VecDeque<Entry>,
+    normal: VecDeque<Entry>,
+    running: Option<Entry>,
+    interrupted: Option<Entry>,
+    epoch: u64,
+    replan: bool,
+}
+
+#[derive(Deserialize)]
+struct Saved {
+    high: VecDeque<Entry>,
+    normal: VecDeque<Entry>,
+    running: Option<Entry>,
+    interrupted: Option<Entry>,
+    epoch: u64,
+    replan: bool,
+}
+
+impl From<Saved> for Pipeline {
+    fn from(Saved { high, normal, running, interrupted, epoch, replan }: Saved) -> Self {
+        let mut result = Self { running, interrupted, epoch, replan, ..Self::default() };
+        // Into the queues with full capacity, as a tick must not allocate.
+        result.high.extend(high.into_iter().take(Self::CAPACITY));
+        result.normal.extend(normal.into_iter().take(Self::CAPACITY));
+        result
+    }
+}
+
+impl Default for Pipeline {
+    fn default() -> Self {
+        let queue = || VecDeque::with_capacity(Self::CAPACITY);
+        Self { high: queue(), normal: queue(), running: None, interrupted: None, epoch: 0, replan: false }
+    }
+}
+
+impl Pipeline {
+    /// How many actions of each level can wait.
+    pub const CAPACITY: usize = 64;
+
+    /// Offers a reflex. What it clears is told to `cleared`; what it interrupts waits in
+    /// [`take_interrupted`](Pipeline::take_interrupted).
+    pub fn reflex(
+        &mut self,
+        action: ActionRequest,
+        source: u32,
+        rank: i32,
+        cleared: impl FnMut(Entry),
+    ) -> Admission {
+        let entry = Entry { action, origin: Origin::Reflex { source, rank } };
+        let mut cleared = cleared;
+        let admission = self.admit(entry, &mut cleared);
+        if admission != Admission::Full {
+            self.clear_planned(&mut cleared);
+            self.epoch += 1;
+            self.replan = true;
+        }
+        admission
+    }
+
+    fn admit(&mut self, entry: Entry, cleared: &mut impl FnMut(Entry)) -> Admission {
+        if let Some(running) = self.running.as_mut().filter(|running| running.repeats(&entry)) {
+            *running = entry;
+            return Admission::Renewed;
+        }
+        if let Some(waiting) = self.high.iter_mut().find(|waiting| waiting.repeats(&entry)) {
+            *waiting = entry;
+            return Admission::Waiting;
+        }
+        let place = self.high.iter().take_while(|waiting| waiting.rank() >= entry.rank()).count();
+        if self.high.len() == Self::CAPACITY {
+            if place == self.high.len() {
+                return Admission::Full;
+            }
+            self.high.pop_back().into_iter().for_each(cleared);
+        }
+        self.high.insert(place, entry);
+        if self.running.is_some_and(|running| running.rank() < entry.rank()) {
+            self.interrupt();
+        }
+        Admission::Waiting
+    }
+
+    /// Offers a planned action, or clears what is planned. What it clears is told to `cleared`.
+    pub fn planned(
+        &mut self,
+        action: ActionRequest,
+        ticket: u64,
+        epoch: u64,
+        step: PlanStep,
+        mut cleared: impl FnMut(Entry),
+    ) -> Admission {
+        if epoch != self.epoch {
+            return Admission::OldEpoch;
+        }
+        if step != PlanStep::APPEND {
+            self.clear_planned(&mut cleared);
+        }
+        if step != PlanStep::CLEAR {
+            if self.normal.len() == Self::CAPACITY {
+                return Admission::Full;
+            }
+            self.normal.push_back(Entry { action, origin: Origin::Plan(ticket) });
+        }
+        self.replan = false;
+        Admission::Waiting
+    }
+
+    /// Gives up the plan: its waiting actions are cleared, nothing sent before is taken, and a new one is wanted.
+    pub fn abandon_plan(&mut self, mut cleared: impl FnMut(Entry)) {
+        self.clear_planned(&mut cleared);
+        self.epoch += 1;
+        self.replan = true;
+    }
+
+    fn clear_planned(&mut self, cleared: &mut impl FnMut(Entry)) {
+        if self.running.is_some_and(|running| running.route() == Route::DELIBERATIVE) {
+            self.interrupt();
+        }
+        self.normal.drain(..).for_each(cleared);
+    }
+
+    fn interrupt(&mut self) {
+        // Only the action that truly ran must be cancelled, and there is none after it until `advance`.
+        self.interrupted = self.interrupted.or(self.running.take());
+        self.running = None;
+    }
+
+    /// The action that ran until something took its place; its owner cancels it before it lets the next one run.
+    pub fn take_interrupted(&mut self) -> Option<Entry> {
+        self.interrupted.take()
+    }
+
+    /// The running action; if none runs, the next one runs from now on.
+    pub fn advance(&mut self) -> Option<Entry> {
+        if self.running.is_none() {
+            self.running = self.high.pop_front().or_else(|| self.normal.pop_front());
+        }
+        self.running
+    }
+
+    /// The running action.
+    pub fn running(&self) -> Option<&Entry> {
+        self.running.as_ref()
+    }
+
+    /// Ends the running action.
+    pub fn finish(&mut self) -> Option<Entry> {
+        self.running.take()
+    }
+
+    /// Raised by each reflex and each failure of a plan.
+    pub fn epoch(&self) -> u64 {
+        self.epoch
+    }
+
+    /// Whether the plan was cleared and no new one came since.
+    pub fn wants_plan(&self) -> bool {
+        self.replan
+    }
+
+    /// How many reflexes and how many planned actions wait.
+    pub fn waiting(&self) -> (usize, usize) {
+        (self.high.len(), self.normal.len())
+    }
+
+    /// The waiting actions in the order of their turns.
+    pub fn iter(&self) -> impl Iterator<Item = &Entry> {
+        self.high.iter().chain(&self.normal)
+    }
+}

@@ -1,0 +1,148 @@
+//! The ports that carry a robot's flow of information; their roles make any other attachment an error.
+#![allow(unsafe_code, reason = "binding a port is passed on to slate-module's ports")]
+
+use std::ops::Deref;
+
+use slate_module::{
+    Inbox, Input, Interface, Outbox, Output, Port, PortCursor, PortDescription, Queue, Received,
+};
+
+use crate::{Planned, Reflex};
+
+/// Roles of ports: both ends of a link have the same.
+pub mod role {
+    /// What a Monitor tells Analyzes.
+    pub const PERCEPT: &str = "percept";
+    /// What an Analyze tells the Plan.
+    pub const CHANGE: &str = "change";
+    /// What the Plan sends to Execute.
+    pub const PLAN: &str = "plan";
+    /// What a ReactiveModel sends to Execute.
+    pub const REFLEX: &str = "reflex";
+}
+
+macro_rules! carrying {
+    ($(#[$doc:meta])* $name:ident, $inner:ident, $role:expr) => {
+        $(#[$doc])*
+        #[derive(Debug)]
+        pub struct $name<T: Interface>(pub(crate) $inner<T>);
+
+        impl<T: Interface> Port for $name<T> {
+            fn describe(name: &str, doc: &str) -> PortDescription {
+                PortDescription { role: $role, ..$inner::<T>::describe(name, doc) }
+            }
+
+            unsafe fn bind(cursor: &mut PortCursor) -> Self {
+                // SAFETY: passed on to the caller.
+                Self(unsafe { $inner::bind(cursor) })
+            }
+        }
+    };
+}
+
+carrying!(
+    /// What a Monitor publishes; the framework writes it.
+    Percept,
+    Output,
+    role::PERCEPT
+);
+carrying!(
+    /// What an Analyze observes of a Monitor: an [`Input`] that only a Monitor can be attached to.
+    ///
+    /// It is the same during a whole step, and belongs to the step's thread:
+    ///
+    /// ```compile_fail,E0277
+    /// use slate_interfaces::Pose2;
+    /// use slate_mapek::Observed;
+    ///
+    /// fn process(observed: &Observed<Pose2>) {
+    ///     std::thread::scope(|scope| {
+    ///         scope.spawn(|| observed.x);
+    ///     });
+    /// }
+    /// ```
+    Observed,
+    Input,
+    role::PERCEPT
+);
+carrying!(
+    /// What an Analyze publishes; the framework writes it.
+    Change,
+    Output,
+    role::CHANGE
+);
+carrying!(
+    /// What the Plan notices of an Analyze: every change, in order.
+    Noticed,
+    Queue,
+    role::CHANGE
+);
+
+impl<T: Interface> Deref for Observed<T> {
+    type Target = Input<T>;
+
+    fn deref(&self) -> &Input<T> {
+        &self.0
+    }
+}
+
+impl<T: Interface> Noticed<T> {
+    /// The changes since the last run, oldest first.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Received<'_, T>> {
+        self.0.iter()
+    }
+
+    /// The latest change since the last run; nothing if there was none.
+    pub fn newest(&self) -> Option<Received<'_, T>> {
+        self.iter().last()
+    }
+
+    /// How many changes this Plan lost because it lagged.
+    pub fn missed(&self) -> u64 {
+        self.0.missed()
+    }
+}
+
+macro_rules! fixed {
+    ($(#[$doc:meta])* $name:ident, $inner:ty, $role:expr) => {
+        $(#[$doc])*
+        #[derive(Debug)]
+        pub struct $name(pub(crate) $inner);
+
+        impl Port for $name {
+            fn describe(name: &str, doc: &str) -> PortDescription {
+                PortDescription { role: $role, ..<$inner>::describe(name, doc) }
+            }
+
+            unsafe fn bind(cursor: &mut PortCursor) -> Self {
+                // SAFETY: passed on to the caller.
+                Self(unsafe { <$inner>::bind(cursor) })
+            }
+        }
+    };
+}
+
+fixed!(
+    /// Where a Plan sends its actions.
+    PlanOut,
+    Outbox<Planned>,
+    role::PLAN
+);
+fixed!(
+    /// Where Execute receives the Plan's actions.
+    PlanIn,
+    Inbox<Planned>,
+    role::PLAN
+);
+fixed!(
+    /// Where a ReactiveModel sends its actions.
+    ReflexOut,
+    Outbox<Reflex>,
+    role::REFLEX
+);
+fixed!(
+    /// Where Execute receives reflexes.
+    ReflexIn,
+    Inbox<Reflex>,
+    role::REFLEX
+);

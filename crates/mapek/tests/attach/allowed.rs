@@ -1,0 +1,13 @@
+#[path = "robot.rs"]
+mod robot;
+use robot::*;
+use slate_mapek::Robot;
+
+fn main() {
+    let robot = Robot::new("r2");
+    let monitor = robot.monitor::<RangeMonitor>("monitor");
+    let analyze = robot.analyze::<PassRange>("analyze");
+    let plan = robot.plan::<Planner>("plan");
+    monitor.attach(&analyze);
+    analyze.attach(&plan);
+}

@@ -1,0 +1,11 @@
+#[path = "../robot.rs"]
+mod robot;
+use robot::*;
+use slate_mapek::Robot;
+
+fn main() {
+    let robot = Robot::new("r2");
+    let analyze = robot.analyze::<PassRange>("analyze");
+    let other = robot.analyze::<PassRange>("other");
+    analyze.attach(&other);
+}

@@ -1,0 +1,318 @@
+//! Each block by itself.
+
+mod common;
+
+use slate_interfaces::Twist2;
+use slate_mapek::prelude::*;
+use slate_mapek::{
+    ActuatorBlock, AnalyzeBlock, Ended, ExecuteBlock, ExecuteStatus, Knowledge, KnowledgeBlock, MonitorBlock,
+    PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, Reflex, Route, SensorBlock,
+};
+use slate_module::prelude::*;
+use slate_module::testing::Fixture;
+use slate_module::{Plugin, Sequence, Spec, Stage, Trigger};
+
+use common::{Actions, AvoidNear, Drive, Free, Near, NearMonitor, Wanderer, WayIsFree};
+
+fn near(distance: f64) -> Near {
+    Near { distance }
+}
+
+fn on(ports: &[&str], timeout: Option<u64>) -> Trigger {
+    Trigger::On { ports: ports.iter().map(|&port| port.into()).collect(), timeout }
+}
+
+fn when<M: Module>() -> (Stage, Trigger) {
+    let Spec { stage, trigger, .. } = M::spec();
+    (stage, trigger)
+}
+
+#[test]
+fn each_block_is_woken_by_what_it_waits_for_in_its_stage() {
+    // A sensor that stops must be noticed, so there is a time-out where a port can be stale.
+    assert_eq!(
+        when::<MonitorBlock<NearMonitor>>(),
+        (Stage::SensorProcess, on(&["range"], Some(100_000_000)))
+    );
+    assert_eq!(when::<ReactiveBlock<AvoidNear>>(), (Stage::SensorProcess, on(&["range"], Some(100_000_000))));
+    assert_eq!(when::<AnalyzeBlock<WayIsFree>>(), (Stage::WorldState, on(&["near"], None)));
+    assert_eq!(when::<PlanBlock<Wanderer>>(), (Stage::Think, on(&["free", "situation"], None)));
+    assert_eq!(when::<ExecuteBlock<Actions>>(), (Stage::Act, on(&["plan", "reflexes"], Some(20_000_000))));
+    assert_eq!(when::<KnowledgeBlock<Memory>>(), (Stage::WorldState, Trigger::Stage));
+    assert_eq!(when::<SensorBlock<Thermometer>>(), (Stage::SensorAcquire, Trigger::Stage));
+    assert_eq!(when::<ActuatorBlock<Motor>>(), (Stage::ActExec, on(&["command"], Some(20_000_000))));
+}
+
+#[test]
+fn a_robot_has_one_plan_one_execute_and_one_knowledge() {
+    assert_eq!(PlanBlock::<Wanderer>::spec().unique, "plan");
+    assert_eq!(ExecuteBlock::<Actions>::spec().unique, "execute");
+    assert_eq!(KnowledgeBlock::<Memory>::spec().unique, "knowledge");
+    assert_eq!(MonitorBlock::<NearMonitor>::spec().unique, "");
+    assert_eq!(AnalyzeBlock::<WayIsFree>::spec().unique, "");
+    assert_eq!(ReactiveBlock::<AvoidNear>::spec().unique, "");
+}
+
+#[test]
+fn ports_that_may_be_linked_have_the_same_role() {
+    let role = |plugin: Plugin, port: &str| {
+        let setup = Setup { name: "test", seed: 0, period: 20_000_000, section: None };
+        let description = (plugin.table.describe)(&setup).unwrap();
+        description.ports.iter().find(|description| description.name == port).map(|port| port.role).unwrap()
+    };
+    use slate_mapek::{analyze, execute, monitor, plan, reactive};
+    assert_eq!(role(monitor::<NearMonitor>(), "percept"), role(analyze::<WayIsFree>(), "near"));
+    assert_eq!(role(analyze::<WayIsFree>(), "change"), role(plan::<Wanderer>(), "free"));
+    assert_eq!(role(plan::<Wanderer>(), "plan"), role(execute::<Actions>(), "plan"));
+    assert_eq!(role(reactive::<AvoidNear>(), "reflex"), role(execute::<Actions>(), "reflexes"));
+    assert_eq!(role(plan::<Wanderer>(), "situation"), role(execute::<Actions>(), "status"));
+    let mut roles: Vec<_> = [
+        role(monitor::<NearMonitor>(), "percept"),
+        role(analyze::<WayIsFree>(), "change"),
+        role(plan::<Wanderer>(), "plan"),
+        role(reactive::<AvoidNear>(), "reflex"),
+        role(execute::<Actions>(), "status"),
+    ]
+    .into();
+    roles.sort_unstable();
+    roles.dedup();
+    assert_eq!(roles.len(), 5);
+}
+
+#[test]
+fn what_a_monitor_interprets_is_published() {
+    let mut monitor = Fixture::<MonitorBlock<NearMonitor>>::new();
+    monitor.set("range", near(3.0));
+    monitor.tick();
+    assert_eq!(monitor.output::<Near>("percept"), Some(near(1.5)));
+    monitor.expire("range");
+    monitor.tick();
+    assert_eq!(monitor.output::<Near>("percept"), None);
+}
+
+#[test]
+fn an_analyze_notifies_only_what_is_relevant() {
+    let mut analyze = Fixture::<AnalyzeBlock<WayIsFree>>::new();
+    let mut told = Vec::new();
+    for distance in [2.0, 1.0, 0.9, 0.1, 0.2, 3.0] {
+        analyze.set("near", near(distance));
+        analyze.tick();
+        told.push(analyze.output::<Free>("change").map(|change| change.free.get()));
+    }
+    assert_eq!(told, [Some(true), None, None, Some(false), None, Some(true)]);
+}
+
+fn free(free: bool) -> Free {
+    Free { free: free.into() }
+}
+
+#[test]
+fn a_plan_goes_to_execute_with_the_epoch_that_it_saw() {
+    let mut plan = Fixture::<PlanBlock<Wanderer>>::new();
+    plan.set("situation", ExecuteStatus { epoch: 7, ..ExecuteStatus::default() });
+    plan.push("free", free(true));
+    plan.tick();
+    let sent = plan.sent::<Planned>("plan");
+    let seen: Vec<_> = sent
+        .iter()
+        .map(|planned| (planned.epoch, planned.ticket, planned.step, planned.action.kind.as_str()))
+        .collect();
+    assert_eq!(seen, [(7, 1, PlanStep::REPLACE, "Drive"), (7, 2, PlanStep::APPEND, "Swerve")]);
+}
+
+#[test]
+fn a_plan_on_its_way_is_not_made_again_unless_it_was_lost() {
+    let mut plan = Fixture::<PlanBlock<Wanderer>>::new();
+    let idle = ExecuteStatus::default();
+    plan.set("situation", idle);
+    plan.push("free", free(true));
+    plan.tick();
+    assert_eq!(plan.sent::<Planned>("plan").len(), 2);
+    plan.advance(20_000_000);
+    plan.tick();
+    assert_eq!(plan.sent::<Planned>("plan").len(), 0);
+    // Execute took both and is idle again: everything is done.
+    plan.set("situation", ExecuteStatus { ticket: 2, ..idle });
+    plan.tick();
+    assert_eq!(plan.sent::<Planned>("plan").len(), 2);
+    plan.advance(100_000_000);
+    plan.tick();
+    assert_eq!(plan.sent::<Planned>("plan").len(), 2);
+}
+
+#[test]
+fn after_a_reflex_the_plan_is_made_anew() {
+    let mut plan = Fixture::<PlanBlock<Wanderer>>::new();
+    let busy = ExecuteStatus { route: Route::DELIBERATIVE, ..ExecuteStatus::default() };
+    plan.set("situation", busy);
+    plan.push("free", free(true));
+    plan.tick();
+    assert_eq!(plan.sent::<Planned>("plan").len(), 0);
+    plan.set("situation", ExecuteStatus { epoch: 1, replan: true.into(), route: Route::REACTIVE, ..busy });
+    plan.tick();
+    assert_eq!(plan.sent::<Planned>("plan").first().map(|planned| planned.epoch), Some(1));
+}
+
+#[test]
+fn a_plan_sees_every_change_and_every_ending_once() {
+    let mut plan = Fixture::<PlanBlock<Wanderer>>::new();
+    for value in [true, false, true] {
+        plan.push("free", free(value));
+    }
+    let ended = |number, ticket| Ended { number, ticket, ..Ended::default() };
+    let status = |ended: &[Ended]| ExecuteStatus { ended: Sequence::new(ended), ..ExecuteStatus::default() };
+    plan.set("situation", status(&[ended(1, 11), ended(2, 12)]));
+    plan.tick();
+    plan.set("situation", status(&[ended(1, 11), ended(2, 12), ended(3, 13)]));
+    plan.tick();
+    #[derive(serde::Deserialize)]
+    struct Saved {
+        state: common::Wandering,
+    }
+    let saved: Saved = slate_module::decode(&plan.save().unwrap()).unwrap();
+    assert_eq!((saved.state.changes, saved.state.ended), (3, vec![11, 12, 13]));
+}
+
+#[test]
+fn a_reflex_is_sent_with_the_rank_of_its_model_or_the_one_that_was_set() {
+    let mut model = Fixture::<ReactiveBlock<AvoidNear>>::new();
+    model.set("range", near(0.1));
+    model.tick();
+    let ranks = |model: &Fixture<_>| {
+        model.sent::<Reflex>("reflex").iter().map(|reflex| reflex.rank).collect::<Vec<_>>()
+    };
+    assert_eq!(ranks(&model), [3]);
+    model.set("rank", Rank { rank: -1 });
+    model.tick();
+    assert_eq!(ranks(&model), [-1]);
+    model.set("range", near(1.0));
+    model.tick();
+    assert_eq!(ranks(&model), []);
+}
+
+/// Counts up.
+struct Thermometer;
+
+impl Sensor for Thermometer {
+    const NAME: &'static str = "thermometer";
+    type Io = ();
+    type Params = ();
+    type State = u32;
+    type Value = Near;
+
+    fn get_data(count: &mut u32, (): &(), (): &(), _: &Tick) -> Option<Near> {
+        *count += 1;
+        (*count % 2 == 1).then(|| near((*count).into()))
+    }
+}
+
+#[test]
+fn a_sensor_publishes_what_it_measures_when_there_is_something() {
+    let mut sensor = Fixture::<SensorBlock<Thermometer>>::new();
+    sensor.tick();
+    assert_eq!(sensor.output::<Near>("value"), Some(near(1.0)));
+    sensor.tick();
+    assert_eq!(sensor.output::<Near>("value"), None);
+}
+
+#[ports]
+struct MotorIo {
+    moves: Output<Twist2>,
+}
+
+/// Moves as it is told.
+struct Motor;
+
+impl Actuator for Motor {
+    const NAME: &'static str = "motor";
+    type Io = MotorIo;
+    type Params = ();
+    type State = ();
+    type Command = Twist2;
+    const SAFE: Twist2 = Twist2::ZERO;
+
+    fn apply((): &mut (), command: &Twist2, io: &MotorIo, (): &(), _: &Tick) -> Outcome {
+        io.moves.set(*command);
+        Outcome::Ok
+    }
+}
+
+#[test]
+fn an_actuator_without_a_fresh_command_does_what_is_safe() {
+    let mut actuator = Fixture::<ActuatorBlock<Motor>>::new();
+    assert_eq!(actuator.tick(), Outcome::Degraded);
+    assert_eq!(actuator.output("moves"), Some(Twist2::ZERO));
+    let command = Twist2 { linear: 1.0, angular: 0.0 };
+    actuator.set("command", command);
+    assert_eq!(actuator.tick(), Outcome::Ok);
+    assert_eq!(actuator.output("moves"), Some(command));
+    actuator.expire("command");
+    assert_eq!(actuator.tick(), Outcome::Degraded);
+    assert_eq!(actuator.output("moves"), Some(Twist2::ZERO));
+}
+
+#[ports]
+struct Models {
+    seen: Input<Near>,
+    known: Output<Near>,
+}
+
+/// Remembers the least distance.
+struct Memory;
+
+impl Knowledge for Memory {
+    const NAME: &'static str = "memory";
+    type Models = Models;
+    type Params = ();
+    type State = Option<f64>;
+
+    fn update(least: &mut Option<f64>, models: &Models, (): &(), _: &Tick) {
+        if let Some(seen) = models.seen.new() {
+            let known = least.map_or(seen.distance, |least| math::min(least, seen.distance));
+            *least = Some(known);
+            models.known.set(near(known));
+        }
+    }
+}
+
+#[test]
+fn knowledge_is_what_blocks_can_read() {
+    let mut knowledge = Fixture::<KnowledgeBlock<Memory>>::new();
+    for distance in [2.0, 1.0, 3.0] {
+        knowledge.set("seen", near(distance));
+        knowledge.tick();
+    }
+    assert_eq!(knowledge.output::<Near>("known"), Some(near(1.0)));
+}
+
+#[ports]
+struct Clash {
+    percept: Input<Near>,
+}
+
+/// Names a port like the framework's.
+struct ClashMonitor;
+
+impl Monitor for ClashMonitor {
+    const NAME: &'static str = "clash_monitor";
+    type Sensors = Clash;
+    type Params = ();
+    type State = ();
+    type Value = Near;
+
+    fn interpret((): &mut (), sensors: &Clash, (): &(), _: &Tick) -> Option<Near> {
+        sensors.percept.fresh().copied()
+    }
+}
+
+#[test]
+fn a_port_named_like_one_of_the_framework_is_refused() {
+    let refusal = Fixture::<MonitorBlock<ClashMonitor>>::with(()).err().unwrap();
+    assert_eq!(refusal.0, "there are two ports `percept`, of which one is the framework's: rename yours");
+}
+
+#[test]
+fn a_request_names_its_kind_and_carries_its_arguments() {
+    let request = Drive::request((1.5, 2.0));
+    assert_eq!((request.kind.as_str(), &request.arguments[..]), ("Drive", &[1.5, 2.0][..]));
+}

@@ -1,0 +1,143 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Point2, Pose2, SonarScan, Twist2};
+use slate_module::math;
+
+use crate::field::{self, Widths};
+use crate::footprint::Footprint;
+use crate::map::LocalMap;
+use crate::motion::Surroundings;
+use crate::parameters::Parameters;
+
+/// What to do now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Decision {
+    /// The straight way to the goal is free: whoever plans may drive.
+    Clear,
+    /// Do this instead.
+    Avoid(Twist2),
+}
+
+/// Nearer than this the goal counts as reached, metres.
+const ARRIVED: f64 = 0.03;
+/// Less than this in the time of the patience is no progress, metres.
+const PROGRESS: f64 = 0.1;
+
+/// Leads a robot round what its sonars hear.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Avoider {
+    footprint: Footprint,
+    map: LocalMap,
+    /// Present choice; none while the way is clear.
+    choice: Option<[f64; 2]>,
+    /// When the next choice is due, seconds.
+    due: f64,
+    /// Where the robot last made progress, and when.
+    anchor: [f64; 3],
+}
+
+impl Avoider {
+    /// For a robot of that outline that has heard nothing yet.
+    pub fn new(footprint: Footprint) -> Self {
+        Self {
+            footprint,
+            map: LocalMap::default(),
+            choice: None,
+            due: f64::NEG_INFINITY,
+            anchor: [f64::INFINITY, f64::INFINITY, 0.0],
+        }
+    }
+
+    /// What it remembers.
+    pub fn map(&self) -> &LocalMap {
+        &self.map
+    }
+
+    /// Takes in what the sonars heard when the robot was at `pose` at `time` (seconds).
+    pub fn hear(&mut self, pose: Pose2, scan: &SonarScan, parameters: &Parameters, time: f64) {
+        self.map.update(pose, scan, &self.footprint, parameters.memory, time);
+    }
+
+    /// Says whether the straight way from `pose` to `goal` is free at `time` (seconds), and else how to move.
+    pub fn steer(&mut self, pose: Pose2, goal: Point2, parameters: &Parameters, time: f64) -> Decision {
+        let (dx, dy) = (goal.x - pose.x, goal.y - pose.y);
+        let distance = (dx * dx + dy * dy).sqrt();
+        if distance < ARRIVED {
+            self.choice = None;
+            return Decision::Clear;
+        }
+        let stuck = self.stuck(pose, parameters, time);
+        // Who got stuck gets bolder: what blocks it may be an echo's arc and not a thing.
+        let margin = if stuck { 0.0 } else { parameters.margin };
+        let due = time >= self.due - 1e-9;
+        if !due && self.choice == Some([0.0, 0.0]) {
+            return Decision::Avoid(Twist2::ZERO);
+        }
+        let surroundings = Surroundings::new(&self.map, pose, &self.footprint, parameters, margin, time);
+        let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
+        if !due {
+            // Between two choices only: is the present one still safe?
+            let motion = self
+                .choice
+                .map_or_else(|| planned(bearing, parameters), |[linear, angular]| Twist2 { linear, angular });
+            if surroundings.safe(motion) {
+                return self.choice.map_or(Decision::Clear, |_| Decision::Avoid(motion));
+            }
+        }
+        self.due = time + parameters.period;
+        if self.clear(&surroundings, bearing, distance, parameters) {
+            self.choice = None;
+            return Decision::Clear;
+        }
+        let half_width = self.footprint.half_width();
+        let widths = Widths {
+            blocked: half_width + 0.02,
+            tight: self.footprint.radius() + 0.04,
+            free: self.footprint.radius() + 0.2,
+        };
+        let target = field::waypoint(&self.map, pose, goal, widths, 0.6);
+        let (dx, dy) = (target.x - pose.x, target.y - pose.y);
+        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+        let target = Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx };
+        let last = self.choice.map_or(Twist2::ZERO, |[linear, angular]| Twist2 { linear, angular });
+        let twist = surroundings.choose(target, last);
+        self.choice = Some([twist.linear, twist.angular]);
+        Decision::Avoid(twist)
+    }
+
+    /// Whether the planner can be let drive: turn towards the goal, then straight on.
+    fn clear(
+        &self,
+        surroundings: &Surroundings<'_>,
+        bearing: f64,
+        distance: f64,
+        parameters: &Parameters,
+    ) -> bool {
+        let more = if self.choice.is_some() { parameters.side_room_hysteresis } else { 0.0 };
+        let half_width = self.footprint.half_width() + parameters.side_room + more;
+        let length = math::min(parameters.look_ahead, distance) + self.footprint.front() + more;
+        surroundings.strip_free(bearing, half_width, length)
+            && (bearing.abs() < parameters.heading_tolerance || surroundings.can_turn(bearing))
+            && surroundings.safe(planned(bearing, parameters))
+    }
+
+    fn stuck(&mut self, pose: Pose2, parameters: &Parameters, time: f64) -> bool {
+        let (dx, dy) = (pose.x - self.anchor[0], pose.y - self.anchor[1]);
+        let moved = dx * dx + dy * dy > PROGRESS * PROGRESS;
+        if moved || !dx.is_finite() {
+            self.anchor = [pose.x, pose.y, time];
+        }
+        time - self.anchor[2] > parameters.patience
+    }
+}
+
+/// What the planner does when it is let drive.
+fn planned(bearing: f64, parameters: &Parameters) -> Twist2 {
+    if bearing.abs() > parameters.heading_tolerance {
+        Twist2 {
+            linear: 0.0,
+            angular: if bearing < 0.0 { -parameters.turn_rate } else { parameters.turn_rate },
+        }
+    } else {
+        Twist2 { linear: parameters.speed, angular: bearing }
+    }
+}

@@ -1,0 +1,290 @@
+use slate_interfaces::{Point2, Pose2};
+use slate_module::math;
+
+use crate::map::{CELL, LocalMap, SIDE, cell_of};
+
+const CELLS: usize = SIDE * SIDE;
+const FAR: u16 = u16::MAX;
+const NONE: u16 = u16::MAX;
+/// Cost and length of a step straight and diagonal, in fifths of a cell.
+const STRAIGHT: u16 = 5;
+const DIAGONAL: u16 = 7;
+/// Costs in the queue differ by less than this: the spread over the edge of the map plus the dearest step.
+const BUCKETS: usize = 1024;
+/// Steps of the way that is followed, cells.
+const WAY: usize = 16;
+
+/// The widths that make a cell dear or cheap to pass, metres from the nearest mark.
+#[derive(Clone, Copy)]
+pub(crate) struct Widths {
+    /// Nearer than this the robot's middle can't be.
+    pub(crate) blocked: f64,
+    /// Nearer than this the robot can't turn on the spot.
+    pub(crate) tight: f64,
+    /// Farther than this nothing is gained.
+    pub(crate) free: f64,
+}
+
+/// Finds the cheapest way through the local map towards a goal, and the farthest point of it that is in plain view.
+///
+/// Dijkstra's algorithm from the goal (or, when that is beyond, from the whole edge of the map, where the rest of the
+/// way is taken as straight) until the robot's cell is reached. No cell is impassable: an obstacle that is only
+/// supposed must not make the goal unreachable.
+pub(crate) fn waypoint(map: &LocalMap, pose: Pose2, goal: Point2, widths: Widths, reach: f64) -> Point2 {
+    let mut grid = Grid::new(pose);
+    grid.measure(map);
+    grid.weigh(widths);
+    grid.search(goal);
+    grid.follow(goal, widths, reach)
+}
+
+struct Grid {
+    /// The world's cell in the lower left corner.
+    corner: [i64; 2],
+    /// The robot, as a point and as an index.
+    robot: Point2,
+    robot_cell: usize,
+    /// Distance to the nearest mark, fifths of a cell.
+    clearance: [u16; CELLS],
+    /// Factor on the cost of steps into a cell.
+    weight: [u8; CELLS],
+    cost: [u16; CELLS],
+}
+
+impl Grid {
+    fn new(pose: Pose2) -> Self {
+        let middle = (SIDE / 2) as i64;
+        Self {
+            corner: [cell_of(pose.x) - middle, cell_of(pose.y) - middle],
+            robot: Point2 { x: pose.x, y: pose.y },
+            robot_cell: SIDE / 2 * SIDE + SIDE / 2,
+            clearance: [FAR; CELLS],
+            weight: [1; CELLS],
+            cost: [FAR; CELLS],
+        }
+    }
+
+    fn index(&self, x: f64, y: f64) -> Option<usize> {
+        let (column, row) = (cell_of(x) - self.corner[0], cell_of(y) - self.corner[1]);
+        let inside = 0..SIDE as i64;
+        (inside.contains(&column) && inside.contains(&row)).then(|| row as usize * SIDE + column as usize)
+    }
+
+    fn middle(&self, cell: usize) -> Point2 {
+        let coordinate = |number: usize, corner: i64| (corner + number as i64) as f64 * CELL + 0.5 * CELL;
+        Point2 { x: coordinate(cell % SIDE, self.corner[0]), y: coordinate(cell / SIDE, self.corner[1]) }
+    }
+
+    /// Distances to the marks by two passes over the cells (chamfer distance).
+    fn measure(&mut self, map: &LocalMap) {
+        for mark in map.obstacles() {
+            if let Some(cell) = self.index(mark.x, mark.y) {
+                self.clearance[cell] = 0;
+            }
+        }
+        let distance = &mut self.clearance;
+        for row in 0..SIDE {
+            for column in 0..SIDE {
+                let cell = row * SIDE + column;
+                let mut least = distance[cell];
+                if column > 0 {
+                    least = least.min(distance[cell - 1].saturating_add(STRAIGHT));
+                }
+                if row > 0 {
+                    least = least.min(distance[cell - SIDE].saturating_add(STRAIGHT));
+                    if column > 0 {
+                        least = least.min(distance[cell - SIDE - 1].saturating_add(DIAGONAL));
+                    }
+                    if column + 1 < SIDE {
+                        least = least.min(distance[cell - SIDE + 1].saturating_add(DIAGONAL));
+                    }
+                }
+                distance[cell] = least;
+            }
+        }
+        for row in (0..SIDE).rev() {
+            for column in (0..SIDE).rev() {
+                let cell = row * SIDE + column;
+                let mut least = distance[cell];
+                if column + 1 < SIDE {
+                    least = least.min(distance[cell + 1].saturating_add(STRAIGHT));
+                }
+                if row + 1 < SIDE {
+                    least = least.min(distance[cell + SIDE].saturating_add(STRAIGHT));
+                    if column + 1 < SIDE {
+                        least = least.min(distance[cell + SIDE + 1].saturating_add(DIAGONAL));
+                    }
+                    if column > 0 {
+                        least = least.min(distance[cell + SIDE - 1].saturating_add(DIAGONAL));
+                    }
+                }
+                distance[cell] = least;
+            }
+        }
+    }
+
+    fn weigh(&mut self, widths: Widths) {
+        let units = |width: f64| width / CELL * f64::from(STRAIGHT);
+        let (blocked, tight, free) = (units(widths.blocked), units(widths.tight), units(widths.free));
+        for (weight, clearance) in self.weight.iter_mut().zip(&self.clearance) {
+            let clearance = f64::from(*clearance);
+            *weight = if clearance >= free {
+                2
+            } else if clearance >= tight {
+                2 + (2.0 * (free - clearance) / (free - tight)) as u8
+            } else if clearance >= blocked {
+                5
+            } else {
+                16
+            };
+        }
+    }
+
+    fn search(&mut self, goal: Point2) {
+        let mut queue = Queue { first: [NONE; BUCKETS], next: [NONE; CELLS], previous: [NONE; CELLS] };
+        let mut waiting = 0_usize;
+        let mut start = |cost: &mut [u16; CELLS], cell: usize, value: u16| {
+            cost[cell] = value;
+            queue.add(cell, value);
+            waiting += 1;
+        };
+        let mut current = FAR;
+        if let Some(cell) = self.index(goal.x, goal.y) {
+            start(&mut self.cost, cell, 0);
+            current = 0;
+        } else {
+            let edge = (0..SIDE).flat_map(|i| [i, (SIDE - 1) * SIDE + i, i * SIDE, i * SIDE + SIDE - 1]);
+            let nearest =
+                edge.clone().fold(f64::INFINITY, |least, cell| math::min(least, self.way_left(cell, goal)));
+            for cell in edge {
+                // Weighed as free ground. Where the spread outgrows the queue, the way is surely not the best.
+                let value = (self.way_left(cell, goal) - nearest) / CELL * f64::from(2 * STRAIGHT);
+                if self.cost[cell] == FAR && value < 900.0 {
+                    start(&mut self.cost, cell, value as u16);
+                    current = current.min(value as u16);
+                }
+            }
+        }
+        while waiting > 0 {
+            let Some(cell) = queue.take(current) else {
+                current += 1;
+                continue;
+            };
+            waiting -= 1;
+            if cell == self.robot_cell {
+                return;
+            }
+            for (neighbour, length) in neighbours(cell) {
+                let cost = current + length * u16::from(self.weight[neighbour]);
+                if cost < self.cost[neighbour] {
+                    if self.cost[neighbour] == FAR {
+                        waiting += 1;
+                    } else {
+                        queue.unlink(neighbour, self.cost[neighbour]);
+                    }
+                    self.cost[neighbour] = cost;
+                    queue.add(neighbour, cost);
+                }
+            }
+        }
+    }
+
+    fn way_left(&self, cell: usize, goal: Point2) -> f64 {
+        let from = self.middle(cell);
+        let (dx, dy) = (goal.x - from.x, goal.y - from.y);
+        (dx * dx + dy * dy).sqrt()
+    }
+
+    /// Follows the falling cost from the robot, and cuts corners as far as that leads nowhere dearer.
+    fn follow(&self, goal: Point2, widths: Widths, reach: f64) -> Point2 {
+        let mut cell = self.robot_cell;
+        let mut target = goal;
+        let mut dearest = self.weight[cell];
+        for step in 0..WAY {
+            let mut best = cell;
+            for (neighbour, _) in neighbours(cell) {
+                if self.cost[neighbour] < self.cost[best] {
+                    best = neighbour;
+                }
+            }
+            if best == cell {
+                // The goal's own cell.
+                return if step == 0 || self.view(goal, dearest) { goal } else { target };
+            }
+            cell = best;
+            dearest = dearest.max(self.weight[cell]);
+            let middle = self.middle(cell);
+            let (dx, dy) = (middle.x - self.robot.x, middle.y - self.robot.y);
+            if step >= 3 && (!self.view(middle, dearest) || dx * dx + dy * dy > reach * reach) {
+                break;
+            }
+            target = middle;
+        }
+        let _ = widths;
+        target
+    }
+
+    /// Whether the straight way to a point is nowhere dearer than that.
+    fn view(&self, point: Point2, dearest: u8) -> bool {
+        let (dx, dy) = (point.x - self.robot.x, point.y - self.robot.y);
+        let steps = ((dx * dx + dy * dy).sqrt() / (0.5 * CELL)) as u32 + 1;
+        (1..=steps).all(|step| {
+            let part = f64::from(step) / f64::from(steps);
+            self.index(self.robot.x + part * dx, self.robot.y + part * dy)
+                .is_some_and(|cell| self.weight[cell] <= dearest)
+        })
+    }
+}
+
+/// The cells around a cell and how far they are.
+fn neighbours(cell: usize) -> impl Iterator<Item = (usize, u16)> {
+    const AROUND: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
+    let (row, column) = ((cell / SIDE) as i32, (cell % SIDE) as i32);
+    AROUND.iter().filter_map(move |(down, right)| {
+        let (row, column) = (row + down, column + right);
+        let inside = 0..SIDE as i32;
+        let length = if down * right == 0 { STRAIGHT } else { DIAGONAL };
+        (inside.contains(&row) && inside.contains(&column))
+            .then(|| (row as usize * SIDE + column as usize, length))
+    })
+}
+
+/// Cells by cost: a ring of buckets, each a doubly linked list through the cells (Dial's queue).
+struct Queue {
+    first: [u16; BUCKETS],
+    next: [u16; CELLS],
+    previous: [u16; CELLS],
+}
+
+impl Queue {
+    fn add(&mut self, cell: usize, cost: u16) {
+        let bucket = usize::from(cost) % BUCKETS;
+        let follower = self.first[bucket];
+        self.next[cell] = follower;
+        self.previous[cell] = NONE;
+        if follower != NONE {
+            self.previous[usize::from(follower)] = cell as u16;
+        }
+        self.first[bucket] = cell as u16;
+    }
+
+    fn take(&mut self, cost: u16) -> Option<usize> {
+        let cell = self.first[usize::from(cost) % BUCKETS];
+        (cell != NONE).then(|| {
+            self.unlink(usize::from(cell), cost);
+            usize::from(cell)
+        })
+    }
+
+    fn unlink(&mut self, cell: usize, cost: u16) {
+        let (before, after) = (self.previous[cell], self.next[cell]);
+        if before == NONE {
+            self.first[usize::from(cost) % BUCKETS] = after;
+        } else {
+            self.next[usize::from(before)] = after;
+        }
+        if after != NONE {
+            self.previous[usize::from(after)] = before;
+        }
+    }
+}

@@ -1,0 +1,148 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Point2, Pose2};
+use slate_module::math;
+
+/// Why an outline is no footprint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FootprintError {
+    /// Fewer than three corners.
+    TooFewCorners,
+    /// A coordinate is not finite.
+    NotFinite,
+    /// Not convex, not counter-clockwise, or two corners coincide.
+    NotConvex,
+}
+
+impl std::fmt::Display for FootprintError {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::TooFewCorners => "a footprint needs at least three corners",
+            Self::NotFinite => "a corner of the footprint is not finite",
+            Self::NotConvex => "the footprint is not convex and counter-clockwise",
+        })
+    }
+}
+
+impl std::error::Error for FootprintError {}
+
+/// One side of the outline: where it starts, its direction and length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Side {
+    x: f64,
+    y: f64,
+    along_x: f64,
+    along_y: f64,
+    length: f64,
+}
+
+/// The convex outline of a robot around its reference point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
+pub struct Footprint {
+    sides: Vec<Side>,
+    centre: f64,
+    radius: f64,
+}
+
+impl Footprint {
+    /// The outline with these corners, metres, counter-clockwise in the robot's frame.
+    pub fn new(corners: &[[f64; 2]]) -> Result<Self, FootprintError> {
+        if corners.len() < 3 {
+            return Err(FootprintError::TooFewCorners);
+        }
+        if corners.iter().flatten().any(|value| !value.is_finite()) {
+            return Err(FootprintError::NotFinite);
+        }
+        let mut sides = Vec::with_capacity(corners.len());
+        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+            let length = math::hypot(dx, dy);
+            if length < 1e-9 {
+                return Err(FootprintError::NotConvex);
+            }
+            let side = Side { x: from[0], y: from[1], along_x: dx / length, along_y: dy / length, length };
+            if corners.iter().any(|corner| side.outside(corner[0], corner[1]) > 1e-9) {
+                return Err(FootprintError::NotConvex);
+            }
+            sides.push(side);
+        }
+        let front = corners.iter().fold(f64::NEG_INFINITY, |most, corner| math::max(most, corner[0]));
+        let back = corners.iter().fold(f64::INFINITY, |least, corner| math::min(least, corner[0]));
+        let centre = 0.5 * (front + back);
+        let radius = corners
+            .iter()
+            .fold(0.0, |most, corner| math::max(most, math::hypot(corner[0] - centre, corner[1])));
+        Ok(Self { sides, centre, radius })
+    }
+
+    /// How far the outline reaches from its own middle, metres.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// How far in front of the reference point the middle of the outline is, metres.
+    pub fn centre(&self) -> f64 {
+        self.centre
+    }
+
+    /// How far the outline reaches to the side, metres.
+    pub fn half_width(&self) -> f64 {
+        self.sides.iter().fold(0.0, |most, side| math::max(most, side.y.abs()))
+    }
+
+    /// How far the outline reaches to the front, metres.
+    pub fn front(&self) -> f64 {
+        self.sides.iter().fold(f64::NEG_INFINITY, |most, side| math::max(most, side.x))
+    }
+
+    /// How far a point of the robot's frame is from the outline, metres; negative inside.
+    pub fn distance(&self, x: f64, y: f64) -> f64 {
+        let mut outside = f64::NEG_INFINITY;
+        let mut nearest = f64::INFINITY;
+        for side in &self.sides {
+            let across = side.outside(x, y);
+            outside = math::max(outside, across);
+            let along = (x - side.x) * side.along_x + (y - side.y) * side.along_y;
+            let beyond = along - math::clamp(along, 0.0, side.length);
+            nearest = math::min(nearest, across * across + beyond * beyond);
+        }
+        if outside <= 0.0 { outside } else { nearest.sqrt() }
+    }
+
+    /// The same, but only a lower bound at more than `reach` from the outline: cheap for what is far away.
+    pub fn distance_within(&self, x: f64, y: f64, reach: f64) -> f64 {
+        let limit = self.radius + reach;
+        let dx = x - self.centre;
+        if dx * dx + y * y > limit * limit { reach } else { self.distance(x, y) }
+    }
+
+    /// Corners in the world, metres, for a robot at a pose.
+    pub fn corners(&self, pose: Pose2) -> impl Iterator<Item = Point2> + '_ {
+        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+        self.sides.iter().map(move |side| Point2 {
+            x: pose.x + cosine * side.x - sine * side.y,
+            y: pose.y + sine * side.x + cosine * side.y,
+        })
+    }
+}
+
+impl Side {
+    /// How far outside of this side's line a point is.
+    fn outside(&self, x: f64, y: f64) -> f64 {
+        (x - self.x) * self.along_y - (y - self.y) * self.along_x
+    }
+}
+
+impl TryFrom<Vec<[f64; 2]>> for Footprint {
+    type Error = FootprintError;
+
+    fn try_from(corners: Vec<[f64; 2]>) -> Result<Self, FootprintError> {
+        Self::new(&corners)
+    }
+}
+
+impl From<Footprint> for Vec<[f64; 2]> {
+    fn from(footprint: Footprint) -> Self {
+        footprint.sides.iter().map(|side| [side.x, side.y]).collect()
+    }
+}

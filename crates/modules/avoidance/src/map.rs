@@ -1,0 +1,245 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Pose2, SonarScan};
+use slate_module::math;
+
+use crate::footprint::Footprint;
+
+/// Cells along one side of the map.
+pub(crate) const SIDE: usize = 50;
+/// Edge of a cell, metres.
+pub(crate) const CELL: f64 = 0.05;
+/// Half the edge of the map, metres.
+pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
+
+/// A mark counts as an obstacle from this confidence on: one echo suffices.
+const OCCUPIED: f64 = 0.3;
+const HIT: f64 = 0.4;
+const MISS: f64 = 0.3;
+/// What is this much nearer than the reading should have been heard, metres.
+const TOLERANCE: f64 = 0.04;
+/// A smooth surface answers only to sound that comes at most 45 degrees off its normal, so silence disproves a mark
+/// only from about the direction from which it was heard: cosines of the angles of full and of no effect.
+const SAME_DIRECTION: f64 = 0.9;
+const OTHER_DIRECTION: f64 = 0.7;
+const NONE: u16 = u16::MAX;
+const SONARS: usize = 16;
+
+/// Something was heard here.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mark {
+    /// In the world, metres.
+    pub x: f64,
+    /// In the world, metres.
+    pub y: f64,
+    /// Where the sound went, unit vector in the world.
+    direction: [f64; 2],
+    /// How sure it is that something is here now, 0 to 1.
+    confidence: f64,
+    /// When it was first heard, seconds.
+    pub since: f64,
+}
+
+/// What the sonars heard around the robot: at most one mark for each cell of a grid that moves along with it.
+///
+/// A sonar tells how near the nearest thing in its cone is, not where. So an echo marks the whole arc at that
+/// distance, and what lies nearer in any cone is taken away again, until only what all echoes agree on is left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Saved", into = "Saved")]
+pub struct LocalMap {
+    marks: Vec<Mark>,
+    /// Which mark each cell holds. Cells repeat beyond the edge of the map, where nothing is remembered.
+    slots: Vec<u16>,
+    time: f64,
+}
+
+/// The map as it is saved: the cells follow from the marks.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    marks: Vec<Mark>,
+    time: f64,
+}
+
+/// A sonar in the world, and its reading.
+#[derive(Clone, Copy, Default)]
+struct Cone {
+    x: f64,
+    y: f64,
+    axis: [f64; 2],
+    range: f64,
+    heard: bool,
+}
+
+impl Default for LocalMap {
+    fn default() -> Self {
+        Self {
+            marks: Vec::with_capacity(SIDE * SIDE),
+            slots: vec![NONE; SIDE * SIDE],
+            time: f64::NEG_INFINITY,
+        }
+    }
+}
+
+impl LocalMap {
+    /// What counts as an obstacle now.
+    pub fn obstacles(&self) -> impl Iterator<Item = &Mark> {
+        self.marks.iter().filter(|mark| mark.confidence >= OCCUPIED)
+    }
+
+    /// Takes in a scan that was made at `pose` at `time` (seconds); what was last heard `memory` seconds ago is gone.
+    pub fn update(&mut self, pose: Pose2, scan: &SonarScan, footprint: &Footprint, memory: f64, time: f64) {
+        let elapsed = math::clamp(time - self.time, 0.0, memory);
+        self.time = time;
+        let mut cones = [Cone::default(); SONARS];
+        let cones = place(pose, scan, &mut cones);
+        let edge = math::cos(0.5 * scan.field_of_view - 0.017);
+
+        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+        let mut index = 0;
+        while let Some(mark) = self.marks.get_mut(index) {
+            let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
+            let silence = cones.iter().fold(0.0, |most, cone| math::max(most, cone.disproves(mark, edge)));
+            mark.confidence -= elapsed / memory + MISS * silence;
+            let away = dx.abs() >= REACH || dy.abs() >= REACH;
+            let inside =
+                footprint.distance_within(cosine * dx + sine * dy, cosine * dy - sine * dx, 0.1) < -0.01;
+            if mark.confidence <= 0.0 || away || inside {
+                self.remove(index);
+            } else {
+                index += 1;
+            }
+        }
+
+        let half = 0.5 * scan.field_of_view;
+        for (number, cone) in cones.iter().enumerate().filter(|(_, cone)| cone.heard) {
+            let steps = samples(cone.range * scan.field_of_view / (0.8 * CELL));
+            for step in 0..=steps {
+                let angle = half * (2.0 * f64::from(step) / f64::from(steps) - 1.0);
+                let (sine, cosine) = (math::sin(angle), math::cos(angle));
+                let direction = [
+                    cosine * cone.axis[0] - sine * cone.axis[1],
+                    sine * cone.axis[0] + cosine * cone.axis[1],
+                ];
+                let mark = Mark {
+                    x: cone.x + cone.range * direction[0],
+                    y: cone.y + cone.range * direction[1],
+                    direction,
+                    confidence: HIT,
+                    since: time,
+                };
+                let away = (mark.x - pose.x).abs() >= REACH || (mark.y - pose.y).abs() >= REACH;
+                let disproved = cones
+                    .iter()
+                    .enumerate()
+                    .any(|(other, cone)| other != number && cone.disproves(&mark, edge) > 0.5);
+                if !away && !disproved {
+                    self.insert(mark);
+                }
+            }
+        }
+    }
+
+    fn insert(&mut self, mark: Mark) {
+        let slot = slot_of(&mark);
+        match self.marks.get_mut(usize::from(self.slots[slot])) {
+            Some(known) => {
+                let same = (known.x - mark.x).abs() <= CELL && (known.y - mark.y).abs() <= CELL;
+                let (confidence, since) =
+                    if same { (known.confidence, known.since) } else { (0.0, mark.since) };
+                *known = Mark { confidence: math::min(confidence + mark.confidence, 1.0), since, ..mark };
+            }
+            None => {
+                // There are fewer cells than numbers in a `u16`, and each holds one mark at most.
+                self.slots[slot] = self.marks.len() as u16;
+                self.marks.push(mark);
+            }
+        }
+    }
+
+    fn remove(&mut self, index: usize) {
+        let gone = self.marks.swap_remove(index);
+        self.slots[slot_of(&gone)] = NONE;
+        if let Some(moved) = self.marks.get(index) {
+            self.slots[slot_of(moved)] = index as u16;
+        }
+    }
+}
+
+/// Places the sonars of a scan in the world; a reading that is not a number is left out.
+fn place<'a>(pose: Pose2, scan: &SonarScan, cones: &'a mut [Cone; SONARS]) -> &'a [Cone] {
+    let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+    let mut count = 0;
+    for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
+        let heard = echo.heard.get();
+        let range = if heard { echo.range } else { scan.range_max };
+        if !range.is_finite() || range < 0.0 || count == SONARS {
+            continue;
+        }
+        let bearing = pose.theta + placement.theta;
+        cones[count] = Cone {
+            x: pose.x + cosine * placement.x - sine * placement.y,
+            y: pose.y + sine * placement.x + cosine * placement.y,
+            axis: [math::cos(bearing), math::sin(bearing)],
+            range,
+            heard,
+        };
+        count += 1;
+    }
+    &cones[..count]
+}
+
+impl Cone {
+    /// How much this reading says that a mark is not there, 0 to 1; `edge` is the cosine of half the opening angle.
+    fn disproves(&self, mark: &Mark, edge: f64) -> f64 {
+        let (dx, dy) = (mark.x - self.x, mark.y - self.y);
+        let along = dx * self.axis[0] + dy * self.axis[1];
+        if along <= 0.0 || along >= self.range {
+            return 0.0;
+        }
+        let squared = dx * dx + dy * dy;
+        let limit = self.range - TOLERANCE;
+        if limit <= 0.0 || squared >= limit * limit || along * along < edge * edge * squared {
+            return 0.0;
+        }
+        let alike = (dx * mark.direction[0] + dy * mark.direction[1]) / squared.sqrt();
+        math::clamp((alike - OTHER_DIRECTION) / (SAME_DIRECTION - OTHER_DIRECTION), 0.0, 1.0)
+    }
+}
+
+fn samples(value: f64) -> u32 {
+    // Ranges are finite and small; at least two samples, the ends of the arc.
+    value as u32 + 1
+}
+
+fn slot_of(mark: &Mark) -> usize {
+    cell_of(mark.y).rem_euclid(SIDE as i64) as usize * SIDE + cell_of(mark.x).rem_euclid(SIDE as i64) as usize
+}
+
+/// The number of the row or column of cells that a coordinate of the world lies in.
+pub(crate) fn cell_of(coordinate: f64) -> i64 {
+    let cell = coordinate / CELL;
+    let truncated = cell as i64;
+    if cell < truncated as f64 { truncated - 1 } else { truncated }
+}
+
+impl From<LocalMap> for Saved {
+    fn from(map: LocalMap) -> Self {
+        Self { marks: map.marks, time: map.time }
+    }
+}
+
+impl TryFrom<Saved> for LocalMap {
+    type Error = String;
+
+    fn try_from(saved: Saved) -> Result<Self, String> {
+        let mut map = Self { time: saved.time, ..Self::default() };
+        for mark in saved.marks {
+            let slot = slot_of(&mark);
+            if map.slots[slot] != NONE {
+                return Err("two marks in one cell of the map".to_owned());
+            }
+            map.slots[slot] = map.marks.len() as u16;
+            map.marks.push(mark);
+        }
+        Ok(map)
+    }
+}

@@ -1,0 +1,178 @@
+use slate_interfaces::{Point2, Pose2, Twist2};
+use slate_module::math;
+
+use crate::footprint::Footprint;
+use crate::map::LocalMap;
+use crate::parameters::Parameters;
+
+/// Obstacles that can matter for one choice.
+const NEARBY: usize = 192;
+/// Time between two poses at which a motion is checked, seconds.
+const CHECK: f64 = 0.1;
+/// Time over which motions are compared, seconds.
+const HORIZON: f64 = 0.8;
+/// What is nearer than the margin already may come no nearer than this, metres.
+const SLACK: f64 = 0.001;
+
+/// An obstacle in the robot's frame.
+#[derive(Clone, Copy, Default)]
+struct Obstacle {
+    x: f64,
+    y: f64,
+    /// From the outline now.
+    distance: f64,
+    /// How fast it may move.
+    speed: f64,
+}
+
+/// The obstacles around the robot, in its frame, nearest parts only.
+pub(crate) struct Surroundings<'a> {
+    footprint: &'a Footprint,
+    parameters: &'a Parameters,
+    obstacles: [Obstacle; NEARBY],
+    count: usize,
+    margin: f64,
+}
+
+impl<'a> Surroundings<'a> {
+    /// What is near a robot at `pose`; `margin` is the least distance to keep, metres.
+    pub(crate) fn new(
+        map: &LocalMap,
+        pose: Pose2,
+        footprint: &'a Footprint,
+        parameters: &'a Parameters,
+        margin: f64,
+        time: f64,
+    ) -> Self {
+        let mut surroundings =
+            Self { footprint, parameters, obstacles: [Obstacle::default(); NEARBY], count: 0, margin };
+        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+        let reach = parameters.speed * 1.5 * HORIZON + 0.1;
+        for mark in map.obstacles() {
+            let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
+            let (x, y) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
+            let distance = footprint.distance_within(x, y, reach);
+            if distance < reach && surroundings.count < NEARBY {
+                let fresh = time - mark.since < parameters.newcomer_time;
+                let speed = if fresh { parameters.other_speed } else { 0.0 };
+                surroundings.obstacles[surroundings.count] = Obstacle { x, y, distance, speed };
+                surroundings.count += 1;
+            }
+        }
+        surroundings
+    }
+
+    fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles[..self.count]
+    }
+
+    /// How near the nearest obstacle is, metres; infinite for none.
+    pub(crate) fn clearance(&self) -> f64 {
+        self.obstacles().iter().fold(f64::INFINITY, |least, obstacle| math::min(least, obstacle.distance))
+    }
+
+    /// Whether the robot can begin this motion and still brake before it comes too near to anything.
+    pub(crate) fn safe(&self, twist: Twist2) -> bool {
+        let parameters = self.parameters;
+        let braking = math::max(
+            twist.linear.abs() / parameters.deceleration,
+            twist.angular.abs() / parameters.angular_deceleration,
+        );
+        // Braking covers half of the way that going on for that time would.
+        let time = parameters.reaction_time + 0.5 * braking;
+        let steps = (time / CHECK) as u32 + 1;
+        (1..=steps).all(|step| {
+            let part = f64::from(step) / f64::from(steps);
+            let later = part * (parameters.reaction_time + braking);
+            self.keeps_off(Path::along(twist, part * time), later)
+        })
+    }
+
+    /// Whether no obstacle is too near to the outline at that pose of the present frame, `later` seconds from now.
+    fn keeps_off(&self, path: Path, later: f64) -> bool {
+        let reach = self.margin + self.parameters.other_speed * later;
+        self.obstacles().iter().all(|obstacle| {
+            let margin = self.margin + obstacle.speed * later;
+            let (dx, dy) = (obstacle.x - path.x, obstacle.y - path.y);
+            let (x, y) = (path.cosine * dx + path.sine * dy, path.cosine * dy - path.sine * dx);
+            let distance = self.footprint.distance_within(x, y, reach);
+            distance >= margin || distance >= obstacle.distance - SLACK
+        })
+    }
+
+    /// Whether the robot can turn on the spot by that angle, radians.
+    pub(crate) fn can_turn(&self, angle: f64) -> bool {
+        let steps = (angle.abs() / 0.15) as u32 + 1;
+        (1..=steps).all(|step| {
+            let part = angle * f64::from(step) / f64::from(steps);
+            self.keeps_off(Path { x: 0.0, y: 0.0, sine: math::sin(part), cosine: math::cos(part) }, 0.0)
+        })
+    }
+
+    /// Whether a strip from the robot in a direction of its frame is free: so wide to both sides, so long.
+    pub(crate) fn strip_free(&self, bearing: f64, half_width: f64, length: f64) -> bool {
+        let (sine, cosine) = (math::sin(bearing), math::cos(bearing));
+        self.obstacles().iter().all(|obstacle| {
+            let along = cosine * obstacle.x + sine * obstacle.y;
+            let across = cosine * obstacle.y - sine * obstacle.x;
+            along < 0.0 || along > length || across.abs() > half_width
+        })
+    }
+
+    /// The motion that brings the robot best towards `target` (in its frame) without coming too near to anything.
+    pub(crate) fn choose(&self, target: Point2, last: Twist2) -> Twist2 {
+        const SPEEDS: [f64; 7] = [0.0, 0.1, 0.25, 0.5, 0.75, 1.0, -1.0];
+        const TURNS: [f64; 13] =
+            [0.0, 0.08, -0.08, 0.2, -0.2, 0.35, -0.35, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
+        let parameters = self.parameters;
+        let mut best = Twist2::ZERO;
+        let mut least = self.cost(best, target, last);
+        for speed in SPEEDS {
+            let linear = speed * if speed < 0.0 { parameters.reverse_speed } else { parameters.speed };
+            for turn in TURNS {
+                let twist = Twist2 { linear, angular: turn * parameters.turn_rate };
+                let cost = self.cost(twist, target, last);
+                if cost < least && self.safe(twist) {
+                    best = twist;
+                    least = cost;
+                }
+            }
+        }
+        best
+    }
+
+    /// How far the robot is from the target after a while of this motion, in metres of driving and turning.
+    fn cost(&self, twist: Twist2, target: Point2, last: Twist2) -> f64 {
+        let path = Path::along(twist, HORIZON);
+        let (dx, dy) = (target.x - path.x, target.y - path.y);
+        let (ahead, aside) = (path.cosine * dx + path.sine * dy, path.cosine * dy - path.sine * dx);
+        let distance = (dx * dx + dy * dy).sqrt();
+        let error = math::atan2(aside, ahead).abs();
+        let change = (twist.linear - last.linear).abs() + 0.3 * (twist.angular - last.angular).abs();
+        let backward = if twist.linear < 0.0 { 0.05 } else { 0.0 };
+        distance + 0.3 * error * math::min(1.0, distance / 0.1) + 0.02 * change + backward
+    }
+}
+
+/// A pose in the frame of the robot's present one.
+#[derive(Clone, Copy)]
+struct Path {
+    x: f64,
+    y: f64,
+    sine: f64,
+    cosine: f64,
+}
+
+impl Path {
+    /// Where the motion leads in that time.
+    fn along(twist: Twist2, time: f64) -> Self {
+        let turn = twist.angular * time;
+        let (sine, cosine) = (math::sin(turn), math::cos(turn));
+        let way = twist.linear * time;
+        if turn.abs() < 1e-6 {
+            return Self { x: way, y: 0.5 * way * turn, sine, cosine };
+        }
+        let radius = way / turn;
+        Self { x: radius * sine, y: radius * (1.0 - cosine), sine, cosine }
+    }
+}

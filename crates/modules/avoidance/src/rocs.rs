@@ -1,0 +1,51 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{SonarScan, WheelSpeeds};
+
+/// How a near echo counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RocsVariant {
+    /// As the authors ran it: the lower clamp is inverted, so every detection counts in full.
+    Rocs,
+    /// As they meant it: the nearer, the more.
+    RocsFixed,
+}
+
+/// The reactive control law of RoCS: every front sonar slows the wheels by its weight (Braitenberg's vehicle).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rocs {
+    /// How a near echo counts.
+    pub variant: RocsVariant,
+}
+
+/// Nothing is detected beyond this, metres.
+const DETECTED: f64 = 0.3;
+/// Nearer than this counts in full, metres.
+const FULL: f64 = 0.1;
+/// Speed of both wheels when nothing is near, rad/s.
+const BASE: f64 = 1.5;
+/// Effect of the front sonars on the left wheel, from the left one to the right one; on the right wheel reversed.
+const WEIGHTS: [f64; 8] = [-0.2, -0.4, -0.6, -0.8, -1.0, -1.2, -1.4, -1.6];
+/// Smaller changes of the wheels' speeds are left to the planner, rad/s.
+const THRESHOLD: f64 = 0.1;
+
+impl Rocs {
+    /// The wheels' speeds, or nothing while no obstacle is near.
+    pub fn react(&self, scan: &SonarScan) -> Option<WheelSpeeds> {
+        let (mut left, mut right) = (0.0, 0.0);
+        for (index, echo) in scan.echoes.iter().take(WEIGHTS.len()).enumerate() {
+            if !echo.heard.get() || !(0.0..DETECTED).contains(&echo.range) {
+                continue;
+            }
+            let part = match self.variant {
+                RocsVariant::Rocs => 1.0,
+                RocsVariant::RocsFixed if echo.range < FULL => 1.0,
+                RocsVariant::RocsFixed => 1.0 - (echo.range - FULL) / (DETECTED - FULL),
+            };
+            left += WEIGHTS[index] * part;
+            right += WEIGHTS[WEIGHTS.len() - 1 - index] * part;
+        }
+        let fires = left.abs() > THRESHOLD || right.abs() > THRESHOLD;
+        fires.then_some(WheelSpeeds { left: BASE + left, right: BASE + right })
+    }
+}

@@ -1,0 +1,147 @@
+//! What changed: each Analyze tells the Plan only what is worth planning anew.
+
+use serde::{Deserialize, Serialize};
+use slate::interfaces::{Orientation, Position, SonarScan};
+use slate::mapek::prelude::*;
+use slate::prelude::*;
+
+/// How much room the robot has.
+#[interface]
+#[derive(PartialEq)]
+pub struct Surroundings {
+    /// The shortest range that a sonar heard.
+    #[unit("m")]
+    pub nearest: f64,
+    /// Whether something is near enough to drive with care.
+    pub crowded: Bool,
+    /// Not used.
+    pub reserved: [u8; 7],
+}
+
+/// The sonars' percept.
+#[ports]
+pub struct ObservedRange {
+    range: Observed<SonarScan>,
+}
+
+/// What counts as near.
+#[params]
+pub struct PassRangeParams {
+    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "nearer than this is crowded")]
+    near: f64,
+    #[param(default = 0.8, range = 0.0..=10.0, unit = "m", doc = "farther than this is free again")]
+    far: f64,
+}
+
+/// Tells when the robot's surroundings become crowded or free.
+pub struct PassRange;
+
+impl Analyze for PassRange {
+    const NAME: &'static str = "pass_range";
+    const DOC: &'static str = "Tells when the surroundings become crowded or free.";
+    type Observed = ObservedRange;
+    type Params = PassRangeParams;
+    type State = Option<bool>;
+    type Value = Surroundings;
+
+    fn process(
+        crowded: &mut Option<bool>,
+        observed: &ObservedRange,
+        params: &PassRangeParams,
+        _: &Tick,
+    ) -> Option<Surroundings> {
+        let scan = observed.range.new()?;
+        let heard = scan.echoes.iter().filter(|echo| echo.heard.get()).map(|echo| echo.range);
+        let nearest = heard.fold(scan.range_max, math::min);
+        let was = *crowded;
+        let limit = if was == Some(true) { params.far } else { params.near };
+        let is = nearest < limit;
+        *crowded = Some(is);
+        (was != Some(is)).then(|| Surroundings { nearest, crowded: is.into(), reserved: [0; 7] })
+    }
+}
+
+/// The position's percept.
+#[ports]
+pub struct ObservedPosition {
+    position: Observed<Position>,
+}
+
+/// How far is worth telling.
+#[params]
+pub struct PassPositionParams {
+    #[param(default = 0.05, range = 0.0..=10.0, unit = "m", doc = "a shorter way is not worth telling")]
+    step: f64,
+}
+
+/// The last position told.
+#[derive(Default, Serialize, Deserialize)]
+pub struct Told {
+    last: Option<(f64, f64)>,
+}
+
+/// Tells when the robot has moved.
+pub struct PassPosition;
+
+impl Analyze for PassPosition {
+    const NAME: &'static str = "pass_position";
+    const DOC: &'static str = "Tells when the robot has moved.";
+    type Observed = ObservedPosition;
+    type Params = PassPositionParams;
+    type State = Told;
+    type Value = Position;
+
+    fn process(
+        told: &mut Told,
+        observed: &ObservedPosition,
+        params: &PassPositionParams,
+        _: &Tick,
+    ) -> Option<Position> {
+        let position = *observed.position.new()?;
+        let moved = told.last.is_none_or(|(x, y)| math::hypot(position.x - x, position.y - y) >= params.step);
+        moved.then(|| {
+            told.last = Some((position.x, position.y));
+            position
+        })
+    }
+}
+
+/// The orientation's percept.
+#[ports]
+pub struct ObservedOrientation {
+    orientation: Observed<Orientation>,
+}
+
+/// Which turn is worth telling.
+#[params]
+pub struct PassOrientationParams {
+    #[param(default = 0.1, range = 0.0..=3.2, unit = "rad", doc = "a smaller turn is not worth telling")]
+    step: f64,
+}
+
+/// Tells when the robot has turned.
+pub struct PassOrientation;
+
+impl Analyze for PassOrientation {
+    const NAME: &'static str = "pass_orientation";
+    const DOC: &'static str = "Tells when the robot has turned.";
+    type Observed = ObservedOrientation;
+    type Params = PassOrientationParams;
+    type State = Option<f64>;
+    type Value = Orientation;
+
+    fn process(
+        told: &mut Option<f64>,
+        observed: &ObservedOrientation,
+        params: &PassOrientationParams,
+        _: &Tick,
+    ) -> Option<Orientation> {
+        let orientation = *observed.orientation.new()?;
+        let turned =
+            told.is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.step);
+        turned.then(|| {
+            *told = Some(orientation.theta);
+            orientation
+        })
+    }
+}

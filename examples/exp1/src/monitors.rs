@@ -1,0 +1,76 @@
+//! What the sensors say, one Monitor for each type of sensor.
+
+use slate::interfaces::{Orientation, Position, SonarScan};
+use slate::mapek::prelude::*;
+use slate::prelude::*;
+
+/// The ring of sonars.
+#[ports]
+pub struct Sonar {
+    #[stale(after = "200ms")]
+    sonar: Input<SonarScan>,
+}
+
+/// Watches the sonars.
+pub struct RangeMonitor;
+
+impl Monitor for RangeMonitor {
+    const NAME: &'static str = "range_monitor";
+    const DOC: &'static str = "Watches the sonars.";
+    type Sensors = Sonar;
+    type Params = ();
+    type State = ();
+    type Value = SonarScan;
+
+    fn interpret(_: &mut (), sensors: &Sonar, _: &(), _: &Tick) -> Option<SonarScan> {
+        sensors.sonar.fresh().copied()
+    }
+}
+
+/// The positioning system.
+#[ports]
+pub struct Positioning {
+    #[stale(after = "200ms")]
+    position: Input<Position>,
+}
+
+/// Watches the positioning system.
+pub struct PositionMonitor;
+
+impl Monitor for PositionMonitor {
+    const NAME: &'static str = "position_monitor";
+    const DOC: &'static str = "Watches the positioning system.";
+    type Sensors = Positioning;
+    type Params = ();
+    type State = ();
+    type Value = Position;
+
+    fn interpret(_: &mut (), sensors: &Positioning, _: &(), _: &Tick) -> Option<Position> {
+        let position = sensors.position.fresh()?;
+        (position.x.is_finite() && position.y.is_finite()).then_some(*position)
+    }
+}
+
+/// The compass.
+#[ports]
+pub struct Compass {
+    #[stale(after = "200ms")]
+    orientation: Input<Orientation>,
+}
+
+/// Watches the compass.
+pub struct OrientationMonitor;
+
+impl Monitor for OrientationMonitor {
+    const NAME: &'static str = "orientation_monitor";
+    const DOC: &'static str = "Watches the compass.";
+    type Sensors = Compass;
+    type Params = ();
+    type State = ();
+    type Value = Orientation;
+
+    fn interpret(_: &mut (), sensors: &Compass, _: &(), _: &Tick) -> Option<Orientation> {
+        let orientation = sensors.orientation.fresh()?;
+        orientation.theta.is_finite().then_some(*orientation)
+    }
+}
