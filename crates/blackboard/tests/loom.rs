@@ -195,7 +195,6 @@ fn messages_of_two_senders_all_arrive_each_senders_in_order() {
             }
         };
         collect(&mut count);
-        eprintln!("first {count}");
         let senders = threads.map(|thread| thread.join().unwrap());
         collect(&mut count);
         assert_eq!(count, 4);

@@ -30,6 +30,10 @@ pub struct Common {
     #[arg(long, value_enum, default_value_t = ModeName::Staged)]
     pub mode: ModeName,
 
+    /// Threads that help the main loop with independent modules; the result is the same.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=64))]
+    pub workers: u8,
+
     /// Sets a value of the configuration, such as `modules.planner.params.gain=1.2`; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<String>,

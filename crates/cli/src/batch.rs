@@ -18,7 +18,8 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
         let mut sets = options.common.set.clone();
         sets.push(format!("agent.seed={seed}"));
         let application = examples::find(&options.common.name, sets)?;
-        let how = How { mode: options.common.mode, rate, log: Vec::new(), trajectory: false };
+        let workers = options.common.workers.into();
+        let how = How { mode: options.common.mode, rate, workers, log: Vec::new(), trajectory: false };
         summaries.push(Mission::load(application, how)?.run()?.summary);
         if counting {
             eprint!("\r{} of {} runs", i + 1, options.runs);

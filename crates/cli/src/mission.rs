@@ -28,6 +28,7 @@ pub struct Finished {
 pub struct How {
     pub mode: ModeName,
     pub rate: Rate,
+    pub workers: usize,
     pub log: Vec<Box<dyn LogTarget>>,
     /// Whether the report needs every robot's way, or only the figures.
     pub trajectory: bool,
@@ -49,6 +50,7 @@ impl Mission {
         let options = Options {
             mode: how.mode.mode(),
             rate: how.rate,
+            workers: how.workers,
             log: how.log,
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
             armed: application.configuration.time_source().is_some(),

@@ -40,6 +40,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     let how = How {
         mode: options.common.mode,
         rate: options.rate.unwrap_or(default),
+        workers: options.common.workers.into(),
         log: vec![log],
         trajectory: true,
     };

@@ -14,7 +14,6 @@ use crate::digest::Digest;
 /// A gate with the property that the actuator reads.
 #[derive(Debug)]
 pub(crate) struct Actuator {
-    pub name: String,
     /// What passed: `/<name>/command`.
     pub command: Arc<Property>,
     inner: Mutex<Inner>,
@@ -34,7 +33,6 @@ struct Inner {
 
 impl Actuator {
     pub fn new(
-        name: String,
         gate: Gate,
         command: (Arc<Property>, Writer),
         state: Writer,
@@ -49,7 +47,7 @@ impl Actuator {
             last_state: None,
             fresh: false,
         };
-        Self { name, command: command.0, inner: Mutex::new(inner) }
+        Self { command: command.0, inner: Mutex::new(inner) }
     }
 
     /// Wakes a thread when a command has passed.

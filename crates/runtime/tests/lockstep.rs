@@ -149,3 +149,18 @@ fn periods_do_not_drift() {
     }
     assert_eq!(agent.counts("counter").unwrap().0, 201, "10 s at 20 Hz, from time 0");
 }
+
+#[test]
+fn every_module_shows_its_state_and_its_timing() {
+    let mut agent = lockstep(&CHAIN.replace("[modules.counter]", "[modules.counter]\nparams.panic_at = 12"));
+    for _ in 0..11 {
+        agent.step();
+    }
+    let text = |agent: &slate_runtime::Agent, path: &str| agent.board().read(path).unwrap().unwrap().0;
+    assert_eq!(text(&agent, "counter/state/condition").as_str(), Some("WORKING"));
+    assert_eq!(number(&agent, "counter/timing/period"), 20e6);
+    assert_eq!(number(&agent, "counter/timing/jitter"), 0.0);
+    agent.step();
+    assert_eq!(text(&agent, "counter/state/condition").as_str(), Some("FAILED"));
+    assert_eq!(number(&agent, "counter/state/panics"), 1.0);
+}

@@ -87,6 +87,9 @@ impl Simulation {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0);
         physics.integration_parameters.dt = step as f64 * 1e-9;
+        // By default rapier keeps contacts while bodies move by up to 5 cm, so that a robot would meet walls that end
+        // before it.
+        physics.integration_parameters.contact_recycling = false;
         let mut bodies = Vec::new();
         for body in &world.bodies {
             let polygon = outline_of(&world.name, body)?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Policy, Start, Writer};
 use slate_blackboard::commit::CommitWord;
-use slate_blackboard::interface::FloatMap;
+use slate_blackboard::interface::{Descriptor, FloatMap};
 use slate_blackboard::message::Mailbox;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, BoardError, Carrier, Property, Stamp};
@@ -19,7 +19,7 @@ use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire, survey};
 use crate::actuators::Actuator;
 use crate::configuration::{self, Configuration, Report};
 use crate::log::Logger;
-use crate::runner::{Group, Health, InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort, Runner};
+use crate::runner::{Group, Health, InboxPort, Measured, ModuleState, ModuleTiming, InputPort, Memory, OutboxPort, OutputPort, QueuePort, Runner};
 
 /// Reader handles that tools may take beside those of links.
 const SPARE_READERS: u16 = 4;
@@ -269,7 +269,7 @@ impl<'a> Builder<'a, '_> {
             };
             let own = self.port(module, port).descriptor;
             if descriptor
-                .is_some_and(|first: &slate_blackboard::interface::Descriptor| first.hash != own.hash)
+                .is_some_and(|first: &Descriptor| first.hash != own.hash)
             {
                 self.complaints.add(
                     url.span,
@@ -333,7 +333,7 @@ impl<'a> Builder<'a, '_> {
         self.index += 1;
         match (new_writer(&command), new_writer(&state)) {
             (Some(writer), Some(state)) => {
-                Ok(Actuator::new(name.clone(), Gate::new(gate), (command, writer), state, self.index))
+                Ok(Actuator::new(Gate::new(gate), (command, writer), state, self.index))
             }
             _ => Err(Failed),
         }
@@ -342,7 +342,7 @@ impl<'a> Builder<'a, '_> {
     fn gate(
         &mut self,
         name: &str,
-        descriptor: &'static slate_blackboard::interface::Descriptor,
+        descriptor: &'static Descriptor,
         wanted: &configuration::Actuator,
     ) -> Result<GateConfiguration, Failed> {
         let mut gate = GateConfiguration::new(name, descriptor).time_to_live(wanted.time_to_live.value);
@@ -442,6 +442,8 @@ impl<'a> Builder<'a, '_> {
             surveyed.description.ports.iter().map(|port| empty_slot(port, &parts.zeros)).collect();
         let params = self.board.find(&format!("{name}/params")).ok()?.0.channel()?.latest().ok()?;
         let enabled = self.board.find(&format!("{name}/enabled")).ok()?.0.channel()?.latest().ok()?;
+        let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
+        let timing = self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
         let frame = Box::new(Frame {
             ports: slots.as_ptr(),
             port_count: slots.len(),
@@ -464,7 +466,6 @@ impl<'a> Builder<'a, '_> {
         let mut runner = Runner {
             name,
             plugin: surveyed.plugin,
-            stage: surveyed.stage,
             trigger: surveyed.trigger.clone(),
             deadline: surveyed.deadline,
             health: Arc::clone(&parts.health[m]),
@@ -477,6 +478,9 @@ impl<'a> Builder<'a, '_> {
             outboxes: Vec::new(),
             params,
             enabled,
+            state,
+            timing,
+            measured: Measured::default(),
             commit: parts.commits[m].clone(),
             wake: Arc::clone(&parts.wakes[m]),
             log,
@@ -541,6 +545,14 @@ impl<'a> Builder<'a, '_> {
         Some(runner)
     }
 
+    /// The writer of a property that every module has.
+    fn implied_writer(&mut self, m: usize, name: &str, doc: &str, descriptor: &'static Descriptor) -> Option<Writer> {
+        let path = format!("{}/{name}", self.name(m));
+        let budget = Budget { latest: SPARE_READERS, queues: 1, window: 1 };
+        let added = self.board.add_channel(&path, doc, descriptor, 0, 1, budget, Access::Output);
+        new_writer(&*self.added(m, added).ok()?)
+    }
+
     /// The property that an input reads, and the module that writes it.
     fn source(&self, m: usize, p: usize, parts: &Parts<'_>) -> Option<(Arc<Property>, Option<usize>)> {
         match self.joint(m, Wire::Port(p)).map(|joint| joint.target) {
@@ -593,7 +605,6 @@ impl<'a> Builder<'a, '_> {
                 stale_after: stale.or(port.stale_after),
                 triggers: triggers(port),
                 writer: writer.map(|writer| Arc::clone(&parts.health[writer])),
-                property,
                 seen: (0, 0),
                 missed: 0,
             });

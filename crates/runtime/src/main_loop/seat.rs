@@ -99,9 +99,10 @@ impl Seat {
         if self.state.compare_exchange(RUNNING, CLAIMED, Ordering::AcqRel, Ordering::Acquire).is_err() {
             return false;
         }
-        self.health.set(Condition::Late);
         // SAFETY: the seat was claimed, so the late thread will not touch the runner.
-        unsafe { self.runner() }.publish_safe(now);
+        let runner = unsafe { self.runner() };
+        runner.set_condition(Condition::Late, now);
+        runner.publish_safe(now);
         self.state.store(LATE, Ordering::Release);
         true
     }

@@ -1,10 +1,11 @@
 use std::sync::atomic::Ordering;
 
+use slate_blackboard::interface::View;
 use slate_blackboard::message::Answer;
 use slate_module::{Flags, Priority};
 
 use super::health::count;
-use super::{Condition, PANIC_LIMIT, Runner};
+use super::{Condition, Measured, ModuleTiming, PANIC_LIMIT, Runner, TIMING_PERIOD};
 use crate::digest::Digest;
 
 /// How a step ended.
@@ -32,9 +33,7 @@ impl Runner {
             2 => Condition::Failed,
             _ => return self.recover(now),
         };
-        if self.health.condition() != condition {
-            self.health.set(condition);
-        }
+        self.set_condition(condition, now);
         if condition == Condition::Failed {
             self.publish_safe(now);
             return Committed::Dropped;
@@ -121,14 +120,14 @@ impl Runner {
         for output in &mut self.outputs {
             output.aside = None;
         }
-        self.health.set(Condition::Degraded);
+        self.set_condition(Condition::Degraded, self.last_tick);
     }
 
     /// After a panic: safe values, and an instance made anew.
     fn recover(&mut self, now: u64) -> Committed {
         self.panics += 1;
         self.health.panics.store(self.panics.into(), Ordering::Relaxed);
-        self.health.set(Condition::Failed);
+        self.set_condition(Condition::Failed, now);
         self.publish_safe(now);
         self.destroy();
         let again = if self.panics >= PANIC_LIMIT {
@@ -142,7 +141,7 @@ impl Runner {
                 self.log.write(slate_module::Level::Error, "panicked; started anew with a fresh state");
             }
             Err(reason) => {
-                self.health.set(Condition::Faulted);
+                self.set_condition(Condition::Faulted, now);
                 self.log.write(slate_module::Level::Error, &reason);
             }
         }
@@ -150,10 +149,30 @@ impl Runner {
     }
 
     /// Counts a step that took `duration` wall-clock nanoseconds.
-    pub fn time(&self, duration: u64) {
+    pub fn time(&mut self, duration: u64) {
         self.health.duration.store(duration, Ordering::Relaxed);
         if self.deadline.is_some_and(|deadline| duration > deadline) {
             count(&self.health.misses);
+        }
+        let measured = &mut self.measured;
+        let period = self.frame.elapsed;
+        if self.frame.number > 2 {
+            measured.jitter = measured.jitter.max(period.abs_diff(measured.period));
+        }
+        measured.period = period;
+        measured.longest = measured.longest.max(duration);
+        let now = self.frame.now;
+        if now - measured.written >= TIMING_PERIOD || self.frame.number == 1 {
+            let timing = ModuleTiming {
+                ticks: self.frame.number,
+                period,
+                duration: measured.longest,
+                jitter: measured.jitter,
+                misses: self.health.misses.load(Ordering::Relaxed),
+            };
+            *measured = Measured { written: now, period, longest: 0, jitter: 0 };
+            // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
+            let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
         }
     }
 }

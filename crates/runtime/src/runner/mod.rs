@@ -9,13 +9,14 @@ mod prepare;
 use std::cell::Cell;
 use std::sync::Arc;
 
-use slate_blackboard::channel::Latest;
+use slate_blackboard::channel::{Latest, Writer};
+use slate_blackboard::interface::View;
 use slate_blackboard::commit::CommitWord;
 use slate_blackboard::wake::Wake;
-use slate_module::{Frame, Host, Plugin, PortSlot, Random, Refusal, Stage, Trigger};
+use slate_module::{Frame, Host, Plugin, PortSlot, Random, Refusal, Trigger};
 
 pub(crate) use commit::Committed;
-pub(crate) use health::{Condition, Health};
+pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
 
 use crate::log::ModuleLog;
@@ -32,7 +33,6 @@ pub(crate) struct Group {
 pub(crate) struct Runner {
     pub name: Arc<str>,
     pub plugin: Plugin,
-    pub stage: Stage,
     pub trigger: Trigger,
     pub deadline: Option<u64>,
     pub health: Arc<Health>,
@@ -46,6 +46,11 @@ pub(crate) struct Runner {
     pub outboxes: Vec<OutboxPort>,
     pub params: Latest,
     pub enabled: Latest,
+    /// Writes `/module/state`.
+    pub state: Writer,
+    /// Writes `/module/timing`.
+    pub timing: Writer,
+    pub measured: Measured,
     pub commit: CommitWord,
     /// Wakes this module's own thread, if it has one.
     pub wake: Arc<Wake>,
@@ -56,8 +61,10 @@ pub(crate) struct Runner {
     pub frame: Box<Frame>,
     pub slots: Box<[PortSlot]>,
     /// Behind `frame.random`.
+    #[allow(dead_code, reason = "the frame points to it")]
     pub random: Box<Cell<Random>>,
     /// Behind `frame.host`.
+    #[allow(dead_code, reason = "the frame points to it")]
     pub host: Box<Host>,
     /// A value of all zeros behind inputs that were never written.
     pub zeros: Arc<Memory>,
@@ -66,6 +73,18 @@ pub(crate) struct Runner {
     pub due: u64,
     pub panics: u32,
 }
+
+/// What was measured since `/module/timing` was written last.
+#[derive(Debug, Default)]
+pub(crate) struct Measured {
+    written: u64,
+    period: u64,
+    longest: u64,
+    jitter: u64,
+}
+
+/// `/module/timing` is written this often, nanoseconds.
+const TIMING_PERIOD: u64 = 100_000_000;
 
 // SAFETY: the raw pointers lead to memory that the runner owns (instance, frame, slots) or that its handles keep
 // alive (values), and whoever holds the runner uses them alone.
@@ -118,15 +137,31 @@ impl Runner {
         let condition = self.health.condition();
         if !on {
             if condition.is_working() {
-                self.health.set(Condition::Inactive);
+                self.set_condition(Condition::Inactive, self.last_tick);
                 self.publish_safe(self.last_tick);
             }
             return false;
         }
         if condition == Condition::Inactive {
-            self.health.set(Condition::Working);
+            self.set_condition(Condition::Working, self.last_tick);
         }
         condition != Condition::Faulted && condition != Condition::Late
+    }
+
+    /// Changes how the module is, and shows it.
+    pub fn set_condition(&mut self, condition: Condition, now: u64) {
+        if self.health.condition() == condition && self.state.last().sequence > 0 {
+            return;
+        }
+        self.health.set(condition);
+        let state = ModuleState {
+            ticks: self.frame.number,
+            panics: self.panics.into(),
+            condition: ModuleCondition(condition as u8),
+            reserved: [0; 7],
+        };
+        // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
+        let _ = self.state.write(View::of(&state).bytes(), 0, now);
     }
 
     /// Ends the instance.

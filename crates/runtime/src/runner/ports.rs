@@ -36,7 +36,6 @@ pub(crate) struct InputPort {
     pub triggers: bool,
     /// The module that writes it, if one does.
     pub writer: Option<Arc<Health>>,
-    pub property: Arc<Property>,
     /// Sequence and generation of the value that the last tick saw.
     pub seen: (u64, u64),
     pub missed: u64,
