@@ -10,7 +10,7 @@ check() {
     loom) RUSTFLAGS="--cfg loom" cargo test -q -p slate-blackboard --release --test loom \
         --target-dir target/loom --features "$3" -- --exact $2 ;;
     shuttle) cargo test -q -p slate-blackboard --release --test shuttle \
-        --target-dir target/shuttle --features "shuttle,$3" -- --exact $2 ;;
+        --features "shuttle,$3" -- --exact $2 ;;
     esac >/tmp/slate-mutant.$$ 2>&1
 }
 

@@ -205,10 +205,20 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    clock();
-    steps("an empty cycle", 0);
-    steps("a cycle with one module", 1);
-    steps("a cycle with 17 modules in a row, 16 links", 17);
-    wakes();
-    reaction();
+    let wanted = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    let wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| name.contains(wanted.as_str()));
+    if wanted("clock") {
+        clock();
+    }
+    if wanted("cycle") {
+        steps("an empty cycle", 0);
+        steps("a cycle with one module", 1);
+    }
+    if wanted("row") {
+        steps("a cycle with 17 modules in a row, 16 links", 17);
+    }
+    if wanted("wake") {
+        wakes();
+        reaction();
+    }
 }

@@ -4,6 +4,7 @@
 
 pub mod contact;
 pub mod drive;
+mod error;
 pub mod geometry;
 pub mod layout;
 mod referee;
@@ -16,11 +17,11 @@ mod simulator;
 pub mod sonar;
 pub mod world;
 
+pub use error::DescriptionError;
 pub use referee::{Metrics, Referee};
 pub use scenario::Scenario;
 pub use simulation::{Placement, Simulation};
 pub use simulator::Simulator;
-pub use world::DescriptionError;
 
 /// The modules that the simulator brings.
 pub fn plugins() -> Vec<slate_module::Plugin> {

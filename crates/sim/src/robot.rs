@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::{DescriptionError, Step, text_of};
 use crate::geometry::{Point, Polygon};
-use crate::world::DescriptionError;
+
+/// The robots that come with the simulator.
+const ROBOTS: [(&str, &str); 1] = [("pioneer_p3dx", include_str!("../../../robots/pioneer_p3dx.toml"))];
 
 /// A type of robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,6 +77,9 @@ pub struct SonarDescription {
     pub noise_proportional: f64,
     /// Probability that an echo is lost.
     pub dropout: f64,
+    /// Probability that another sonar's pulse is heard before the own echo.
+    #[serde(default)]
+    pub crosstalk: f64,
     /// x and y in metres, direction in degrees.
     pub placements: Vec<[f64; 3]>,
 }
@@ -81,11 +87,16 @@ pub struct SonarDescription {
 impl RobotDescription {
     /// A robot that comes with the simulator.
     pub fn named(name: &str) -> Option<Result<Self, DescriptionError>> {
-        let text = match name {
-            "pioneer_p3dx" => include_str!("../../../robots/pioneer_p3dx.toml"),
-            _ => return None,
-        };
-        Some(Self::parse(&format!("robots/{name}.toml"), text))
+        ROBOTS.iter().any(|(known, _)| *known == name).then(|| Self::load(name))
+    }
+
+    /// A robot that comes with the simulator, by its name, or one from a file, by its path.
+    ///
+    /// # Errors
+    /// When there is none, and as [`parse`](Self::parse).
+    pub fn load(name: &str) -> Result<Self, DescriptionError> {
+        let (source_name, text) = text_of("robot", name, &ROBOTS)?;
+        Self::parse(&source_name, &text)
     }
 
     /// Reads a robot.
@@ -93,33 +104,36 @@ impl RobotDescription {
     /// # Errors
     /// Names the file, the line and what was expected.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
-        let mut robot: Self = toml_edit::de::from_str(text)
-            .map_err(|error| DescriptionError::new(source_name, error.to_string()))?;
-        let wrong = |message: &str| Err(DescriptionError::new(source_name, message));
-        let outline = |points: &[[f64; 2]]| Polygon {
-            points: points.iter().map(|[x, y]| Point::new(*x, *y)).collect(),
+        let mut robot: Self = DescriptionError::parse(source_name, text)?;
+        let wrong = |path: &[Step<'_>], message: &str| {
+            Err(DescriptionError::within(source_name, text, path, message))
         };
-        if !outline(&robot.footprint).is_convex() {
+        if !robot.outline().is_convex() {
             robot.footprint.reverse();
-            if !outline(&robot.footprint).is_convex() {
-                return wrong("`footprint` is not a convex polygon of at least three corners");
+            if !robot.outline().is_convex() {
+                let message = "expected the corners of a convex polygon, at least three, one way round";
+                return wrong(&[Step::Key("footprint")], message);
             }
         }
-        let drive = &robot.drive;
+        let DriveDescription { wheel_radius, track, maximum_wheel_speed, maximum_wheel_acceleration } = robot.drive;
         let positive = [
-            robot.mass,
-            drive.wheel_radius,
-            drive.track,
-            drive.maximum_wheel_speed,
-            drive.maximum_wheel_acceleration,
+            (vec![Step::Key("mass")], robot.mass),
+            (vec![Step::Key("drive"), Step::Key("wheel_radius")], wheel_radius),
+            (vec![Step::Key("drive"), Step::Key("track")], track),
+            (vec![Step::Key("drive"), Step::Key("maximum_wheel_speed")], maximum_wheel_speed),
+            (vec![Step::Key("drive"), Step::Key("maximum_wheel_acceleration")], maximum_wheel_acceleration),
         ];
-        if positive.iter().any(|value| !(value.is_finite() && *value > 0.0)) {
-            return wrong("mass, wheel radius, track, maximum wheel speed and acceleration are positive");
+        if let Some((path, _)) = positive.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
+            return wrong(path, "expected a positive, finite number");
+        }
+        let NoiseDescription { wheel_radius_bias, track_bias, wheel_speed, position, orientation } = robot.noise;
+        let deviations = [wheel_radius_bias, track_bias, wheel_speed, position, orientation];
+        if !deviations.iter().all(|value| value.is_finite() && *value >= 0.0) {
+            return wrong(&[Step::Key("noise")], "expected standard deviations, which are not negative");
         }
         for (name, sonar) in &robot.sonar {
-            if sonar.placements.len() > 16 || sonar.range_max <= sonar.range_min || sonar.field_of_view <= 0.0
-            {
-                return wrong(&format!("sonar `{name}` has at most 16 placements, an opening and a range"));
+            if let Some((key, message)) = sonar.mistake() {
+                return wrong(&[Step::Key("sonar"), Step::Key(name), Step::Key(key)], message);
             }
         }
         Ok(robot)
@@ -128,5 +142,42 @@ impl RobotDescription {
     /// The body around the midpoint of the axle.
     pub fn outline(&self) -> Polygon {
         Polygon { points: self.footprint.iter().map(|[x, y]| Point::new(*x, *y)).collect() }
+    }
+}
+
+impl SonarDescription {
+    /// Which key has a value that no sonar can have, and what is expected of it.
+    fn mistake(&self) -> Option<(&'static str, &'static str)> {
+        let right_angle = std::f64::consts::FRAC_PI_2;
+        let probability = |value: f64| (0.0..=1.0).contains(&value);
+        let deviation = |value: f64| value.is_finite() && value >= 0.0;
+        let checks = [
+            ("range_min", deviation(self.range_min), "expected a distance, which is not negative"),
+            (
+                "range_max",
+                self.range_max.is_finite() && self.range_max > self.range_min,
+                "expected more than `range_min`",
+            ),
+            (
+                "field_of_view",
+                self.field_of_view > 0.0 && self.field_of_view < 2.0 * right_angle,
+                "expected an angle between 0 and pi",
+            ),
+            (
+                "maximum_incidence",
+                self.maximum_incidence > 0.0 && self.maximum_incidence < right_angle,
+                "expected an angle between 0 and pi / 2",
+            ),
+            ("noise_constant", deviation(self.noise_constant), "expected a standard deviation, not negative"),
+            ("noise_proportional", deviation(self.noise_proportional), "expected a standard deviation, not negative"),
+            ("dropout", probability(self.dropout), "expected a probability from 0 to 1"),
+            ("crosstalk", probability(self.crosstalk), "expected a probability from 0 to 1"),
+            (
+                "placements",
+                self.placements.len() <= 16 && self.placements.iter().flatten().all(|value| value.is_finite()),
+                "expected at most 16 placements of finite numbers",
+            ),
+        ];
+        checks.into_iter().find(|(_, right, _)| !right).map(|(key, _, message)| (key, message))
     }
 }

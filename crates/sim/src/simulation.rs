@@ -206,11 +206,15 @@ impl Simulation {
                 robot.drive.command(wheels);
             }
             let (linear, angular) = robot.drive.advance(step);
-            let Frame { cos, sin, .. } = robot.pose.frame();
+            // A turning robot goes along the chord of its arc.
+            let middle = Pose { theta: robot.pose.theta + angular * step / 2.0, ..robot.pose }.frame();
+            let Frame { cos, sin, .. } = middle;
             let velocity = Point::new(linear * cos, linear * sin);
             robot.motion = Motion { origin: robot.pose.point(), velocity, angular };
             let body = &mut self.physics.bodies[robot.handle];
-            body.set_linvel(self::velocity_of_mass(body, &robot.motion), true);
+            let center = body.local_center_of_mass();
+            let velocity = robot.motion.at(middle.apply(Point::new(center.x, center.y)));
+            body.set_linvel(Vector::new(velocity.x, velocity.y), true);
             body.set_angvel(angular, true);
         }
         self.physics.step();
@@ -396,11 +400,4 @@ fn collider(polygon: &Polygon) -> Option<ColliderBuilder> {
 
 fn area(polygon: &Polygon) -> f64 {
     polygon.edges().map(|(a, b)| a.cross(b)).sum::<f64>() / 2.0
-}
-
-/// The velocity of the centre of mass, which the physics engine wants, of a body that turns around its axle.
-fn velocity_of_mass(body: &rapier2d_f64::prelude::RigidBody, motion: &Motion) -> Vector {
-    let center = body.center_of_mass();
-    let velocity = motion.at(Point::new(center.x, center.y));
-    Vector::new(velocity.x, velocity.y)
 }

@@ -156,14 +156,18 @@ impl SonarRing {
     }
 
     fn measure(&mut self, distance: f64) -> Option<f64> {
-        let SonarDescription { range_min, noise_constant, noise_proportional, dropout, .. } =
+        let SonarDescription { range_min, range_max, noise_constant, noise_proportional, dropout, crosstalk, .. } =
             self.description;
-        let noisy = noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0;
+        let noisy = noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0 || crosstalk > 0.0;
         if !noisy {
             return distance.is_finite().then(|| max(distance, range_min));
         }
         // Drawn in any case, so that one sonar's echo does not shift another's noise.
         let (lost, error) = (self.random.unit() < dropout, self.random.normal());
+        let (crossed, when) = (self.random.unit() < crosstalk, self.random.unit());
+        if crossed {
+            return Some(range_min + when * (min(distance, range_max) - range_min));
+        }
         if lost || !distance.is_finite() {
             return None;
         }

@@ -1,24 +1,11 @@
 //! Worlds as TOML: static bodies between which robots move.
 
 use serde::{Deserialize, Serialize};
+use slate_module::math::{cos, sin};
 
+pub use crate::error::DescriptionError;
+use crate::error::{Step, text_of};
 use crate::geometry::{Point, Polygon};
-
-/// A world, or a robot, that can't be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{source_name}: {message}")]
-pub struct DescriptionError {
-    /// Which file.
-    pub source_name: String,
-    /// What is wrong with it, where, and what was expected.
-    pub message: String,
-}
-
-impl DescriptionError {
-    pub(crate) fn new(source_name: &str, message: impl Into<String>) -> Self {
-        Self { source_name: source_name.into(), message: message.into() }
-    }
-}
 
 /// Static bodies and the area that they stand in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,18 +30,28 @@ pub struct Bounds {
     pub maximum: [f64; 2],
 }
 
-/// Something that does not move: a rectangle by `center`, `size` and `theta`, or a convex polygon by `points`.
+/// A circle has that many corners: they are on it, and the middle of a side is 0.5 % of the radius inside.
+const CIRCLE_CORNERS: usize = 32;
+
+/// The worlds that come with the simulator.
+const WORLDS: [(&str, &str); 1] = [("rocs_arena", include_str!("../../../worlds/rocs_arena.toml"))];
+
+/// Something that does not move: a rectangle by `center`, `size` and `theta`, a circle by `center` and `radius`, or a
+/// convex polygon by `points`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// What it is called.
     pub name: String,
-    /// Centre of a rectangle.
+    /// Centre of a rectangle or circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
     /// Extent of a rectangle along its axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<[f64; 2]>,
+    /// Radius of a circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
     /// Turn of a rectangle, radians.
     #[serde(default)]
     pub theta: f64,
@@ -66,19 +63,31 @@ pub struct Body {
 impl Body {
     /// A rectangle along the axes.
     pub fn rectangle(name: &str, center: [f64; 2], size: [f64; 2]) -> Self {
-        Self { name: name.into(), center: Some(center), size: Some(size), theta: 0.0, points: Vec::new() }
+        Self { name: name.into(), center: Some(center), size: Some(size), radius: None, theta: 0.0, points: Vec::new() }
     }
 
-    /// Its outline; nothing when it is not described as one of the two shapes.
+    /// A circle.
+    pub fn circle(name: &str, center: [f64; 2], radius: f64) -> Self {
+        Self { name: name.into(), center: Some(center), size: None, radius: Some(radius), theta: 0.0, points: Vec::new() }
+    }
+
+    /// Its outline; nothing when it is not described as one of the three shapes.
     pub fn polygon(&self) -> Option<Polygon> {
-        let polygon = match (self.center, self.size, self.points.is_empty()) {
-            (Some([x, y]), Some([width, height]), true) if width > 0.0 && height > 0.0 => {
+        let polygon = match (self.center, self.size, self.radius, self.points.is_empty()) {
+            (Some([x, y]), Some([width, height]), None, true) if width > 0.0 && height > 0.0 => {
                 let mut placed = Polygon::default();
                 let pose = crate::geometry::Pose { x, y, theta: self.theta };
                 Polygon::rectangle(Point::default(), width, height).place(&pose.frame(), &mut placed);
                 placed
             }
-            (None, None, false) => {
+            (Some([x, y]), None, Some(radius), true) if radius > 0.0 => {
+                let corner = |k: usize| {
+                    let angle = k as f64 * (2.0 * std::f64::consts::PI / CIRCLE_CORNERS as f64);
+                    Point::new(x + radius * cos(angle), y + radius * sin(angle))
+                };
+                Polygon { points: (0..CIRCLE_CORNERS).map(corner).collect() }
+            }
+            (None, None, None, false) => {
                 Polygon { points: self.points.iter().map(|[x, y]| Point::new(*x, *y)).collect() }
             }
             _ => return None,
@@ -91,11 +100,16 @@ impl Body {
 impl World {
     /// A world that comes with the simulator.
     pub fn named(name: &str) -> Option<Result<Self, DescriptionError>> {
-        let text = match name {
-            "rocs_arena" => include_str!("../../../worlds/rocs_arena.toml"),
-            _ => return None,
-        };
-        Some(Self::parse(&format!("worlds/{name}.toml"), text))
+        WORLDS.iter().any(|(known, _)| *known == name).then(|| Self::load(name))
+    }
+
+    /// A world that comes with the simulator, by its name, or one from a file, by its path.
+    ///
+    /// # Errors
+    /// When there is none, and as [`parse`](Self::parse).
+    pub fn load(name: &str) -> Result<Self, DescriptionError> {
+        let (source_name, text) = text_of("world", name, &WORLDS)?;
+        Self::parse(&source_name, &text)
     }
 
     /// Reads a world.
@@ -103,18 +117,28 @@ impl World {
     /// # Errors
     /// Names the file, the line and what was expected.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
-        let world: Self = toml_edit::de::from_str(text)
-            .map_err(|error| DescriptionError::new(source_name, error.to_string()))?;
-        for body in &world.bodies {
+        let world: Self = DescriptionError::parse(source_name, text)?;
+        let wrong = |path: &[Step<'_>], message: String| {
+            Err(DescriptionError::within(source_name, text, path, message))
+        };
+        let Bounds { minimum: [west, south], maximum: [east, north] } = world.bounds;
+        if !(west < east && south < north && [west, south, east, north].iter().all(|value| value.is_finite())) {
+            return wrong(&[Step::Key("bounds")], "expected a `maximum` to the north-east of `minimum`".into());
+        }
+        for (index, body) in world.bodies.iter().enumerate() {
+            let path = [Step::Key("bodies"), Step::Index(index)];
             if body.polygon().is_none() {
-                return Err(DescriptionError::new(
-                    source_name,
+                return wrong(
+                    &path,
                     format!(
-                        "body `{}` is neither a rectangle (`center` and a positive `size`) nor a convex, \
-                         counter-clockwise polygon (`points`)",
+                        "body `{}` is none of: a rectangle (`center` and a positive `size`), a circle (`center` and a \
+                         positive `radius`), a convex, counter-clockwise polygon (`points`)",
                         body.name
                     ),
-                ));
+                );
+            }
+            if world.bodies[..index].iter().any(|other| other.name == body.name) {
+                return wrong(&path, format!("there are two bodies `{}`; expected a name of its own", body.name));
             }
         }
         Ok(world)

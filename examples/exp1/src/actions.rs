@@ -163,7 +163,7 @@ impl Action<PioneerBody> for TurnToOrigin {
         if self.turn.is_none() {
             let Some((x, y, theta)) = acting.body.pose() else { return Step::Failed };
             let angle = math::angle_between(theta, math::atan2(self.y - y, self.x - x));
-            self.turn = Some(TurnAngle::start(Turn { angle, speed: 1.5 }));
+            self.turn = Some(TurnAngle::start(Turn { angle, speed: 1.2 }));
         }
         self.turn.as_mut().map_or(Step::Failed, |turn| turn.act(acting))
     }
@@ -192,7 +192,7 @@ pub struct Leg {
 arguments!(Leg { x, y, speed, tolerance });
 
 /// Beyond this the robot first turns on the spot, radians.
-const TURN_FIRST: f64 = 0.5;
+const TURN_FIRST: f64 = 0.2;
 
 impl ActionKind for GoToOrigin {
     const KIND: &'static str = "GoToOrigin";

@@ -28,10 +28,15 @@ pub struct GoToOriginParams {
     tolerance: f64,
 }
 
-/// Whether the robot drives with care.
+/// What the Plan remembers.
 #[derive(Default, serde::Serialize, serde::Deserialize)]
-pub struct Caution {
+pub struct Memory {
+    /// Whether it drives with care.
     crowded: bool,
+    /// Where the robot was last told to be.
+    position: Option<(f64, f64)>,
+    /// Whether it was told which way the robot looks.
+    oriented: bool,
 }
 
 /// Sends the robot to its goal, and again from wherever a reflex has left it.
@@ -42,37 +47,40 @@ impl Plan for GoToOriginPlanner {
     const DOC: &'static str = "Sends the robot to its goal.";
     type Noticed = Noticing;
     type Params = GoToOriginParams;
-    type State = Caution;
+    type State = Memory;
 
     fn run(
-        caution: &mut Caution,
+        memory: &mut Memory,
         noticed: &Noticing,
         situation: &Situation<'_>,
         params: &GoToOriginParams,
         _: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        let was = caution.crowded;
+        let was = memory.crowded;
         if let Some(surroundings) = noticed.range.newest() {
-            caution.crowded = surroundings.crowded.get();
+            memory.crowded = surroundings.crowded.get();
         }
-        // Without a position there is nothing to plan from.
-        let Some(goal) = noticed.goal.fresh() else { return };
+        if let Some(position) = noticed.position.newest() {
+            memory.position = Some((position.x, position.y));
+        }
+        memory.oriented |= noticed.orientation.newest().is_some();
+        // Without a goal and a pose there is nothing to plan.
+        let (Some(goal), Some((x, y)), true) = (noticed.goal.fresh(), memory.position, memory.oriented) else { return };
+        // The Analyze tells steps of some centimetres, so an arrival is known from the action's end.
         let arrived = situation.ended().any(|ended| {
             ended.kind.as_str() == GoToOrigin::KIND && ended.ending == slate::mapek::Ending::COMPLETED
         });
         if arrived {
+            memory.position = Some((goal.x, goal.y));
             return;
         }
-        let speed = if caution.crowded { params.careful_speed } else { params.speed };
+        let away = math::hypot(goal.x - x, goal.y - y) > params.tolerance;
+        let speed = if memory.crowded { params.careful_speed } else { params.speed };
         // A reflex leaves the robot elsewhere, so the plan is made anew from there; a change of room changes the speed.
-        if situation.needs_plan() || (was != caution.crowded && !situation.is_reactive()) {
-            plan.replace(GoToOrigin::request(Leg {
-                x: goal.x,
-                y: goal.y,
-                speed,
-                tolerance: params.tolerance,
-            }));
+        let changed = was != memory.crowded && !situation.is_reactive() && !situation.is_idle();
+        if (away && situation.needs_plan()) || changed {
+            plan.replace(GoToOrigin::request(Leg { x: goal.x, y: goal.y, speed, tolerance: params.tolerance }));
         }
     }
 }

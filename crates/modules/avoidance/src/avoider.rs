@@ -19,6 +19,8 @@ pub enum Decision {
 
 /// Nearer than this the goal counts as reached, metres.
 const ARRIVED: f64 = 0.03;
+/// So near to an occupied goal the robot waits, metres.
+const WAITING: f64 = 0.8;
 /// Less than this in the time of the patience is no progress, metres.
 const PROGRESS: f64 = 0.1;
 
@@ -29,6 +31,8 @@ pub struct Avoider {
     map: LocalMap,
     /// Present choice; none while the way is clear.
     choice: Option<[f64; 2]>,
+    /// Cells of the way that is followed.
+    way: Vec<[i64; 2]>,
     /// When the next choice is due, seconds.
     due: f64,
     /// Where the robot last made progress, and when.
@@ -42,6 +46,7 @@ impl Avoider {
             footprint,
             map: LocalMap::default(),
             choice: None,
+            way: Vec::with_capacity(64),
             due: f64::NEG_INFINITY,
             anchor: [f64::INFINITY, f64::INFINITY, 0.0],
         }
@@ -86,15 +91,22 @@ impl Avoider {
         self.due = time + parameters.period;
         if self.clear(&surroundings, bearing, distance, parameters) {
             self.choice = None;
+            self.way.clear();
             return Decision::Clear;
         }
         let half_width = self.footprint.half_width();
+        if !stuck && distance < WAITING && self.occupied(goal, half_width + parameters.margin) {
+            // Whoever stands on the goal will leave: no use in circling round it.
+            let twist = surroundings.face(bearing);
+            self.choice = Some([twist.linear, twist.angular]);
+            return Decision::Avoid(twist);
+        }
         let widths = Widths {
             blocked: half_width + 0.02,
             tight: self.footprint.radius() + 0.04,
             free: self.footprint.radius() + 0.2,
         };
-        let target = field::waypoint(&self.map, pose, goal, widths, 0.6);
+        let target = field::waypoint(&self.map, pose, goal, widths, 0.6, &mut self.way);
         let (dx, dy) = (target.x - pose.x, target.y - pose.y);
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         let target = Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx };
@@ -118,6 +130,13 @@ impl Avoider {
         surroundings.strip_free(bearing, half_width, length)
             && (bearing.abs() < parameters.heading_tolerance || surroundings.can_turn(bearing))
             && surroundings.safe(planned(bearing, parameters))
+    }
+
+    fn occupied(&self, place: Point2, room: f64) -> bool {
+        self.map.obstacles().any(|mark| {
+            let (dx, dy) = (mark.x - place.x, mark.y - place.y);
+            dx * dx + dy * dy < room * room
+        })
     }
 
     fn stuck(&mut self, pose: Pose2, parameters: &Parameters, time: f64) -> bool {

@@ -10,9 +10,14 @@ const NONE: u16 = u16::MAX;
 const STRAIGHT: u16 = 5;
 const DIAGONAL: u16 = 7;
 /// Costs in the queue differ by less than this: the spread over the edge of the map plus the dearest step.
-const BUCKETS: usize = 1024;
-/// Steps of the way that is followed, cells.
-const WAY: usize = 16;
+const BUCKETS: usize = 4096;
+/// Steps of the way that are looked at for a waypoint, cells.
+const NEAR: usize = 16;
+/// Steps of the way that are remembered, cells.
+const LONG: usize = 64;
+/// Factor on the cost of a step on free ground; the remembered way is cheaper by `PREFERENCE`.
+const FREE: u8 = 6;
+const PREFERENCE: u8 = 2;
 
 /// The widths that make a cell dear or cheap to pass, metres from the nearest mark.
 #[derive(Clone, Copy)]
@@ -30,12 +35,24 @@ pub(crate) struct Widths {
 /// Dijkstra's algorithm from the goal (or, when that is beyond, from the whole edge of the map, where the rest of the
 /// way is taken as straight) until the robot's cell is reached. No cell is impassable: an obstacle that is only
 /// supposed must not make the goal unreachable.
-pub(crate) fn waypoint(map: &LocalMap, pose: Pose2, goal: Point2, widths: Widths, reach: f64) -> Point2 {
+///
+/// `way` holds the cells of the way that was found last; a new one must be clearly cheaper to replace it, or the robot
+/// would waver between two ways round the same thing.
+pub(crate) fn waypoint(
+    map: &LocalMap,
+    pose: Pose2,
+    goal: Point2,
+    widths: Widths,
+    reach: f64,
+    way: &mut Vec<[i64; 2]>,
+) -> Point2 {
     let mut grid = Grid::new(pose);
     grid.measure(map);
     grid.weigh(widths);
+    grid.prefer(way);
     grid.search(goal);
-    grid.follow(goal, widths, reach)
+    grid.remember(way);
+    grid.follow(goal, reach)
 }
 
 struct Grid {
@@ -129,15 +146,56 @@ impl Grid {
         for (weight, clearance) in self.weight.iter_mut().zip(&self.clearance) {
             let clearance = f64::from(*clearance);
             *weight = if clearance >= free {
-                2
+                FREE
             } else if clearance >= tight {
-                2 + (2.0 * (free - clearance) / (free - tight)) as u8
+                FREE + (f64::from(FREE) * (free - clearance) / (free - tight)) as u8
             } else if clearance >= blocked {
-                5
+                5 * FREE / 2
             } else {
-                16
+                8 * FREE
             };
         }
+    }
+
+    fn prefer(&mut self, way: &[[i64; 2]]) {
+        // Wide enough that the way may shift a little as the map fills.
+        let mut preferred = [false; CELLS];
+        for [column, row] in way {
+            for row in row - self.corner[1] - 1..row - self.corner[1] + 2 {
+                for column in column - self.corner[0] - 1..column - self.corner[0] + 2 {
+                    let inside = 0..SIDE as i64;
+                    if inside.contains(&column) && inside.contains(&row) {
+                        preferred[row as usize * SIDE + column as usize] = true;
+                    }
+                }
+            }
+        }
+        for (weight, _) in self.weight.iter_mut().zip(preferred).filter(|(_, preferred)| *preferred) {
+            *weight -= PREFERENCE;
+        }
+    }
+
+    fn remember(&self, way: &mut Vec<[i64; 2]>) {
+        way.clear();
+        let mut cell = self.robot_cell;
+        while way.len() < LONG {
+            way.push([self.corner[0] + (cell % SIDE) as i64, self.corner[1] + (cell / SIDE) as i64]);
+            match self.downhill(cell) {
+                Some(next) => cell = next,
+                None => break,
+            }
+        }
+    }
+
+    /// The next cell on the way to the goal; none at its end.
+    fn downhill(&self, cell: usize) -> Option<usize> {
+        let mut best = cell;
+        for (neighbour, _) in neighbours(cell) {
+            if self.cost[neighbour] < self.cost[best] {
+                best = neighbour;
+            }
+        }
+        (best != cell).then_some(best)
     }
 
     fn search(&mut self, goal: Point2) {
@@ -158,8 +216,8 @@ impl Grid {
                 edge.clone().fold(f64::INFINITY, |least, cell| math::min(least, self.way_left(cell, goal)));
             for cell in edge {
                 // Weighed as free ground. Where the spread outgrows the queue, the way is surely not the best.
-                let value = (self.way_left(cell, goal) - nearest) / CELL * f64::from(2 * STRAIGHT);
-                if self.cost[cell] == FAR && value < 900.0 {
+                let value = (self.way_left(cell, goal) - nearest) / CELL * f64::from(STRAIGHT * u16::from(FREE));
+                if self.cost[cell] == FAR && value < 3500.0 {
                     start(&mut self.cost, cell, value as u16);
                     current = current.min(value as u16);
                 }
@@ -196,22 +254,16 @@ impl Grid {
     }
 
     /// Follows the falling cost from the robot, and cuts corners as far as that leads nowhere dearer.
-    fn follow(&self, goal: Point2, widths: Widths, reach: f64) -> Point2 {
+    fn follow(&self, goal: Point2, reach: f64) -> Point2 {
         let mut cell = self.robot_cell;
         let mut target = goal;
         let mut dearest = self.weight[cell];
-        for step in 0..WAY {
-            let mut best = cell;
-            for (neighbour, _) in neighbours(cell) {
-                if self.cost[neighbour] < self.cost[best] {
-                    best = neighbour;
-                }
-            }
-            if best == cell {
+        for step in 0..NEAR {
+            let Some(next) = self.downhill(cell) else {
                 // The goal's own cell.
                 return if step == 0 || self.view(goal, dearest) { goal } else { target };
-            }
-            cell = best;
+            };
+            cell = next;
             dearest = dearest.max(self.weight[cell]);
             let middle = self.middle(cell);
             let (dx, dy) = (middle.x - self.robot.x, middle.y - self.robot.y);
@@ -220,7 +272,6 @@ impl Grid {
             }
             target = middle;
         }
-        let _ = widths;
         target
     }
 

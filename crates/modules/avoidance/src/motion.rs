@@ -119,6 +119,13 @@ impl<'a> Surroundings<'a> {
         })
     }
 
+    /// Turns on the spot until something lies straight ahead, as far as that is safe.
+    pub(crate) fn face(&self, bearing: f64) -> Twist2 {
+        let limit = self.parameters.turn_rate;
+        let twist = Twist2 { linear: 0.0, angular: math::clamp(bearing, -limit, limit) };
+        if bearing.abs() > 0.1 && self.safe(twist) { twist } else { Twist2::ZERO }
+    }
+
     /// The motion that brings the robot best towards `target` (in its frame) without coming too near to anything.
     pub(crate) fn choose(&self, target: Point2, last: Twist2) -> Twist2 {
         const SPEEDS: [f64; 7] = [0.0, 0.1, 0.25, 0.5, 0.75, 1.0, -1.0];

@@ -1,0 +1,78 @@
+//! What is wrong with a description, and where.
+
+use std::ops::Range;
+
+use toml_edit::{Document, Item};
+
+/// A world, or a robot, that can't be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{source_name}{}: {message}", place(.position))]
+pub struct DescriptionError {
+    /// Which file.
+    pub source_name: String,
+    /// What is wrong with it, and what was expected.
+    pub message: String,
+    /// Which bytes of the file are wrong, if it can be said.
+    pub span: Option<Range<usize>>,
+    /// Line and column where they begin, both from 1.
+    pub position: Option<(usize, usize)>,
+}
+
+fn place(position: &Option<(usize, usize)>) -> String {
+    position.map_or_else(String::new, |(line, column)| format!(", line {line}, column {column}"))
+}
+
+impl DescriptionError {
+    pub(crate) fn new(source_name: &str, message: impl Into<String>) -> Self {
+        Self { source_name: source_name.into(), message: message.into(), span: None, position: None }
+    }
+
+    /// Something is wrong with those bytes of the text.
+    pub(crate) fn at(source_name: &str, text: &str, span: Option<Range<usize>>, message: impl Into<String>) -> Self {
+        let before = span.as_ref().and_then(|span| text.get(..span.start));
+        let position = before.map(|before| {
+            let line = before.rsplit('\n').next().unwrap_or(before);
+            (before.matches('\n').count() + 1, line.chars().count() + 1)
+        });
+        Self { source_name: source_name.into(), message: message.into(), span, position }
+    }
+
+    /// Something is wrong with what stands there in the text, or with the table around it when it is left out.
+    pub(crate) fn within(source_name: &str, text: &str, path: &[Step<'_>], message: impl Into<String>) -> Self {
+        let document = Document::parse(text).ok();
+        let mut span = None;
+        let mut item = document.as_ref().map(Document::as_item);
+        for step in path {
+            item = item.and_then(|item| match step {
+                Step::Key(key) => item.get(key),
+                Step::Index(index) => item.get(index),
+            });
+            span = item.and_then(Item::span).or(span);
+        }
+        Self::at(source_name, text, span, message)
+    }
+
+    pub(crate) fn parse<T: serde::de::DeserializeOwned>(source_name: &str, text: &str) -> Result<T, Self> {
+        toml_edit::de::from_str(text).map_err(|error| Self::at(source_name, text, error.span(), error.message()))
+    }
+}
+
+/// A step on the way to a value of a document.
+pub(crate) enum Step<'a> {
+    Key(&'a str),
+    Index(usize),
+}
+
+/// The text of a description: what comes with the simulator under that name, or else the file at that path.
+pub(crate) fn text_of(kind: &str, name: &str, embedded: &[(&str, &'static str)]) -> Result<(String, String), DescriptionError> {
+    if let Some((name, text)) = embedded.iter().find(|(known, _)| *known == name) {
+        return Ok((format!("{kind}s/{name}.toml"), (*text).into()));
+    }
+    if !name.ends_with(".toml") {
+        let known: Vec<_> = embedded.iter().map(|(name, _)| *name).collect();
+        let message = format!("no such {kind}; there is {}, or the path of a .toml file", known.join(", "));
+        return Err(DescriptionError::new(name, message));
+    }
+    let text = std::fs::read_to_string(name).map_err(|error| DescriptionError::new(name, error.to_string()))?;
+    Ok((name.into(), text))
+}
