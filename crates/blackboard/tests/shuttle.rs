@@ -68,7 +68,8 @@ fn a_reader_outlives_writers_and_tells_their_generations() {
                     reader
                 })
             });
-            let last = writers.map(|writer| writer.join().unwrap()).into_iter().max_by_key(|last| last.sequence);
+            let last =
+                writers.map(|writer| writer.join().unwrap()).into_iter().max_by_key(|last| last.sequence);
             assert!(!channel.has_writer());
             for reader in readers {
                 let mut reader = reader.join().unwrap();
@@ -91,7 +92,11 @@ fn readers_come_and_go_while_a_writer_writes() {
                 thread::spawn(move || {
                     for _ in 0..3 {
                         read(&mut channel.latest().unwrap());
-                        assert_eq!(channel.latest().map(drop), Ok(()), "a dropped reader gives its handle back");
+                        assert_eq!(
+                            channel.latest().map(drop),
+                            Ok(()),
+                            "a dropped reader gives its handle back"
+                        );
                     }
                 })
             };

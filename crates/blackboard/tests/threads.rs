@@ -143,7 +143,8 @@ mod stress {
                 while last < VALUES {
                     let finished = done.load(Relaxed);
                     let outcome = pin(&word, &mut readers, 4);
-                    let values = readers.each_ref().map(|reader| reader.value().as_ref().map_or(0, number_of));
+                    let values =
+                        readers.each_ref().map(|reader| reader.value().as_ref().map_or(0, number_of));
                     assert!(values.iter().all(|value| *value == values[0]), "a torn snapshot: {values:?}");
                     assert_eq!(outcome == Pin::Fresh, values[0] > last);
                     assert!(!finished || values[0] == VALUES || outcome == Pin::Kept);

@@ -11,13 +11,39 @@ struct Example {
     name: &'static str,
     about: &'static str,
     configuration: &'static str,
+    /// Variants by the value of `controller`, and the settings that make them.
+    controllers: &'static [(&'static str, &'static [&'static str])],
 }
 
-const EXAMPLES: [Example; 1] =
-    [Example { name: slate_exp1::NAME, about: slate_exp1::ABOUT, configuration: slate_exp1::CONFIGURATION }];
+const EXAMPLES: [Example; 1] = [Example {
+    name: slate_exp1::NAME,
+    about: slate_exp1::ABOUT,
+    configuration: slate_exp1::CONFIGURATION,
+    controllers: &slate_exp1::CONTROLLERS,
+}];
 
 /// Names at the top of a configuration that belong to applications.
-const EXTRA_TABLES: [&str; 3] = ["world", "report", "variants"];
+const EXTRA_TABLES: [&str; 3] = ["world", "report", "controller"];
+
+impl Example {
+    fn read(&self, options: &Options) -> Result<Configuration, Failure> {
+        Ok(Configuration::from_text(&format!("{}.toml", self.name), self.configuration, options)?)
+    }
+
+    /// The settings of the variant that `controller` names.
+    fn variant(&self, configuration: &Configuration) -> Result<&'static [&'static str], Failure> {
+        let Some(controller) = configuration.value("controller") else { return Ok(&[]) };
+        let name = controller.value.as_str().unwrap_or_default();
+        if let Some((_, settings)) = self.controllers.iter().find(|(known, _)| *known == name) {
+            return Ok(settings);
+        }
+        let known: Vec<_> = self.controllers.iter().map(|(known, _)| *known).collect();
+        let help = format!("there are {}", known.join(", "));
+        let diagnostic =
+            configuration.diagnostic(controller.span, format!("no controller `{name}`"), Some(help));
+        Err(Failure::Configuration(diagnostic.into()))
+    }
+}
 
 /// What there is to run.
 pub struct Application {
@@ -36,10 +62,14 @@ fn plugins() -> Vec<Plugin> {
 
 /// Finds an example by name, from any directory, or reads a configuration file.
 pub fn find(name: &str, sets: Vec<String>) -> Result<Application, Failure> {
-    let options = Options { sets, extra_tables: EXTRA_TABLES.map(Into::into).to_vec(), ..Options::default() };
+    let options =
+        |sets| Options { sets, extra_tables: EXTRA_TABLES.map(Into::into).to_vec(), ..Options::default() };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
-        let configuration =
-            Configuration::from_text(&format!("{name}.toml"), example.configuration, &options)?;
+        let configuration = example.read(&options(sets.clone()))?;
+        let variant = example.variant(&configuration)?;
+        // What the user sets goes over what the variant sets.
+        let sets = variant.iter().map(|set| (*set).to_owned()).chain(sets).collect();
+        let configuration = example.read(&options(sets))?;
         return Ok(Application { name: name.into(), configuration, plugins: plugins() });
     }
     let path = Path::new(name);
@@ -52,7 +82,7 @@ pub fn find(name: &str, sets: Vec<String>) -> Result<Application, Failure> {
         };
         return Err(Failure::Unknown { name: name.into(), help });
     }
-    let configuration = Configuration::load(path, &options)?;
+    let configuration = Configuration::load(path, &options(sets))?;
     let stem = path.file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned());
     Ok(Application { name: stem, configuration, plugins: plugins() })
 }

@@ -100,11 +100,7 @@ fn nanoseconds() -> u64 {
 fn agent(text: &str, options: Options) -> Agent {
     let configuration =
         Configuration::from_text("bench.toml", text, &configuration::Options::default()).unwrap();
-    let plugins = [
-        Plugin::linked::<Segment>(),
-        Plugin::linked::<Stimulus>(),
-        Plugin::linked::<Reaction>(),
-    ];
+    let plugins = [Plugin::linked::<Segment>(), Plugin::linked::<Stimulus>(), Plugin::linked::<Reaction>()];
     Agent::load(&configuration, &plugins, options).unwrap()
 }
 
@@ -160,7 +156,11 @@ fn reaction() {
     REACTIONS.lock().unwrap().reserve(10_000);
     agent.run(Box::new(|cycle| if cycle.number < 300 { Control::Continue } else { Control::Stop })).unwrap();
     let times = std::mem::take(&mut *REACTIONS.lock().unwrap());
-    report("a module waiting on a value, threaded", "us", times.iter().map(|time| *time as f64 * 1e-3).collect());
+    report(
+        "a module waiting on a value, threaded",
+        "us",
+        times.iter().map(|time| *time as f64 * 1e-3).collect(),
+    );
 }
 
 /// Two bare wake-ups: a thread is unparked and unparks the first one.

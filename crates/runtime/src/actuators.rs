@@ -32,12 +32,7 @@ struct Inner {
 }
 
 impl Actuator {
-    pub fn new(
-        gate: Gate,
-        command: (Arc<Property>, Writer),
-        state: Writer,
-        index: u32,
-    ) -> Self {
+    pub fn new(gate: Gate, command: (Arc<Property>, Writer), state: Writer, index: u32) -> Self {
         let inner = Inner {
             gate,
             command: command.1,

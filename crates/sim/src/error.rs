@@ -28,7 +28,12 @@ impl DescriptionError {
     }
 
     /// Something is wrong with those bytes of the text.
-    pub(crate) fn at(source_name: &str, text: &str, span: Option<Range<usize>>, message: impl Into<String>) -> Self {
+    pub(crate) fn at(
+        source_name: &str,
+        text: &str,
+        span: Option<Range<usize>>,
+        message: impl Into<String>,
+    ) -> Self {
         let before = span.as_ref().and_then(|span| text.get(..span.start));
         let position = before.map(|before| {
             let line = before.rsplit('\n').next().unwrap_or(before);
@@ -38,7 +43,12 @@ impl DescriptionError {
     }
 
     /// Something is wrong with what stands there in the text, or with the table around it when it is left out.
-    pub(crate) fn within(source_name: &str, text: &str, path: &[Step<'_>], message: impl Into<String>) -> Self {
+    pub(crate) fn within(
+        source_name: &str,
+        text: &str,
+        path: &[Step<'_>],
+        message: impl Into<String>,
+    ) -> Self {
         let document = Document::parse(text).ok();
         let mut span = None;
         let mut item = document.as_ref().map(Document::as_item);
@@ -53,7 +63,8 @@ impl DescriptionError {
     }
 
     pub(crate) fn parse<T: serde::de::DeserializeOwned>(source_name: &str, text: &str) -> Result<T, Self> {
-        toml_edit::de::from_str(text).map_err(|error| Self::at(source_name, text, error.span(), error.message()))
+        toml_edit::de::from_str(text)
+            .map_err(|error| Self::at(source_name, text, error.span(), error.message()))
     }
 }
 
@@ -64,7 +75,11 @@ pub(crate) enum Step<'a> {
 }
 
 /// The text of a description: what comes with the simulator under that name, or else the file at that path.
-pub(crate) fn text_of(kind: &str, name: &str, embedded: &[(&str, &'static str)]) -> Result<(String, String), DescriptionError> {
+pub(crate) fn text_of(
+    kind: &str,
+    name: &str,
+    embedded: &[(&str, &'static str)],
+) -> Result<(String, String), DescriptionError> {
     if let Some((name, text)) = embedded.iter().find(|(known, _)| *known == name) {
         return Ok((format!("{kind}s/{name}.toml"), (*text).into()));
     }
@@ -73,6 +88,7 @@ pub(crate) fn text_of(kind: &str, name: &str, embedded: &[(&str, &'static str)])
         let message = format!("no such {kind}; there is {}, or the path of a .toml file", known.join(", "));
         return Err(DescriptionError::new(name, message));
     }
-    let text = std::fs::read_to_string(name).map_err(|error| DescriptionError::new(name, error.to_string()))?;
+    let text =
+        std::fs::read_to_string(name).map_err(|error| DescriptionError::new(name, error.to_string()))?;
     Ok((name.into(), text))
 }

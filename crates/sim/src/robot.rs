@@ -115,7 +115,8 @@ impl RobotDescription {
                 return wrong(&[Step::Key("footprint")], message);
             }
         }
-        let DriveDescription { wheel_radius, track, maximum_wheel_speed, maximum_wheel_acceleration } = robot.drive;
+        let DriveDescription { wheel_radius, track, maximum_wheel_speed, maximum_wheel_acceleration } =
+            robot.drive;
         let positive = [
             (vec![Step::Key("mass")], robot.mass),
             (vec![Step::Key("drive"), Step::Key("wheel_radius")], wheel_radius),
@@ -126,7 +127,8 @@ impl RobotDescription {
         if let Some((path, _)) = positive.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
             return wrong(path, "expected a positive, finite number");
         }
-        let NoiseDescription { wheel_radius_bias, track_bias, wheel_speed, position, orientation } = robot.noise;
+        let NoiseDescription { wheel_radius_bias, track_bias, wheel_speed, position, orientation } =
+            robot.noise;
         let deviations = [wheel_radius_bias, track_bias, wheel_speed, position, orientation];
         if !deviations.iter().all(|value| value.is_finite() && *value >= 0.0) {
             return wrong(&[Step::Key("noise")], "expected standard deviations, which are not negative");
@@ -169,12 +171,17 @@ impl SonarDescription {
                 "expected an angle between 0 and pi / 2",
             ),
             ("noise_constant", deviation(self.noise_constant), "expected a standard deviation, not negative"),
-            ("noise_proportional", deviation(self.noise_proportional), "expected a standard deviation, not negative"),
+            (
+                "noise_proportional",
+                deviation(self.noise_proportional),
+                "expected a standard deviation, not negative",
+            ),
             ("dropout", probability(self.dropout), "expected a probability from 0 to 1"),
             ("crosstalk", probability(self.crosstalk), "expected a probability from 0 to 1"),
             (
                 "placements",
-                self.placements.len() <= 16 && self.placements.iter().flatten().all(|value| value.is_finite()),
+                self.placements.len() <= 16
+                    && self.placements.iter().flatten().all(|value| value.is_finite()),
                 "expected at most 16 placements of finite numbers",
             ),
         ];

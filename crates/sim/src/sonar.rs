@@ -156,8 +156,15 @@ impl SonarRing {
     }
 
     fn measure(&mut self, distance: f64) -> Option<f64> {
-        let SonarDescription { range_min, range_max, noise_constant, noise_proportional, dropout, crosstalk, .. } =
-            self.description;
+        let SonarDescription {
+            range_min,
+            range_max,
+            noise_constant,
+            noise_proportional,
+            dropout,
+            crosstalk,
+            ..
+        } = self.description;
         let noisy = noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0 || crosstalk > 0.0;
         if !noisy {
             return distance.is_finite().then(|| max(distance, range_min));

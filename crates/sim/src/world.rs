@@ -63,12 +63,26 @@ pub struct Body {
 impl Body {
     /// A rectangle along the axes.
     pub fn rectangle(name: &str, center: [f64; 2], size: [f64; 2]) -> Self {
-        Self { name: name.into(), center: Some(center), size: Some(size), radius: None, theta: 0.0, points: Vec::new() }
+        Self {
+            name: name.into(),
+            center: Some(center),
+            size: Some(size),
+            radius: None,
+            theta: 0.0,
+            points: Vec::new(),
+        }
     }
 
     /// A circle.
     pub fn circle(name: &str, center: [f64; 2], radius: f64) -> Self {
-        Self { name: name.into(), center: Some(center), size: None, radius: Some(radius), theta: 0.0, points: Vec::new() }
+        Self {
+            name: name.into(),
+            center: Some(center),
+            size: None,
+            radius: Some(radius),
+            theta: 0.0,
+            points: Vec::new(),
+        }
     }
 
     /// Its outline; nothing when it is not described as one of the three shapes.
@@ -122,8 +136,12 @@ impl World {
             Err(DescriptionError::within(source_name, text, path, message))
         };
         let Bounds { minimum: [west, south], maximum: [east, north] } = world.bounds;
-        if !(west < east && south < north && [west, south, east, north].iter().all(|value| value.is_finite())) {
-            return wrong(&[Step::Key("bounds")], "expected a `maximum` to the north-east of `minimum`".into());
+        if !(west < east && south < north && [west, south, east, north].iter().all(|value| value.is_finite()))
+        {
+            return wrong(
+                &[Step::Key("bounds")],
+                "expected a `maximum` to the north-east of `minimum`".into(),
+            );
         }
         for (index, body) in world.bodies.iter().enumerate() {
             let path = [Step::Key("bodies"), Step::Index(index)];
@@ -138,7 +156,10 @@ impl World {
                 );
             }
             if world.bodies[..index].iter().any(|other| other.name == body.name) {
-                return wrong(&path, format!("there are two bodies `{}`; expected a name of its own", body.name));
+                return wrong(
+                    &path,
+                    format!("there are two bodies `{}`; expected a name of its own", body.name),
+                );
             }
         }
         Ok(world)

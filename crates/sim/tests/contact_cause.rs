@@ -79,3 +79,48 @@ fn a_standing_robot_that_is_pushed_into_a_wall_did_not_cause_that() {
     assert_eq!(met.len(), 1, "{contacts:?}");
     assert!(met[0].caused && !met[0].caused_by_other, "{contacts:?}");
 }
+
+#[test]
+fn stopping_at_a_wall_and_pressing_again_is_one_contact_and_leaving_it_makes_two() {
+    let world = World::named("rocs_arena").unwrap().unwrap();
+    let mut simulation = Simulation::new(&world, &[pioneer("r", 2.2, 0.3, 0.0)], 0, STEP).unwrap();
+    let mut go = |speed: f64, seconds: f64| {
+        simulation.command(0, straight(speed));
+        (0..(seconds * 100.0) as usize).for_each(|_| simulation.step());
+        (simulation.take_contacts().len(), simulation.touches(0))
+    };
+    assert_eq!(go(0.1, 2.0), (1, true));
+    assert_eq!(go(0.0, 2.0), (0, true));
+    assert_eq!(go(0.1, 2.0), (0, true));
+    assert_eq!(go(-0.1, 1.0), (0, false));
+    assert_eq!(go(0.1, 2.0), (1, true));
+}
+
+#[test]
+fn turning_into_a_wall_is_caused_too() {
+    // The tail swings into the wall while the reference point stands.
+    let turn = Wheels { left: -1.0, right: 1.0 };
+    let contacts = drive(vec![], &[(pioneer("r", 2.475 - 0.25, 0.0, 1.2), turn)], 3.0);
+    assert!(!contacts.is_empty() && contacts[0].caused, "{contacts:?}");
+}
+
+#[test]
+fn a_simulation_saved_while_robots_press_goes_on_bit_for_bit() {
+    let robots = [pioneer("a", 0.9, 0.0, 0.1), pioneer("b", 1.7, 0.1, 0.0)];
+    let mut world = World::named("rocs_arena").unwrap().unwrap();
+    world.bodies.push(Body::circle("post", [1.9, 0.6], 0.1));
+    let mut simulation = Simulation::new(&world, &robots, 0, STEP).unwrap();
+    simulation.command(0, straight(0.3));
+    simulation.command(1, Wheels { left: 0.2, right: -0.1 });
+    let mut pressed = 0;
+    for _ in 0..40 {
+        (0..20).for_each(|_| simulation.step());
+        pressed += usize::from(simulation.touches(0));
+        let saved = slate_module::encode(&simulation).unwrap();
+        let mut resumed: Simulation = slate_module::decode(&saved).unwrap();
+        (0..20).for_each(|_| simulation.step());
+        (0..20).for_each(|_| resumed.step());
+        assert_eq!(slate_module::encode(&simulation).unwrap(), slate_module::encode(&resumed).unwrap());
+    }
+    assert!(pressed > 10, "{pressed}");
+}

@@ -83,9 +83,16 @@ impl ReactiveModel for AvoidObstacleModel {
             ..Parameters::default()
         };
         avoider.hear(pose, scan, &parameters, now.seconds());
-        let Decision::Avoid(twist) = avoider.steer(pose, *goal, &parameters, now.seconds()) else { return None };
+        let Decision::Avoid(twist) = avoider.steer(pose, *goal, &parameters, now.seconds()) else {
+            return None;
+        };
         let half = robot.track / 2.0;
         let wheel = |side: f64| (twist.linear + side * twist.angular * half) / robot.wheel_radius;
-        Some(AvoidObstacle::request(Evasion { angle: 0.0, left: wheel(-1.0), right: wheel(1.0), duration: HOLD }))
+        Some(AvoidObstacle::request(Evasion {
+            angle: 0.0,
+            left: wheel(-1.0),
+            right: wheel(1.0),
+            duration: HOLD,
+        }))
     }
 }

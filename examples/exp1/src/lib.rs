@@ -30,6 +30,33 @@ pub const ABOUT: &str = "RoCS EXP1: a Pioneer P3-DX reaches the origin past a bo
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../exp1.toml");
 
+/// Variants of the example by the value of `controller`, and the settings that make them.
+pub const CONTROLLERS: [(&str, &[&str]); 3] = [
+    ("slate", &[]),
+    (
+        "rocs",
+        &[
+            "robots.r2.modules.avoid_obstacle.enabled=false",
+            "robots.r2.modules.avoid_wall.enabled=true",
+            // The authors' wheels turn with 1 rad/s.
+            "robots.r2.modules.planner.params.speed=0.0975",
+            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "report.speed=\"0.0975 m/s\"",
+        ],
+    ),
+    (
+        "rocs-fixed",
+        &[
+            "robots.r2.modules.avoid_obstacle.enabled=false",
+            "robots.r2.modules.avoid_wall.enabled=true",
+            "robots.r2.modules.avoid_wall.params.fixed=true",
+            "robots.r2.modules.planner.params.speed=0.0975",
+            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "report.speed=\"0.0975 m/s\"",
+        ],
+    ),
+];
+
 /// The blocks of the robot.
 pub fn plugins() -> Vec<Plugin> {
     vec![

@@ -66,7 +66,10 @@ impl Plan for GoToOriginPlanner {
         }
         memory.oriented |= noticed.orientation.newest().is_some();
         // Without a goal and a pose there is nothing to plan.
-        let (Some(goal), Some((x, y)), true) = (noticed.goal.fresh(), memory.position, memory.oriented) else { return };
+        let (Some(goal), Some((x, y)), true) = (noticed.goal.fresh(), memory.position, memory.oriented)
+        else {
+            return;
+        };
         // The Analyze tells steps of some centimetres, so an arrival is known from the action's end.
         let arrived = situation.ended().any(|ended| {
             ended.kind.as_str() == GoToOrigin::KIND && ended.ending == slate::mapek::Ending::COMPLETED
@@ -80,7 +83,12 @@ impl Plan for GoToOriginPlanner {
         // A reflex leaves the robot elsewhere, so the plan is made anew from there; a change of room changes the speed.
         let changed = was != memory.crowded && !situation.is_reactive() && !situation.is_idle();
         if (away && situation.needs_plan()) || changed {
-            plan.replace(GoToOrigin::request(Leg { x: goal.x, y: goal.y, speed, tolerance: params.tolerance }));
+            plan.replace(GoToOrigin::request(Leg {
+                x: goal.x,
+                y: goal.y,
+                speed,
+                tolerance: params.tolerance,
+            }));
         }
     }
 }

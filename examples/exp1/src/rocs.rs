@@ -34,6 +34,11 @@ impl ReactiveModel for AvoidWallModel {
     fn run(_: &mut (), sensors: &Sonar, params: &AvoidWallParams, _: &Tick) -> Option<ActionRequest> {
         let variant = if params.fixed.get() { RocsVariant::RocsFixed } else { RocsVariant::Rocs };
         let wheels = Rocs { variant }.react(sensors.sonar.fresh()?)?;
-        Some(AvoidObstacle::request(Evasion { angle: 0.0, left: wheels.left, right: wheels.right, duration: 0.05 }))
+        Some(AvoidObstacle::request(Evasion {
+            angle: 0.0,
+            left: wheels.left,
+            right: wheels.right,
+            duration: 0.05,
+        }))
     }
 }

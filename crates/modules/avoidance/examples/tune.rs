@@ -48,7 +48,8 @@ struct Result {
 
 fn main() -> std::result::Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let argument = |index: usize, default: &str| arguments.get(index).map_or(default, String::as_str).to_owned();
+    let argument =
+        |index: usize, default: &str| arguments.get(index).map_or(default, String::as_str).to_owned();
     let controller = match argument(0, "avoider").as_str() {
         "avoider" => Controller::Avoider,
         "rocs" => Controller::Rocs(RocsVariant::Rocs),
@@ -65,7 +66,9 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
                 scope.spawn(move || {
                     (first..first + runs)
                         .filter(|seed| seed % 2 == half)
-                        .map(|seed| run(seed, controller, profile).map_err(|error| format!("seed {seed}: {error}")))
+                        .map(|seed| {
+                            run(seed, controller, profile).map_err(|error| format!("seed {seed}: {error}"))
+                        })
                         .collect::<Vec<_>>()
                 })
             })
@@ -88,7 +91,9 @@ fn report(results: &[Result]) {
         if !result.reached || caused || spl < 0.6 {
             let Result { seed, reached, time, clearance, .. } = result;
             let contacts = result.contacts.iter().filter(|contact| contact.2).collect::<Vec<_>>();
-            println!("seed {seed}: reached {reached} after {time:.1} s, spl {spl:.2}, clearance {clearance:.3}, {contacts:.2?}");
+            println!(
+                "seed {seed}: reached {reached} after {time:.1} s, spl {spl:.2}, clearance {clearance:.3}, {contacts:.2?}"
+            );
         }
     }
     let reached = results.iter().filter(|result| result.reached).count();
@@ -130,9 +135,11 @@ fn run(seed: u64, controller: Controller, profile: &str) -> std::result::Result<
         box_offset: 0.3,
         start_clearance: 0.03,
     };
-    let outlines = BTreeMap::from([("r1".into(), description.outline()), ("r2".into(), description.outline())]);
+    let outlines =
+        BTreeMap::from([("r1".into(), description.outline()), ("r2".into(), description.outline())]);
     let goal = Point2 { x: 0.0, y: 0.0 };
-    let layout = rules.lay_out(&world, &outlines, Point::new(goal.x, goal.y), &mut Random::new(seed, "layout"))?;
+    let layout =
+        rules.lay_out(&world, &outlines, Point::new(goal.x, goal.y), &mut Random::new(seed, "layout"))?;
     world.bodies.extend(layout.bodies.clone());
     let robots: Vec<_> = layout
         .robots
@@ -234,7 +241,10 @@ fn run(seed: u64, controller: Controller, profile: &str) -> std::result::Result<
 fn plan(pose: Pose2, goal: Point2, parameters: &Parameters) -> Twist2 {
     let bearing = math::angle_between(pose.theta, math::atan2(goal.y - pose.y, goal.x - pose.x));
     if bearing.abs() > parameters.heading_tolerance {
-        Twist2 { linear: 0.0, angular: if bearing > 0.0 { parameters.turn_rate } else { -parameters.turn_rate } }
+        Twist2 {
+            linear: 0.0,
+            angular: if bearing > 0.0 { parameters.turn_rate } else { -parameters.turn_rate },
+        }
     } else {
         Twist2 { linear: parameters.speed, angular: bearing }
     }

@@ -148,11 +148,11 @@ impl Grid {
             *weight = if clearance >= free {
                 FREE
             } else if clearance >= tight {
-                FREE + (f64::from(FREE) * (free - clearance) / (free - tight)) as u8
+                FREE + (crate::knob(3, 6.0) * (free - clearance) / (free - tight)) as u8
             } else if clearance >= blocked {
-                5 * FREE / 2
+                crate::knob(4, 15.0) as u8
             } else {
-                8 * FREE
+                crate::knob(5, 48.0) as u8
             };
         }
     }
@@ -171,7 +171,7 @@ impl Grid {
             }
         }
         for (weight, _) in self.weight.iter_mut().zip(preferred).filter(|(_, preferred)| *preferred) {
-            *weight -= PREFERENCE;
+            *weight -= crate::knob(2, 2.0) as u8;
         }
     }
 
@@ -216,7 +216,8 @@ impl Grid {
                 edge.clone().fold(f64::INFINITY, |least, cell| math::min(least, self.way_left(cell, goal)));
             for cell in edge {
                 // Weighed as free ground. Where the spread outgrows the queue, the way is surely not the best.
-                let value = (self.way_left(cell, goal) - nearest) / CELL * f64::from(STRAIGHT * u16::from(FREE));
+                let value =
+                    (self.way_left(cell, goal) - nearest) / CELL * f64::from(STRAIGHT * u16::from(FREE));
                 if self.cost[cell] == FAR && value < 3500.0 {
                     start(&mut self.cost, cell, value as u16);
                     current = current.min(value as u16);

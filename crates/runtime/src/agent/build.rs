@@ -19,7 +19,10 @@ use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire, survey};
 use crate::actuators::Actuator;
 use crate::configuration::{self, Configuration, Report};
 use crate::log::Logger;
-use crate::runner::{Group, Health, InboxPort, Measured, ModuleState, ModuleTiming, InputPort, Memory, OutboxPort, OutputPort, QueuePort, Runner};
+use crate::runner::{
+    Group, Health, InboxPort, InputPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort,
+    QueuePort, Runner,
+};
 
 /// Reader handles that tools may take beside those of links.
 const SPARE_READERS: u16 = 4;
@@ -268,9 +271,7 @@ impl<'a> Builder<'a, '_> {
                 return Err(Failed);
             };
             let own = self.port(module, port).descriptor;
-            if descriptor
-                .is_some_and(|first: &Descriptor| first.hash != own.hash)
-            {
+            if descriptor.is_some_and(|first: &Descriptor| first.hash != own.hash) {
                 self.complaints.add(
                     url.span,
                     format!("`/{path}` is {}, unlike the first command", own.name),
@@ -443,7 +444,8 @@ impl<'a> Builder<'a, '_> {
         let params = self.board.find(&format!("{name}/params")).ok()?.0.channel()?.latest().ok()?;
         let enabled = self.board.find(&format!("{name}/enabled")).ok()?.0.channel()?.latest().ok()?;
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
-        let timing = self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
+        let timing =
+            self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
         let frame = Box::new(Frame {
             ports: slots.as_ptr(),
             port_count: slots.len(),
@@ -546,7 +548,13 @@ impl<'a> Builder<'a, '_> {
     }
 
     /// The writer of a property that every module has.
-    fn implied_writer(&mut self, m: usize, name: &str, doc: &str, descriptor: &'static Descriptor) -> Option<Writer> {
+    fn implied_writer(
+        &mut self,
+        m: usize,
+        name: &str,
+        doc: &str,
+        descriptor: &'static Descriptor,
+    ) -> Option<Writer> {
         let path = format!("{}/{name}", self.name(m));
         let budget = Budget { latest: SPARE_READERS, queues: 1, window: 1 };
         let added = self.board.add_channel(&path, doc, descriptor, 0, 1, budget, Access::Output);

@@ -10,8 +10,8 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Latest, Writer};
-use slate_blackboard::interface::View;
 use slate_blackboard::commit::CommitWord;
+use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, Plugin, PortSlot, Random, Refusal, Trigger};
 

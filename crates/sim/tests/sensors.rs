@@ -1,0 +1,151 @@
+//! Noise, odometry and what sensors do to each other.
+
+use slate_sim::drive::Wheels;
+use slate_sim::geometry::Pose;
+use slate_sim::robot::RobotDescription;
+use slate_sim::sonar::Echo;
+use slate_sim::world::{Body, World};
+use slate_sim::{Placement, Simulation};
+
+const STEP: u64 = 10_000_000;
+
+fn pioneer(name: &str, sonar: &str, x: f64, y: f64) -> Placement {
+    let description = RobotDescription::load("pioneer_p3dx").unwrap();
+    Placement {
+        name: name.into(),
+        description,
+        sonar: sonar.into(),
+        pose: Pose { x, y, theta: 0.3 },
+        script: None,
+    }
+}
+
+fn simulate(robots: &[Placement], seed: u64) -> Simulation {
+    let mut simulation = Simulation::new(&World::load("rocs_arena").unwrap(), robots, seed, STEP).unwrap();
+    for robot in 0..robots.len() {
+        simulation.command(robot, Wheels { left: 1.0, right: 1.5 });
+    }
+    simulation
+}
+
+/// Everything that robot 0 senses in 3 s.
+fn sensed(mut simulation: Simulation) -> Vec<(Vec<Echo>, Pose, Pose)> {
+    (0..150)
+        .map(|_| {
+            simulation.step();
+            simulation.step();
+            simulation.sense();
+            let echoes = simulation.sonar(0).map_or_else(Vec::new, |(echoes, _)| echoes.to_vec());
+            (echoes, simulation.odometry(0).0, simulation.measured_pose(0))
+        })
+        .collect()
+}
+
+#[test]
+fn noise_depends_on_the_seed_alone() {
+    let robots = [pioneer("r", "real", 0.0, 0.0)];
+    assert_eq!(sensed(simulate(&robots, 5)), sensed(simulate(&robots, 5)));
+    assert_ne!(sensed(simulate(&robots, 5)), sensed(simulate(&robots, 6)));
+}
+
+#[test]
+fn a_sensor_more_changes_nothing_in_the_others() {
+    let odometry = |sonar: &str| {
+        let mut robot = pioneer("r", sonar, 0.0, 0.0);
+        robot.description.noise.position = 0.01;
+        sensed(simulate(&[robot], 5))
+            .into_iter()
+            .map(|(_, odometry, measured)| (odometry, measured))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(odometry(""), odometry("real"));
+}
+
+#[test]
+fn a_robot_more_changes_nothing_where_it_is_not_heard() {
+    let alone = sensed(simulate(&[pioneer("r", "vrep", -1.5, -1.5)], 5));
+    let beside = sensed(simulate(&[pioneer("r", "vrep", -1.5, -1.5), pioneer("s", "real", 1.5, 1.0)], 5));
+    assert_eq!(alone, beside);
+}
+
+#[test]
+fn odometry_without_noise_is_the_truth_and_with_bias_drifts_from_it() {
+    let drift = |noisy: bool| {
+        let mut robot = pioneer("r", "", 0.0, 0.0);
+        if !noisy {
+            robot.description.noise.wheel_radius_bias = 0.0;
+            robot.description.noise.track_bias = 0.0;
+            robot.description.noise.wheel_speed = 0.0;
+        }
+        let mut simulation = simulate(&[robot], 5);
+        (0..1000).for_each(|_| simulation.step());
+        let (believed, truth) = (simulation.odometry(0).0, simulation.pose(0));
+        // Odometry counts from the start.
+        let (cos, sin) = (0.3_f64.cos(), 0.3_f64.sin());
+        let (x, y) = (believed.x * cos - believed.y * sin, believed.x * sin + believed.y * cos);
+        ((x - truth.x) * (x - truth.x) + (y - truth.y) * (y - truth.y)).sqrt()
+    };
+    assert!(drift(false) < 1e-4, "{}", drift(false));
+    assert!(drift(true) > 1e-3, "{}", drift(true));
+}
+
+#[test]
+fn the_spread_of_ranges_is_the_described_one() {
+    let mut robot = pioneer("r", "real", 0.0, 0.0);
+    robot.pose.theta = 0.0;
+    let profile = robot.description.sonar.get_mut("real").unwrap();
+    (profile.dropout, profile.crosstalk) = (0.0, 0.0);
+    let mut simulation = Simulation::new(&World::load("rocs_arena").unwrap(), &[robot], 1, STEP).unwrap();
+    let (mut sum, mut squares, count) = (0.0, 0.0, 4000);
+    for _ in 0..count {
+        simulation.sense();
+        let range = simulation.sonar(0).unwrap().0[3].range;
+        sum += range;
+        squares += range * range;
+    }
+    let mean = sum / f64::from(count);
+    let deviation = (squares / f64::from(count) - mean * mean).sqrt();
+    let truth = 2.475 - 0.166;
+    assert!((mean - truth).abs() < 0.003, "{mean}");
+    assert!((deviation - (0.005 + 0.01 * truth)).abs() < 0.002, "{deviation}");
+}
+
+#[test]
+fn echoes_are_lost_and_crossed_as_often_as_described() {
+    let mut robot = pioneer("r", "real", 0.0, 0.0);
+    robot.pose.theta = 0.0;
+    let profile = robot.description.sonar.get_mut("real").unwrap();
+    (profile.dropout, profile.crosstalk) = (0.2, 0.1);
+    (profile.noise_constant, profile.noise_proportional) = (0.0, 0.0);
+    let mut simulation = Simulation::new(&World::load("rocs_arena").unwrap(), &[robot], 1, STEP).unwrap();
+    let truth = 2.475 - 0.166;
+    let (mut lost, mut crossed) = (0, 0);
+    for _ in 0..5000 {
+        simulation.sense();
+        let echo = simulation.sonar(0).unwrap().0[3];
+        lost += i32::from(!echo.heard);
+        crossed += i32::from(echo.range < truth - 0.001);
+    }
+    assert!((lost - 900).abs() < 100 && (crossed - 500).abs() < 80, "{lost} {crossed}");
+}
+
+#[test]
+fn a_thin_post_between_the_axes_is_heard_at_its_distance() {
+    let mut world = World::load("rocs_arena").unwrap();
+    world.bodies.push(Body::circle("post", [0.8, 0.0], 0.01));
+    let mut robot = pioneer("r", "vrep", 0.0, 0.0);
+    robot.pose.theta = 0.0;
+    let simulation = Simulation::new(&world, &[robot], 1, STEP).unwrap();
+    let (echoes, _) = simulation.sonar(0).unwrap();
+    // Sonars 4 and 5 look 10 degrees to either side; an axis of neither meets the post.
+    let expected = ((0.8_f64 - 0.165) * (0.8 - 0.165) + 0.027 * 0.027).sqrt() - 0.01;
+    for echo in &echoes[3..5] {
+        assert!(echo.heard && (echo.range - expected).abs() < 1e-4, "{echo:?} {expected}");
+    }
+}
+
+#[test]
+fn what_is_not_heard_has_the_greatest_range() {
+    let simulation = simulate(&[pioneer("r", "vrep", 0.0, 0.0)], 1);
+    assert!(simulation.sonar(0).unwrap().0.iter().all(|echo| !echo.heard && echo.range == 1.0));
+}
