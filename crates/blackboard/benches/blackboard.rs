@@ -1,448 +1,249 @@
-//! What the blackboard costs: `cargo bench -p slate-blackboard`.
+//! What the blackboard costs on this machine, in nanoseconds per operation unless it says otherwise.
 //!
-//! Every figure is nanoseconds per operation over many bursts. Between cores nothing is faster than a cache line
-//! travels, and where the host put the cores decides that, so this run's transfer is measured beside the rest.
-#![allow(clippy::disallowed_methods, reason = "a benchmark reads the clock")]
-#![allow(clippy::unwrap_used, reason = "a benchmark ends at the first surprise")]
-#![allow(unsafe_code, reason = "threads are bound to cores")]
+//! Each line is the distribution over bursts of the mean of a burst. What two cores do together depends on how long a
+//! cache line takes from one to the other, which is measured in the same run, before and after.
+#![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
+#![allow(unsafe_code, reason = "pinning a thread to a core is a call of the system")]
 
-use std::hint::{black_box, spin_loop};
+use std::hint::black_box;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Barrier, RwLock};
+use std::sync::{Arc, Barrier};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use slate_blackboard::Shape;
 use slate_blackboard::channel::{Budget, Channel, Latest, Policy, Start};
 use slate_blackboard::message::Mailbox;
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Shape, Stamp};
 
-const SIZES: [usize; 3] = [64, 4096, 65_536];
-
-/// Channels that are read one after the other, so that one look at the clock is spread over many fresh reads.
-const FRESH: usize = 16;
+const BURSTS: usize = 200;
+const BURST: Duration = Duration::from_millis(5);
 
 fn main() {
-    bind(0);
-    println!("{:<58} {:>9} {:>9} {:>9}", "ns per operation", "p50", "p99", "max");
-    for size in SIZES {
-        for readers in [1, 8] {
-            one_core(size, readers);
-        }
-        lock(size);
-    }
+    pin_to(0);
+    println!("{:<52}{:>10}{:>10}{:>10}{:>10}", "", "least", "p50", "p99", "most");
+    let before = line_transfer();
+    one_core(64);
+    one_core(4096);
     queue(1);
     queue(8);
-    mailbox();
-    wake();
-    if thread::available_parallelism().is_ok_and(|cores| cores.get() > 1) {
-        two_cores();
-    } else {
-        println!("one core only: nothing is contended");
-    }
+    messages();
+    waking();
+    contended(64, before);
+    contended(4096, before);
+    line_transfer();
 }
 
-/// Runs the thread on that core from now on.
-fn bind(core: usize) {
-    // SAFETY: a zeroed set is empty, and the set outlives the call.
-    let failed = unsafe {
+/// Keeps this thread on a core, if there is such a core.
+fn pin_to(core: usize) {
+    // SAFETY: an empty set is all zeros, and the calls get valid pointers to one of that size.
+    unsafe {
         let mut set: libc::cpu_set_t = std::mem::zeroed();
         libc::CPU_SET(core, &mut set);
-        libc::sched_setaffinity(0, size_of_val(&set), &set) != 0
-    };
-    if failed {
-        println!("could not bind a thread to core {core}: figures between cores mean little");
+        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &set);
     }
 }
 
-/// Nanoseconds per operation of many bursts.
-struct Bursts(Vec<f64>);
+fn report(name: &str, mut bursts: Vec<f64>) -> f64 {
+    bursts.sort_by(f64::total_cmp);
+    let at = |share: f64| bursts[((bursts.len() - 1) as f64 * share) as usize];
+    println!("{name:<52}{:>10.2}{:>10.2}{:>10.2}{:>10.2}", at(0.0), at(0.5), at(0.99), at(1.0));
+    at(0.5)
+}
 
-impl Bursts {
-    /// Times `count` bursts of `operations` each; `prepare` is not timed.
-    fn prepared(count: usize, operations: usize, mut prepare: impl FnMut(), mut burst: impl FnMut()) -> Self {
-        let mut times = Vec::with_capacity(count);
-        for _ in 0..count + count / 10 {
-            prepare();
-            let start = Instant::now();
-            burst();
-            times.push(start.elapsed().as_nanos() as f64 / operations as f64);
-        }
-        // The first ones warm up.
-        Self(times.split_off(count / 10))
+/// Nanoseconds per operation of a burst of `count`.
+fn time(count: usize, mut operation: impl FnMut(u64)) -> f64 {
+    let start = Instant::now();
+    for i in 0..count as u64 {
+        operation(black_box(i));
     }
-
-    /// Times `count` bursts of `operations` calls.
-    fn of(count: usize, operations: usize, mut operation: impl FnMut()) -> Self {
-        Self::prepared(count, operations, || {}, || (0..operations).for_each(|_| operation()))
-    }
-
-    fn quantile(&mut self, share: f64) -> f64 {
-        self.0.sort_by(f64::total_cmp);
-        self.0[((self.0.len() - 1) as f64 * share) as usize]
-    }
-
-    /// Prints a line, and gives the median.
-    fn print(mut self, name: &str) -> f64 {
-        let [median, late, last] = [0.5, 0.99, 1.0].map(|share| self.quantile(share));
-        println!("{name:<58} {median:>9.1} {late:>9.1} {last:>9.0}");
-        median
-    }
+    start.elapsed().as_secs_f64() * 1e9 / count as f64
 }
 
-/// Looks at the first and the last byte, as far as a reader does who copies nothing.
-fn look(reader: &Latest) {
-    let loan = reader.value().unwrap();
-    let bytes = loan.bytes();
-    black_box((bytes[0], bytes[bytes.len() - 1]));
+fn bursts(count: usize, mut operation: impl FnMut(u64)) -> Vec<f64> {
+    time(count, &mut operation);
+    (0..BURSTS).map(|_| time(count, &mut operation)).collect()
 }
 
-fn budget(latest: u16) -> Budget {
-    Budget { latest, queues: 0, window: 0 }
-}
-
-fn one_core(size: usize, readers: u16) {
-    let bytes = vec![7_u8; size];
-    let operations = if size > 4096 { 50 } else { 1000 };
-    let name = |what: &str| format!("{size} B, {readers} readers: {what}");
-
-    let channel = Channel::new(Shape::fixed(size, 8), 1, budget(readers));
-    let mut writer = channel.writer().unwrap();
-    let mut handles: Vec<_> = (0..readers).map(|_| channel.latest().unwrap()).collect();
-    Bursts::prepared(
-        500,
-        operations,
-        // Each reader holds another value, so the writer has to look further for a free slot.
-        || (),
-        || (0..operations).for_each(|_| drop(black_box(writer.write(black_box(&bytes), 0, 1)))),
-    )
-    .print(&name("write"));
-    for reader in &mut handles {
-        writer.write(&bytes, 0, 1).unwrap();
-        reader.refresh();
-    }
-    Bursts::of(500, operations, || drop(black_box(writer.write(black_box(&bytes), 0, 1))))
-        .print(&name("write while each holds another value"));
-    handles.iter_mut().for_each(|reader| drop(reader.refresh()));
-    let reader = &mut handles[0];
-    Bursts::of(500, 1000, || {
-        black_box(reader.refresh());
-        look(reader);
-    })
-    .print(&name("read, nothing new"));
-
-    let mut fresh: Vec<_> = (0..FRESH)
-        .map(|_| {
-            let channel = Channel::new(Shape::fixed(size, 8), 1, budget(readers));
-            let handles: Vec<_> = (0..readers).map(|_| channel.latest().unwrap()).collect();
-            (channel.writer().unwrap(), handles)
-        })
-        .collect();
-    let fresh = std::cell::RefCell::new(&mut fresh);
-    Bursts::prepared(
-        2000,
-        FRESH * usize::from(readers),
-        || fresh.borrow_mut().iter_mut().for_each(|(writer, _)| drop(writer.write(&bytes, 0, 1))),
-        || {
-            for reader in fresh.borrow_mut().iter_mut().flat_map(|(_, handles)| handles) {
-                assert!(reader.refresh());
-                look(reader);
-            }
-        },
-    )
-    .print(&name("read, something new"));
-}
-
-/// The scheme of Fawkes: both sides copy under a readers-writer lock.
-fn lock(size: usize) {
-    let shared = RwLock::new(vec![0_u8; size]);
-    let mut own = vec![7_u8; size];
-    let operations = if size > 4096 { 50 } else { 1000 };
-    Bursts::of(500, operations, || shared.write().unwrap().copy_from_slice(black_box(&own)))
-        .print(&format!("{size} B, lock and copy: write"));
-    Bursts::of(500, operations, || black_box(&mut own).copy_from_slice(&shared.read().unwrap()))
-        .print(&format!("{size} B, lock and copy: read"));
-}
-
-fn queue(readers: u16) {
-    const WINDOW: usize = 16;
-    let budget = Budget { latest: 0, queues: readers, window: WINDOW as u16 };
-    let channel = Channel::new(Shape::fixed(64, 8), 2 * WINDOW, budget);
-    let mut writer = channel.writer().unwrap();
-    let handles: Vec<_> = (0..readers).map(|_| channel.queue(Policy::Skip, Start::Oldest).unwrap()).collect();
-    let handles = std::cell::RefCell::new(handles);
-    let bytes = [7; 64];
-    Bursts::prepared(
-        2000,
-        WINDOW,
-        || {
-            for reader in handles.borrow_mut().iter_mut() {
-                reader.pull().unwrap();
-            }
-        },
-        || (0..WINDOW).for_each(|_| drop(black_box(writer.write(black_box(&bytes), 0, 1)))),
-    )
-    .print(&format!("queue, 64 B, {readers} readers: push"));
-    Bursts::prepared(
-        2000,
-        WINDOW * usize::from(readers),
-        || (0..WINDOW).for_each(|_| drop(writer.write(&bytes, 0, 1))),
-        || {
-            for reader in handles.borrow_mut().iter_mut() {
-                assert_eq!(reader.pull(), Ok(WINDOW));
-                reader.window().for_each(|loan| drop(black_box(loan.bytes()[0])));
-            }
-        },
-    )
-    .print(&format!("queue, 64 B, {readers} readers: pull in windows of {WINDOW}"));
-}
-
-fn mailbox() {
-    let mailbox = Mailbox::new(Shape::fixed(64, 8), 1, 16);
-    let mut sender = mailbox.sender().unwrap();
-    let mut receiver = mailbox.receiver().unwrap();
-    let bytes = [7; 64];
-    Bursts::of(1000, 1000, || {
-        black_box(sender.send(black_box(&bytes), 0, 1)).unwrap();
-        assert_eq!(receiver.collect(), 1);
-        receiver.messages().for_each(|message| drop(black_box(message.bytes()[0])));
-        receiver.release();
-    })
-    .print("message, 64 B: send and collect one");
-    Bursts::of(1000, 100, || {
-        (0..16).for_each(|_| drop(black_box(sender.send(black_box(&bytes), 0, 1))));
-        assert_eq!(receiver.collect(), 16);
-        receiver.release();
-    })
-    .print("message, 64 B: send and collect sixteen");
-}
-
-fn wake() {
-    let wake = Wake::new();
-    Bursts::of(1000, 1000, || wake.notify(black_box(1))).print("wake: notify, nobody sleeps");
-    Bursts::of(1000, 1000, || {
-        wake.notify(black_box(1));
-        black_box(wake.wait());
-    })
-    .print("wake: notify and wait, nobody sleeps");
-}
-
-/// One value that goes back and forth between two cores.
-fn transfer() -> Bursts {
-    const ROUNDS: u64 = 2000;
-    const BURSTS: usize = 220;
-    let line = Arc::new(Line::default());
+/// Runs `here` on core 0 and `there` on core 1.
+fn together<T: Send + 'static>(there: impl FnOnce() -> T + Send + 'static, here: impl FnOnce()) -> T {
+    let barrier = Arc::new(Barrier::new(2));
     let other = {
-        let line = Arc::clone(&line);
+        let barrier = Arc::clone(&barrier);
         thread::spawn(move || {
-            bind(1);
-            for turn in (1..=BURSTS as u64 * ROUNDS).map(|round| 2 * round - 1) {
-                while line.0.load(Ordering::Acquire) != turn {
-                    spin_loop();
-                }
-                line.0.store(turn + 1, Ordering::Release);
-            }
+            pin_to(1);
+            barrier.wait();
+            there()
         })
     };
-    let mut turn = 0;
-    let bursts = Bursts::of(BURSTS - BURSTS / 11, 2 * ROUNDS as usize, {
-        let line = Arc::clone(&line);
-        let mut half = false;
-        move || {
-            // Two transfers make one round.
-            half = !half;
-            if half {
-                line.0.store(turn + 1, Ordering::Release);
-                turn += 2;
-                while line.0.load(Ordering::Acquire) != turn {
-                    spin_loop();
-                }
-            }
+    barrier.wait();
+    here();
+    other.join().unwrap()
+}
+
+fn line_transfer() -> f64 {
+    const ROUNDS: u64 = 1000;
+    #[repr(align(128))]
+    struct Line(AtomicU64);
+    let line = Arc::new(Line(AtomicU64::new(0)));
+    let mut bursts = Vec::new();
+    let rounds = ROUNDS * (BURSTS as u64 + 1);
+    let other = Arc::clone(&line);
+    let echo = move || {
+        for round in 0..rounds {
+            while other.0.load(Ordering::Acquire) != 2 * round + 1 {}
+            other.0.store(2 * round + 2, Ordering::Release);
+        }
+    };
+    together(echo, || {
+        let mut round = 0;
+        for _ in 0..=BURSTS {
+            bursts.push(
+                time(ROUNDS as usize, |_| {
+                    line.0.store(2 * round + 1, Ordering::Release);
+                    while line.0.load(Ordering::Acquire) != 2 * round + 2 {}
+                    round += 1;
+                }) / 2.0,
+            );
         }
     });
-    other.join().unwrap();
-    bursts
+    report("a cache line from one core to the other", bursts.split_off(1))
 }
 
-#[derive(Default)]
-#[repr(align(128))]
-struct Line(AtomicU64);
-
-/// What two threads got done that write and read as fast as they can, and how long batches of writes took.
-struct Contended {
-    writes: f64,
-    fresh: f64,
-    bursts: Bursts,
+/// Looks at the first and the last word.
+#[inline]
+fn touch(reader: &Latest) -> u64 {
+    let Some(loan) = reader.value() else { return 0 };
+    let bytes = loan.bytes();
+    let word = |bytes: &[u8]| bytes.try_into().map_or(0, u64::from_ne_bytes);
+    word(&bytes[..8]) ^ word(&bytes[bytes.len() - 8..])
 }
 
-/// Operations between two looks at the clock.
-const BATCH: usize = 100;
-
-/// `write` and `read` on two cores for a while; `read` gives the number of the value that it saw.
-fn contend(mut write: impl FnMut(u64), mut read: impl FnMut() -> u64 + Send) -> Contended {
-    let stop = AtomicBool::new(false);
-    let ready = Barrier::new(2);
-    let mut times = Vec::with_capacity(1 << 20);
-    thread::scope(|scope| {
-        let reader = scope.spawn(|| {
-            bind(1);
-            ready.wait();
-            let (mut fresh, mut last) = (0_u64, 0);
-            while !stop.load(Ordering::Relaxed) {
-                let now = read();
-                assert!(now >= last, "a value older than the one before");
-                fresh += u64::from(now > last);
-                last = now;
-            }
-            fresh
-        });
-        ready.wait();
-        let start = Instant::now();
-        let (mut number, mut before) = (0, start);
-        while before - start < Duration::from_millis(50) {
-            for _ in 0..BATCH {
-                number += 1;
-                write(number);
-            }
-            let now = Instant::now();
-            times.push((now - before).as_nanos() as f64 / BATCH as f64);
-            before = now;
-        }
-        stop.store(true, Ordering::Relaxed);
-        let seconds = (before - start).as_secs_f64();
-        let fresh = reader.join().unwrap() as f64;
-        Contended { writes: number as f64 / seconds, fresh: fresh / seconds, bursts: Bursts(times) }
-    })
-}
-
-fn register_contended(size: usize) -> Contended {
-    let channel = Channel::new(Shape::fixed(size, 8), 1, budget(1));
+fn one_core(size: usize) {
+    let channel = Channel::new(Shape::fixed(size, 8), 1, Budget { latest: 4, queues: 0, window: 0 });
     let mut writer = channel.writer().unwrap();
-    let mut reader = channel.latest().unwrap();
-    let mut bytes = vec![7; size];
-    contend(
-        |number| {
-            bytes[..8].copy_from_slice(&number.to_ne_bytes());
-            writer.write(&bytes, 0, number).map(|_: Stamp| ()).unwrap();
-        },
-        move || {
-            reader.refresh();
-            reader.value().map_or(0, |loan| number(loan.bytes()))
-        },
-    )
-}
-
-fn lock_contended(size: usize) -> Contended {
-    let shared = Arc::new(RwLock::new(vec![0; size]));
-    let mut bytes = vec![7; size];
-    let mut own = vec![7; size];
-    let writer = Arc::clone(&shared);
-    contend(
-        |number| {
-            bytes[..8].copy_from_slice(&number.to_ne_bytes());
-            writer.write().unwrap().copy_from_slice(&bytes);
-        },
-        move || {
-            own.copy_from_slice(&shared.read().unwrap());
-            number(&own)
-        },
-    )
-}
-
-fn number(bytes: &[u8]) -> u64 {
-    u64::from_ne_bytes(bytes[..8].try_into().unwrap())
-}
-
-fn two_cores() {
-    println!();
-    wake_up();
-    let mut measure = |name: &str, run: &dyn Fn() -> Contended| {
-        // The transfer belongs to the moment: the host may move the cores.
-        let mut runs: Vec<_> = (0..20)
-            .map(|_| {
-                let line = transfer().quantile(0.5);
-                (line, run())
-            })
-            .collect();
-        let mut median =
-            |value: &dyn Fn(&(f64, Contended)) -> f64| Bursts(runs.iter().map(value).collect()).quantile(0.5);
-        let line = median(&|(line, _)| *line);
-        let writes = median(&|(_, run)| run.writes);
-        let fresh = median(&|(_, run)| run.fresh);
-        let per_line = median(&|(line, run)| run.fresh * line * 1e-9);
-        let mut all =
-            Bursts(runs.iter_mut().flat_map(|(_, run)| std::mem::take(&mut run.bursts.0)).collect());
-        let [median, late, last] = [0.5, 0.99, 1.0].map(|share| all.quantile(share));
-        println!(
-            "{name:<26} {line:>9.1} {:>9.2} {:>9.2} {per_line:>9.3} {median:>9.1} {late:>9.1} {last:>9.0}",
-            writes * 1e-6,
-            fresh * 1e-6
-        );
-        fresh
+    let mut value = vec![1; size];
+    let mut write = |i: u64| {
+        value[..8].copy_from_slice(&i.to_ne_bytes());
+        let _ = black_box(writer.write(&value, 0, i));
     };
-    println!(
-        "\n{:<26} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "two cores, as fast as", "line", "writes", "fresh", "fresh", "write", "write", "write"
+    report(&format!("write {size} B, no reader"), bursts(10_000, &mut write));
+    let mut readers = [(); 4].map(|()| channel.latest().unwrap());
+    readers.iter_mut().for_each(|reader| assert!(reader.refresh()));
+    report(&format!("write {size} B, 4 readers that hold a value"), bursts(10_000, &mut write));
+    let reader = &mut readers[0];
+    reader.refresh();
+    let read = |reader: &mut Latest| {
+        black_box(reader.refresh());
+        black_box(touch(reader));
+    };
+    report(&format!("read {size} B, nothing new"), bursts(10_000, |_| read(reader)));
+    let pair = bursts(10_000, |i| {
+        write(i);
+        read(reader);
+    });
+    report(&format!("write and read {size} B, always new"), pair);
+}
+
+fn queue(count: u16) {
+    const BATCH: u16 = 64;
+    let channel = Channel::new(
+        Shape::fixed(64, 8),
+        2 * usize::from(BATCH),
+        Budget { latest: 0, queues: count, window: BATCH },
     );
-    println!(
-        "{:<26} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "both sides can", "ns", "10^6/s", "10^6/s", "per line", "p50 ns", "p99 ns", "max ns"
-    );
-    for size in SIZES {
-        let own = measure(&format!("{size} B"), &|| register_contended(size));
-        let lock = measure(&format!("{size} B, lock and copy"), &|| lock_contended(size));
-        println!("{:<26} {:>29.1} times", "  fresh reads, ratio", own / lock);
+    let mut writer = channel.writer().unwrap();
+    let mut readers: Vec<_> = (0..count).map(|_| channel.queue(Policy::Skip, Start::Next).unwrap()).collect();
+    let (mut pushes, mut pulls) = (Vec::new(), Vec::new());
+    for _ in 0..BURSTS {
+        let (mut push, mut pull) = (0.0, 0.0);
+        for _ in 0..20 {
+            push += time(BATCH.into(), |i| {
+                let _ = black_box(writer.write(&[i as u8; 64], 0, i));
+            }) / 20.0;
+            let once = time(1, |_| {
+                for reader in &mut readers {
+                    assert_eq!(reader.pull(), Ok(BATCH.into()));
+                    reader.window().for_each(|loan| {
+                        black_box(loan.bytes()[0]);
+                    });
+                    reader.release();
+                }
+            });
+            pull += once / (20.0 * f64::from(BATCH) * f64::from(count));
+        }
+        pushes.push(push);
+        pulls.push(pull);
     }
+    report(&format!("queue, {count} readers: push 64 B"), pushes);
+    report(&format!("queue, {count} readers: pull, each value and reader"), pulls);
 }
 
-/// Threads that wake each other in turn, beside the same with the standard library's parking alone.
-fn wake_up() {
-    let words = [Arc::new(Wake::new()), Arc::new(Wake::new())];
-    let [here, there] = words;
-    let other = {
-        let (here, there) = (Arc::clone(&here), Arc::clone(&there));
-        thread::spawn(move || {
-            bind(1);
-            while there.wait() & 2 == 0 {
-                here.notify(1);
-            }
-        })
-    };
-    Bursts::of(50, 100, || {
-        there.notify(1);
-        here.wait();
-    })
-    .print("wake: there and back, both asleep");
-    there.notify(2);
-    other.join().unwrap();
+fn messages() {
+    let mailbox = Mailbox::new(Shape::fixed(64, 8), 1, 4);
+    let mut sender = mailbox.sender().unwrap();
+    let mut receiver = mailbox.receiver().unwrap();
+    let both = bursts(10_000, |i| {
+        let _ = black_box(sender.send(&[i as u8; 64], 0, i));
+        assert_eq!(receiver.collect(), 1);
+        receiver.messages().for_each(|message| {
+            black_box(message.bytes()[0]);
+        });
+    });
+    report("message of 64 B, sent and collected", both);
+    report("collect, no message", bursts(10_000, |_| assert_eq!(receiver.collect(), 0)));
+}
 
-    let turn = Arc::new(AtomicU64::new(0));
-    let main = thread::current();
-    let other = {
-        let turn = Arc::clone(&turn);
-        thread::spawn(move || {
-            bind(1);
-            loop {
-                match turn.load(Ordering::Acquire) {
-                    1 => {
-                        turn.store(0, Ordering::Release);
-                        main.unpark();
+fn waking() {
+    let wake = Wake::new();
+    report("notify, nobody sleeps", bursts(10_000, |_| wake.notify(1)));
+}
+
+/// A writer and a reader on a core each, both as fast as they can.
+fn contended(size: usize, transfer: f64) {
+    let channel = Channel::new(Shape::fixed(size, 8), 1, Budget { latest: 1, queues: 0, window: 0 });
+    let (mut writes, mut fresh, mut calls) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..BURSTS / 2 {
+        let mut writer = channel.writer().unwrap();
+        let mut reader = channel.latest().unwrap();
+        let stop = Arc::new(AtomicBool::new(false));
+        let read = {
+            let stop = Arc::clone(&stop);
+            move || {
+                let (mut fresh, mut calls) = (0_u32, 0_u32);
+                let start = Instant::now();
+                while !stop.load(Ordering::Relaxed) {
+                    for _ in 0..16 {
+                        fresh += u32::from(reader.refresh());
+                        black_box(touch(&reader));
+                        calls += 1;
                     }
-                    2 => break,
-                    _ => thread::park(),
+                }
+                let seconds = start.elapsed().as_secs_f64();
+                (f64::from(fresh) / seconds, f64::from(calls) / seconds)
+            }
+        };
+        let value = vec![1; size];
+        let rates = together(read, || {
+            let (start, mut count) = (Instant::now(), 0_u32);
+            while start.elapsed() < BURST {
+                for i in 0..64 {
+                    let _ = black_box(writer.write(&value, 0, i));
+                    count += 1;
                 }
             }
-        })
-    };
-    Bursts::of(50, 100, || {
-        turn.store(1, Ordering::Release);
-        other.thread().unpark();
-        while turn.load(Ordering::Acquire) == 1 {
-            thread::park();
-        }
-    })
-    .print("park and unpark alone: there and back, both asleep");
-    turn.store(2, Ordering::Release);
-    other.thread().unpark();
-    other.join().unwrap();
+            writes.push(f64::from(count) / start.elapsed().as_secs_f64());
+            stop.store(true, Ordering::Relaxed);
+        });
+        fresh.push(rates.0);
+        calls.push(rates.1);
+    }
+    let millions = |rates: &[f64]| rates.iter().map(|rate| rate / 1e6).collect();
+    println!("contended on two cores, {size} B:");
+    report("  writes, million per second", millions(&writes));
+    report("  reads, million per second", millions(&calls));
+    report("  fresh reads, million per second", millions(&fresh));
+    let per_transfer = |rates: Vec<f64>| rates.into_iter().map(|rate| rate * transfer / 1e9).collect();
+    report("  writes per line transfer", per_transfer(writes));
+    report("  fresh reads per line transfer (0.4 is the target)", per_transfer(fresh));
 }

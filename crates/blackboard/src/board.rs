@@ -37,6 +37,17 @@ pub struct Property {
     watchers: AtomicU32,
 }
 
+/// What a property with values takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Store {
+    /// Room in the tail, for interfaces with one.
+    pub capacity: usize,
+    /// How many values are kept.
+    pub depth: usize,
+    /// How many readers it serves.
+    pub budget: Budget,
+}
+
 /// How values or messages of a property travel.
 #[derive(Clone, Debug)]
 pub enum Carrier {
@@ -188,7 +199,7 @@ impl Property {
     pub fn set_bytes(&self, bytes: &[u8], time: u64) -> Result<Stamp, BoardError> {
         let read_only = || BoardError::ReadOnly { url: format!("/{}", self.path) };
         let shape = self.channel().ok_or_else(read_only)?.shape();
-        let items = if shape.item == 0 { 0 } else { bytes.len().saturating_sub(shape.size) / shape.item };
+        let items = bytes.len().saturating_sub(shape.size).checked_div(shape.item).unwrap_or(0);
         if bytes.len() < shape.size || items > shape.capacity {
             return Err(BoardError::Access {
                 url: format!("/{}", self.path),
@@ -238,7 +249,7 @@ impl Board {
         &self.agent
     }
 
-    /// Adds a property that has values; `depth` is how many of them are kept.
+    /// Adds a property that has values.
     ///
     /// # Errors
     /// When the path is taken.
@@ -247,12 +258,10 @@ impl Board {
         path: &str,
         doc: &str,
         descriptor: &'static Descriptor,
-        capacity: usize,
-        depth: usize,
-        budget: Budget,
+        store: Store,
         access: Access,
     ) -> Result<Arc<Property>, BoardError> {
-        let channel = Channel::new(descriptor.shape(capacity), depth, budget);
+        let channel = Channel::new(descriptor.shape(store.capacity), store.depth, store.budget);
         let setter = match access {
             // A fresh channel has no writer, so this one is granted.
             Access::Setting => channel.writer().ok(),

@@ -16,7 +16,7 @@ mod sync;
 mod url;
 pub mod wake;
 
-pub use board::{Access, Board, BoardError, Carrier, Property, nearest_names};
+pub use board::{Access, Board, BoardError, Carrier, Property, Store, nearest_names};
 pub use channel::Channel;
 pub use shape::Shape;
 pub use stamp::Stamp;

@@ -7,9 +7,13 @@ failures=0
 # check TOOL TEST FEATURES: the exit code of one test.
 check() {
     case $1 in
-    loom) RUSTFLAGS="--cfg loom" cargo test -q -p slate-blackboard --release --test loom \
+    loom) RUSTFLAGS="--cfg loom" timeout 300 cargo test -q -p slate-blackboard --release --test loom \
         --target-dir target/loom --features "$3" -- --exact $2 ;;
-    shuttle) cargo test -q -p slate-blackboard --release --test shuttle \
+    sanitizer) RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -Cunsafe-allow-abi-mismatch=sanitizer" \
+        TSAN_OPTIONS="suppressions=$PWD/crates/blackboard/tests/thread-sanitizer.txt" \
+        timeout 300 cargo test -q -p slate-blackboard --test threads --target x86_64-unknown-linux-gnu \
+        --target-dir target/thread-sanitizer --features "$3" ;;
+    shuttle) timeout 300 cargo test -q -p slate-blackboard --release --test shuttle \
         --features "shuttle,$3" -- --exact $2 ;;
     esac >/tmp/slate-mutant.$$ 2>&1
 }
@@ -25,7 +29,8 @@ expect_caught() { # TOOL MUTANT TESTS...
         if check "$tool" "$test" "mutant-$mutant"; then
             echo "MISSED: $mutant by $tool $test"; failures=$((failures + 1))
         # A build error or a test that does not exist is no catch.
-        elif grep -q "^running 1 test" /tmp/slate-mutant.$$ && grep -q "panicked at" /tmp/slate-mutant.$$; then
+        elif grep -q "^running 1 test" /tmp/slate-mutant.$$ && grep -q "panicked at" /tmp/slate-mutant.$$ \
+            || grep -q "WARNING: ThreadSanitizer: data race" /tmp/slate-mutant.$$; then
             echo "caught: $mutant by $tool $test"
         else
             echo "BROKEN: $mutant by $tool $test"; cat /tmp/slate-mutant.$$; failures=$((failures + 1))
@@ -35,6 +40,7 @@ expect_caught() { # TOOL MUTANT TESTS...
 
 expect_pass loom
 expect_pass shuttle
+expect_pass sanitizer
 expect_caught loom ordering \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
     two_readers_see_whole_values_in_order_and_in_the_end_the_last \
@@ -55,6 +61,8 @@ expect_caught shuttle readers \
     a_reader_outlives_writers_and_tells_their_generations \
     readers_come_and_go_while_a_writer_writes
 expect_caught shuttle wake no_notification_is_lost_when_the_waiting_thread_changes
+expect_caught sanitizer ordering threads
+expect_caught sanitizer readers threads
 
 rm -f /tmp/slate-mutant.$$
 [ "$failures" = 0 ] && echo "all mutants caught" || { echo "$failures failures"; exit 1; }

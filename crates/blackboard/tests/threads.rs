@@ -1,10 +1,13 @@
 //! Real threads at full speed: no value is torn, none comes twice or backwards, nothing is lost without being counted.
 //!
-//! A program of its own, without the test harness of the standard library, so that ThreadSanitizer, which does not know
-//! that harness, can watch it:
+//! A program of its own, so that ThreadSanitizer can watch it without the test harness and scoped threads of the
+//! standard library: it can't see how those synchronise. Joining is seen.
 //!
-//! `RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -Cunsafe-allow-abi-mismatch=sanitizer"
-//! cargo test -p slate-blackboard --test threads --target x86_64-unknown-linux-gnu --target-dir target/thread-sanitizer`
+//! ```sh
+//! RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -Cunsafe-allow-abi-mismatch=sanitizer" \
+//! TSAN_OPTIONS=suppressions=$PWD/crates/blackboard/tests/thread-sanitizer.txt cargo test -p slate-blackboard \
+//! --test threads --target x86_64-unknown-linux-gnu --target-dir target/thread-sanitizer
+//! ```
 
 #[cfg(any(loom, feature = "shuttle"))]
 fn main() {}
@@ -70,14 +73,22 @@ mod stress {
         }
     }
 
+    /// Runs each in a thread of its own while the last one runs here.
+    fn together(threads: impl IntoIterator<Item = Box<dyn FnOnce() + Send>>, here: impl FnOnce()) {
+        let threads: Vec<_> = threads.into_iter().map(thread::spawn).collect();
+        here();
+        threads.into_iter().for_each(|thread| thread.join().unwrap());
+    }
+
+    fn boxed(run: impl FnOnce() + Send + 'static) -> Box<dyn FnOnce() + Send> {
+        Box::new(run)
+    }
+
     pub fn values() {
         let channel = Channel::new(SHAPE, 1, Budget { latest: 3, queues: 0, window: 0 });
-        let mut readers = [(); 3].map(|()| channel.latest().unwrap());
+        let readers = [(); 3].map(|()| channel.latest().unwrap());
         let mut writer = channel.writer().unwrap();
-        thread::scope(|scope| {
-            for reader in &mut readers {
-                scope.spawn(|| follow(reader));
-            }
+        together(readers.map(|mut reader| boxed(move || follow(&mut reader))), || {
             assert!((1..=VALUES).all(|value| write(&mut writer, value)));
         });
     }
@@ -87,10 +98,10 @@ mod stress {
         let mut newest = channel.latest().unwrap();
         let readers = [(); 3].map(|()| channel.queue(Policy::Skip, Start::Oldest).unwrap());
         let mut writer = channel.writer().unwrap();
-        thread::scope(|scope| {
-            scope.spawn(|| follow(&mut newest));
-            for mut reader in readers {
-                scope.spawn(move || {
+        let mut threads: Vec<_> = readers
+            .into_iter()
+            .map(|mut reader| {
+                boxed(move || {
                     let (mut seen, mut last) = (0, 0);
                     while seen + reader.skipped() < VALUES {
                         reader.pull().unwrap();
@@ -101,28 +112,29 @@ mod stress {
                         }
                     }
                     assert_eq!((last, seen + reader.skipped()), (VALUES, VALUES));
-                });
-            }
-            assert!((1..=VALUES).all(|value| write(&mut writer, value)));
-        });
+                })
+            })
+            .collect();
+        threads.push(boxed(move || follow(&mut newest)));
+        together(threads, || assert!((1..=VALUES).all(|value| write(&mut writer, value))));
     }
 
     pub fn blocking() {
         let channel = Channel::new(SHAPE, 4, Budget { latest: 0, queues: 1, window: 3 });
         let mut reader = channel.queue(Policy::Block, Start::Next).unwrap();
         let mut writer = channel.writer().unwrap();
-        thread::scope(|scope| {
-            scope.spawn(move || {
-                let mut last = 0;
-                while last < VALUES {
-                    reader.pull().unwrap();
-                    for loan in reader.window() {
-                        assert_eq!(number_of(&loan), last + 1);
-                        last += 1;
-                    }
-                    thread::yield_now();
+        let recorder = boxed(move || {
+            let mut last = 0;
+            while last < VALUES {
+                reader.pull().unwrap();
+                for loan in reader.window() {
+                    assert_eq!(number_of(&loan), last + 1);
+                    last += 1;
                 }
-            });
+                thread::yield_now();
+            }
+        });
+        together([recorder], || {
             for value in 1..=VALUES {
                 while !write(&mut writer, value) {
                     thread::yield_now();
@@ -136,35 +148,35 @@ mod stress {
         let mut writers = channels.each_ref().map(|channel| channel.writer().unwrap());
         let mut readers = channels.each_ref().map(|channel| channel.latest().unwrap());
         let word = CommitWord::new();
-        let done = AtomicBool::new(false);
-        thread::scope(|scope| {
-            scope.spawn(|| {
+        let reader = {
+            let word = word.clone();
+            boxed(move || {
                 let mut last = 0;
                 while last < VALUES {
-                    let finished = done.load(Relaxed);
                     let outcome = pin(&word, &mut readers, 4);
                     let values =
                         readers.each_ref().map(|reader| reader.value().as_ref().map_or(0, number_of));
                     assert!(values.iter().all(|value| *value == values[0]), "a torn snapshot: {values:?}");
                     assert_eq!(outcome == Pin::Fresh, values[0] > last);
-                    assert!(!finished || values[0] == VALUES || outcome == Pin::Kept);
                     last = values[0];
                 }
-            });
+            })
+        };
+        together([reader], || {
             for tick in 1..=VALUES {
                 word.begin();
                 assert!(writers.iter_mut().all(|writer| write(writer, tick)));
                 word.end();
             }
-            done.store(true, Relaxed);
         });
     }
 
     pub fn handles() {
         let channel = Channel::new(SHAPE, 2, Budget { latest: 1, queues: 1, window: 2 });
-        let done = AtomicBool::new(false);
-        thread::scope(|scope| {
-            scope.spawn(|| {
+        let done = Arc::new(AtomicBool::new(false));
+        let latest = {
+            let (channel, done) = (channel.clone(), done.clone());
+            boxed(move || {
                 let mut last = 0;
                 while !done.load(Relaxed) {
                     let mut reader = channel.latest().unwrap();
@@ -173,14 +185,19 @@ mod stress {
                     assert!(now >= last);
                     last = now;
                 }
-            });
-            scope.spawn(|| {
+            })
+        };
+        let queue = {
+            let (channel, done) = (channel.clone(), done.clone());
+            boxed(move || {
                 while !done.load(Relaxed) {
                     let mut reader = channel.queue(Policy::Skip, Start::Oldest).unwrap();
                     reader.pull().unwrap();
                     reader.window().for_each(|loan| assert!(number_of(&loan) > 0));
                 }
-            });
+            })
+        };
+        together([latest, queue], || {
             for round in 0..VALUES / 10 {
                 let mut writer = channel.writer().unwrap();
                 assert!((1..=10).all(|value| write(&mut writer, round * 10 + value)));
@@ -195,34 +212,38 @@ mod stress {
         let mailbox = Mailbox::new(SHAPE, 3, 4);
         let senders = [(); 3].map(|()| mailbox.sender().unwrap());
         let mut receiver = mailbox.receiver().unwrap();
-        thread::scope(|scope| {
-            for mut sender in senders {
-                scope.spawn(move || {
-                    let mut number: u64 = 1;
-                    while number <= VALUES {
-                        let message: Vec<u8> = number.to_ne_bytes().repeat(SIZE / 8);
-                        match sender.send(&message, 0, number) {
-                            Ok(ticket) => {
-                                let status = sender.status(ticket);
-                                let answer = Status::Refused((number % 1000) as u16);
-                                assert!(status == Status::Accepted || status == answer, "{status:?}");
-                                number += 1;
-                            }
-                            Err(_) => thread::yield_now(),
+        let answer = |number: u64| (number % 1000) as u16;
+        let threads = senders.map(|mut sender| {
+            boxed(move || {
+                let mut number: u64 = 1;
+                while number <= VALUES {
+                    let message: Vec<u8> = number.to_ne_bytes().repeat(SIZE / 8);
+                    match sender.send(&message, 0, number) {
+                        Ok(ticket) => {
+                            let status = sender.status(ticket);
+                            let possible = [Status::Accepted, Status::Refused(answer(number))];
+                            assert!(possible.contains(&status), "{status:?}");
+                            number += 1;
                         }
+                        Err(_) => thread::yield_now(),
                     }
-                });
-            }
+                }
+            })
+        });
+        together(threads, || {
             let mut last = [0; 3];
             while last != [VALUES; 3] {
-                for index in 0..receiver.collect() {
-                    let message = receiver.messages().nth(index).unwrap();
+                receiver.collect();
+                let mut numbers = Vec::new();
+                for message in receiver.messages() {
                     let number = number(message.bytes(), message.time());
                     let last = &mut last[message.sender() as usize];
                     assert_eq!(number, *last + 1);
                     *last = number;
-                    drop(message);
-                    receiver.answer(index, Answer::Refused((number % 1000) as u16));
+                    numbers.push(number);
+                }
+                for (index, number) in numbers.into_iter().enumerate() {
+                    receiver.answer(index, Answer::Refused(answer(number)));
                 }
                 receiver.release();
                 thread::yield_now();
@@ -231,17 +252,20 @@ mod stress {
     }
 
     pub fn notifications() {
-        let wakes = [Arc::new(Wake::new()), Arc::new(Wake::with_spins(100))];
-        let data = AtomicU64::new(0);
+        let wakes = Arc::new([Wake::new(), Wake::with_spins(100)]);
+        let data = Arc::new(AtomicU64::new(0));
         let rounds = VALUES / 10;
-        thread::scope(|scope| {
-            scope.spawn(|| {
+        let answering = {
+            let (wakes, data) = (wakes.clone(), data.clone());
+            boxed(move || {
                 for round in 1..=rounds {
                     assert_eq!(wakes[0].wait(), 1);
                     assert_eq!(data.load(Relaxed), round);
                     wakes[1].notify(2);
                 }
-            });
+            })
+        };
+        together([answering], || {
             for round in 1..=rounds {
                 data.store(round, Relaxed);
                 wakes[0].notify(1);

@@ -156,5 +156,5 @@ pub fn parse_duration(text: &str) -> Option<u64> {
         _ => return None,
     };
     let nanoseconds = number * unit;
-    (nanoseconds >= 0.0 && nanoseconds < 9e18).then(|| libm::round(nanoseconds) as u64)
+    (0.0..9e18).contains(&nanoseconds).then(|| libm::round(nanoseconds) as u64)
 }

@@ -190,6 +190,7 @@ impl<T: Interface + ?Sized> Input<T> {
     }
 
     /// The value if it was not there in this module's last tick.
+    #[allow(clippy::new_ret_no_self, reason = "it reads as what it gives: what is new")]
     pub fn new(&self) -> Option<&T> {
         self.is_new().then(|| &**self)
     }
@@ -270,10 +271,11 @@ fn entries<T: Interface + ?Sized>(slot: &PortSlot) -> impl ExactSizeIterator<Ite
         // SAFETY: the host lends `count` entries during the tick.
         unsafe { std::slice::from_raw_parts(slot.entries, slot.count.get()) }
     };
-    // SAFETY: each entry holds a value of this interface, unchanged during the tick.
-    entries
-        .iter()
-        .map(|entry| Received { entry, value: unsafe { T::from_raw(entry.data, entry.items.get()) } })
+    entries.iter().map(|entry| {
+        // SAFETY: each entry holds a value of this interface, unchanged during the tick.
+        let value = unsafe { T::from_raw(entry.data, entry.items.get()) };
+        Received { entry, value }
+    })
 }
 
 impl<T: Interface + ?Sized> Queue<T> {

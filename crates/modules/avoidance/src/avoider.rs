@@ -102,11 +102,11 @@ impl Avoider {
             return Decision::Avoid(twist);
         }
         let widths = Widths {
-            blocked: half_width + 0.02,
-            tight: self.footprint.radius() + 0.04,
-            free: self.footprint.radius() + 0.2,
+            blocked: half_width + crate::knob(6, 0.02),
+            tight: self.footprint.radius() + crate::knob(7, 0.04),
+            free: self.footprint.radius() + crate::knob(8, 0.2),
         };
-        let target = field::waypoint(&self.map, pose, goal, widths, 0.6, &mut self.way);
+        let target = field::waypoint(&self.map, pose, goal, widths, crate::knob(9, 0.6), &mut self.way);
         let (dx, dy) = (target.x - pose.x, target.y - pose.y);
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         let target = Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx };

@@ -157,7 +157,10 @@ impl<'a> Surroundings<'a> {
         let error = math::atan2(aside, ahead).abs();
         let change = (twist.linear - last.linear).abs() + 0.3 * (twist.angular - last.angular).abs();
         let backward = if twist.linear < 0.0 { 0.05 } else { 0.0 };
-        distance + 0.3 * error * math::min(1.0, distance / 0.1) + 0.02 * change + backward
+        distance
+            + crate::knob(10, 0.3) * error * math::min(1.0, distance / 0.1)
+            + crate::knob(11, 0.02) * change
+            + backward
     }
 }
 

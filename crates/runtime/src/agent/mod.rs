@@ -18,7 +18,7 @@ use crate::clock::Clock;
 use crate::configuration::{Configuration, Report};
 use crate::log::{LogTarget, Logger};
 use crate::main_loop::{
-    End, Flow, ModuleThreads, Observer, Pace, Rate, Seat, Shared, Watchdog, Workers, cycle, drive,
+    End, Flow, ModuleThreads, Observer, Order, Pace, Rate, Seat, Shared, Watchdog, Workers, cycle, drive,
 };
 
 /// How the modules of an agent are run.
@@ -124,18 +124,10 @@ impl Agent {
             built.runners.into_iter().map(|runner| Arc::new(Seat::new(runner))).collect();
         let own_thread = |index: &usize| options.mode == Mode::Threaded && built.waits[*index];
         let threaded = (0..seats.len()).filter(own_thread).map(|index| Arc::clone(&seats[index])).collect();
-        let stages = built
-            .order
-            .iter()
-            .map(|levels| {
-                levels
-                    .iter()
-                    .map(|level| {
-                        level.iter().filter(|i| !own_thread(i)).map(|i| Arc::clone(&seats[*i])).collect()
-                    })
-                    .collect()
-            })
-            .collect();
+        let on_loop = |level: &Vec<usize>| {
+            level.iter().filter(|i| !own_thread(i)).map(|i| Arc::clone(&seats[*i])).collect()
+        };
+        let order = Order::new(built.order.iter().flatten().map(on_loop));
         if options.armed {
             // A stop that is still latched keeps them disarmed.
             built.actuators.iter().for_each(|actuator| {
@@ -148,7 +140,7 @@ impl Agent {
             logger,
             configuration.period().value,
             lockstep,
-            stages,
+            order,
             built.actuators.clone(),
             lockstep.then(crate::digest::Digest::new),
             Workers::start(options.workers, options.always_help)?,
@@ -228,29 +220,58 @@ impl Agent {
     ///
     /// # Errors
     /// When a thread can't be started.
+    ///
+    /// # Panics
+    /// When the observer does.
     pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
-        self.shared.begin();
+        let shared = &self.shared;
         // SAFETY: no run is going on, as `&mut self` says.
-        unsafe { self.shared.core() }.observer = Some(observer);
+        unsafe { shared.core() }.observer = Some(observer);
         let watched = self.seats.iter().map(|seat| {
             let on_loop = !self.threaded.iter().any(|own| Arc::ptr_eq(own, seat));
             (Arc::clone(seat), on_loop)
         });
-        let watchdog = Watchdog::new(Arc::clone(&self.shared), watched.collect(), self.hang);
-        let threads = ModuleThreads::start(&self.shared, &self.threaded)?;
-        let shared = Arc::clone(&self.shared);
-        std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.watch())?;
-        let shared_loop = Arc::clone(&shared);
-        std::thread::Builder::new().name("main loop".into()).spawn(move || drive(&shared_loop))?;
+        let watchdog = Watchdog::new(Arc::clone(shared), watched.collect(), self.hang);
+        shared.begin();
+        let mut threads = ModuleThreads::default();
+        let watchdog = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.watch());
+        let driver = Arc::clone(shared);
+        let main_loop = std::thread::Builder::new().name("main loop".into());
+        let started = match &watchdog {
+            Ok(_) => threads
+                .start(shared, &self.threaded)
+                .and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop)),
+            Err(error) => Err(error.kind().into()),
+        };
+        if started.is_err() {
+            shared.finish(End::Stopped);
+            shared.put_token_down();
+        }
         let end = shared.wait();
-        threads.stop();
+        threads.join();
+        let panic = shared.close();
+        if let Ok(watchdog) = watchdog {
+            // It has nothing that panics.
+            let _ = watchdog.join();
+        }
+        // SAFETY: the token was put down.
+        unsafe { shared.core() }.observer = None;
+        shared.logger.flush(LAST_LINES);
+        if let Some(panic) = panic {
+            std::panic::resume_unwind(panic);
+        }
+        started?;
         Ok(end)
     }
 }
 
+/// How long the end of a run waits for the last lines of the log.
+const LAST_LINES: Duration = Duration::from_secs(1);
+
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.shared.logger.flush(LAST_LINES);
     }
 }
 

@@ -9,9 +9,10 @@ mod target;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use slate_module::{Host, Level};
 
@@ -47,9 +48,17 @@ impl fmt::Display for Record {
 pub struct Logger {
     lines: Mutex<Option<SyncSender<Line>>>,
     thread: Mutex<Option<JoinHandle<()>>>,
-    dropped: Arc<AtomicU64>,
+    counts: Arc<Counts>,
     level: Level,
     levels: BTreeMap<String, Level>,
+}
+
+/// Lines so far.
+#[derive(Default)]
+struct Counts {
+    sent: AtomicU64,
+    written: AtomicU64,
+    dropped: AtomicU64,
 }
 
 impl fmt::Debug for Logger {
@@ -78,12 +87,12 @@ impl Logger {
         levels: BTreeMap<String, Level>,
     ) -> std::io::Result<Self> {
         let (sender, receiver) = sync_channel(1024);
-        let dropped = Arc::new(AtomicU64::new(0));
-        let counter = Arc::clone(&dropped);
+        let counts = Arc::new(Counts::default());
+        let counter = Arc::clone(&counts);
         let thread = std::thread::Builder::new()
             .name("log".into())
             .spawn(move || write_lines(&receiver, targets, &counter))?;
-        Ok(Self { lines: Mutex::new(Some(sender)), thread: Mutex::new(Some(thread)), dropped, level, levels })
+        Ok(Self { lines: Mutex::new(Some(sender)), thread: Mutex::new(Some(thread)), counts, level, levels })
     }
 
     /// The level of a module.
@@ -91,13 +100,22 @@ impl Logger {
         self.levels.get(module).copied().unwrap_or(self.level)
     }
 
-    /// Logs a line of the agent itself.
+    /// Logs a line of the agent itself; it is dropped and counted when the targets are too slow.
     pub fn log(&self, time: u64, level: Level, text: &str) {
         if level <= self.level
             && let Some(lines) = self.sender()
         {
-            // The logger's thread lives as long as this sender.
-            let _ = lines.send(line(time, level, &Arc::from("agent"), text.as_bytes()));
+            self.counts.try_send(&lines, line(time, level, &Arc::from("agent"), text.as_bytes()));
+        }
+    }
+
+    /// Waits until the targets have what was logged so far, but not longer than `limit`.
+    pub fn flush(&self, limit: Duration) {
+        let sent = self.counts.sent.load(Ordering::Acquire);
+        let mut waited = Duration::ZERO;
+        while self.counts.written.load(Ordering::Acquire) < sent && waited < limit {
+            std::thread::sleep(LOOK);
+            waited += LOOK;
         }
     }
 
@@ -109,7 +127,7 @@ impl Logger {
     pub(crate) fn module(&self, name: &Arc<str>, lossless: bool) -> Option<Box<ModuleLog>> {
         Some(Box::new(ModuleLog {
             lines: self.sender()?,
-            dropped: Arc::clone(&self.dropped),
+            counts: Arc::clone(&self.counts),
             module: Arc::clone(name),
             level: self.level(name),
             lossless,
@@ -119,7 +137,20 @@ impl Logger {
 
     /// How many lines were dropped because the targets were too slow.
     pub fn dropped(&self) -> u64 {
-        self.dropped.load(Ordering::Relaxed)
+        self.counts.dropped.load(Ordering::Relaxed)
+    }
+}
+
+/// How often a flush looks whether it is done.
+const LOOK: Duration = Duration::from_micros(500);
+
+impl Counts {
+    fn try_send(&self, lines: &SyncSender<Line>, line: Line) {
+        match lines.try_send(line) {
+            Ok(()) => self.sent.fetch_add(1, Ordering::Release),
+            // The logger's thread lives as long as a sender, so the buffer is full.
+            Err(_) => self.dropped.fetch_add(1, Ordering::Relaxed),
+        };
     }
 }
 
@@ -128,7 +159,7 @@ impl Drop for Logger {
         // Modules that hang keep a sender of their own, so the thread is not waited for if any is left.
         *self.lines.lock().unwrap_or_else(PoisonError::into_inner) = None;
         if let Some(thread) = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take()
-            && Arc::strong_count(&self.dropped) <= 2
+            && Arc::strong_count(&self.counts) <= 2
         {
             // A target that panicked has lost its lines already.
             let _ = thread.join();
@@ -143,13 +174,13 @@ fn line(time: u64, level: Level, module: &Arc<str>, bytes: &[u8]) -> Line {
     Line { time, level, module: Arc::clone(module), length, text }
 }
 
-fn write_lines(lines: &Receiver<Line>, mut targets: Vec<Box<dyn LogTarget>>, dropped: &AtomicU64) {
+fn write_lines(lines: &Receiver<Line>, mut targets: Vec<Box<dyn LogTarget>>, counts: &Counts) {
     let mut reported = 0;
     while let Ok(line) = lines.recv() {
         let text = String::from_utf8_lossy(&line.text[..line.length]).into_owned();
         let record = Record { time: line.time, level: line.level, module: line.module, text };
         targets.iter_mut().for_each(|target| target.write(&record));
-        let lost = dropped.load(Ordering::Relaxed);
+        let lost = counts.dropped.load(Ordering::Relaxed);
         if lost > reported {
             let text =
                 format!("{} lines of the log were dropped, as its targets are too slow", lost - reported);
@@ -157,13 +188,14 @@ fn write_lines(lines: &Receiver<Line>, mut targets: Vec<Box<dyn LogTarget>>, dro
             let record = Record { time: record.time, level: Level::Warn, module: Arc::from("agent"), text };
             targets.iter_mut().for_each(|target| target.write(&record));
         }
+        counts.written.fetch_add(1, Ordering::Release);
     }
 }
 
 /// The log of one module, as its frame's host knows it.
 pub(crate) struct ModuleLog {
     lines: SyncSender<Line>,
-    dropped: Arc<AtomicU64>,
+    counts: Arc<Counts>,
     module: Arc<str>,
     level: Level,
     lossless: bool,
@@ -192,10 +224,11 @@ impl ModuleLog {
         }
         let line = line(self.time.load(Ordering::Relaxed), level, &self.module, text);
         if self.lossless {
-            // The receiver ends only after all senders.
-            let _ = self.lines.send(line);
-        } else if let Err(TrySendError::Full(_)) = self.lines.try_send(line) {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
+            if self.lines.send(line).is_ok() {
+                self.counts.sent.fetch_add(1, Ordering::Release);
+            }
+        } else {
+            self.counts.try_send(&self.lines, line);
         }
     }
 }

@@ -10,10 +10,12 @@ mod threads;
 mod watchdog;
 mod workers;
 
+use std::any::Any;
 use std::cell::UnsafeCell;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use slate_blackboard::Board;
 use slate_module::Level as LogLevel;
@@ -22,7 +24,7 @@ use crate::actuators::Actuator;
 use crate::clock::Clock;
 use crate::digest::Digest;
 use crate::log::Logger;
-use crate::runner::Committed;
+use crate::runner::StepCall;
 
 pub(crate) use pace::Pace;
 pub use pace::Rate;
@@ -73,8 +75,7 @@ pub enum End {
 
 /// What the loop works on. Whoever holds the token has it alone.
 pub(crate) struct Core {
-    /// The seats of each stage, in order; a level holds modules that do not depend on each other.
-    pub stages: Vec<Vec<Level>>,
+    order: Order,
     pub actuators: Vec<Arc<Actuator>>,
     pub digest: Option<Digest>,
     pub pace: Pace,
@@ -86,16 +87,33 @@ pub(crate) struct Core {
     overruns: u64,
 }
 
-/// Modules of one stage that do not depend on each other.
-pub(crate) type Level = Vec<Arc<Seat>>;
+/// The modules of the loop in the order in which they run.
+pub(crate) struct Order {
+    seats: Vec<Arc<Seat>>,
+    /// For each seat, where its level ends: modules up to there do not depend on each other.
+    ends: Vec<usize>,
+}
+
+impl Order {
+    /// From the levels of all stages.
+    pub fn new(levels: impl Iterator<Item = Vec<Arc<Seat>>>) -> Self {
+        let (mut seats, mut ends) = (Vec::new(), Vec::new());
+        for level in levels {
+            seats.extend(level);
+            ends.resize(seats.len(), seats.len());
+        }
+        Self { seats, ends }
+    }
+}
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Position {
-    stage: usize,
-    level: usize,
-    seat: usize,
     /// Whether the cycle has begun.
     inside: bool,
+    /// The next seat.
+    seat: usize,
+    /// Whether workers were given steps that are not committed yet.
+    helped: bool,
 }
 
 /// The loop as all threads see it.
@@ -105,10 +123,24 @@ pub(crate) struct Shared {
     pub logger: Arc<Logger>,
     pub period: u64,
     pub lockstep: bool,
-    pub stop: AtomicBool,
+    /// The number of the run that goes on; 0 for none.
+    running: AtomicU64,
     core: UnsafeCell<Core>,
-    end: Mutex<Option<End>>,
-    ended: Condvar,
+    ending: Mutex<Ending>,
+    changed: Condvar,
+}
+
+/// How far the end of a run is.
+#[derive(Default)]
+struct Ending {
+    runs: u64,
+    end: Option<End>,
+    /// Whether no thread holds the token any more.
+    token_down: bool,
+    /// Whether all threads of the run are gone, or lost.
+    over: bool,
+    /// What the observer panicked with.
+    panic: Option<Box<dyn Any + Send>>,
 }
 
 // SAFETY: the core is used only by the thread that holds the token.
@@ -122,14 +154,14 @@ impl Shared {
         logger: Arc<Logger>,
         period: u64,
         lockstep: bool,
-        stages: Vec<Vec<Level>>,
+        order: Order,
         actuators: Vec<Arc<Actuator>>,
         digest: Option<Digest>,
         workers: Workers,
         pace: Pace,
     ) -> Self {
         let core = Core {
-            stages,
+            order,
             actuators,
             digest,
             pace,
@@ -145,10 +177,10 @@ impl Shared {
             logger,
             period,
             lockstep,
-            stop: AtomicBool::new(false),
+            running: AtomicU64::new(0),
             core: UnsafeCell::new(core),
-            end: Mutex::new(None),
-            ended: Condvar::new(),
+            ending: Mutex::default(),
+            changed: Condvar::new(),
         }
     }
 
@@ -162,42 +194,99 @@ impl Shared {
         unsafe { &mut *self.core.get() }
     }
 
+    fn ending(&self) -> MutexGuard<'_, Ending> {
+        self.ending.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Before a run.
     pub fn begin(&self) {
-        *self.end.lock().unwrap_or_else(PoisonError::into_inner) = None;
-        self.stop.store(false, Ordering::Release);
+        let mut ending = self.ending();
+        let runs = ending.runs + 1;
+        *ending = Ending { runs, ..Ending::default() };
+        self.running.store(runs, Ordering::Release);
+    }
+
+    /// The number of the run that goes on.
+    pub fn run(&self) -> u64 {
+        self.running.load(Ordering::Acquire)
+    }
+
+    /// Whether that run goes on.
+    pub fn is_in(&self, run: u64) -> bool {
+        self.run() == run
+    }
+
+    /// Whether a run goes on.
+    pub fn is_running(&self) -> bool {
+        self.run() != 0
     }
 
     /// Ends the run, unless it has ended already.
     pub fn finish(&self, end: End) {
-        let mut slot = self.end.lock().unwrap_or_else(PoisonError::into_inner);
-        slot.get_or_insert(end);
-        self.stop.store(true, Ordering::Release);
-        self.ended.notify_all();
+        let mut ending = self.ending();
+        if self.running.swap(0, Ordering::AcqRel) != 0 {
+            ending.end = Some(end);
+        }
+        self.changed.notify_all();
     }
 
-    /// Waits for the end of the run.
+    /// After the end: says that no thread works on the core any more.
+    pub fn put_token_down(&self) {
+        self.ending().token_down = true;
+        self.changed.notify_all();
+    }
+
+    /// Waits until the run has ended and the core is free.
     pub fn wait(&self) -> End {
-        let mut slot = self.end.lock().unwrap_or_else(PoisonError::into_inner);
-        loop {
-            match slot.clone() {
-                Some(end) => return end,
-                None => slot = self.ended.wait(slot).unwrap_or_else(PoisonError::into_inner),
-            }
+        let waited = self.changed.wait_while(self.ending(), |ending| !ending.token_down);
+        waited.unwrap_or_else(PoisonError::into_inner).end.take().unwrap_or(End::Stopped)
+    }
+
+    /// Sleeps, but not beyond the end of the run.
+    pub fn sleep(&self, duration: Duration) {
+        if self.is_running() {
+            // An error says that a thread panicked while it had the lock, which is no reason to sleep.
+            let _ = self.changed.wait_timeout_while(self.ending(), duration, |_| self.is_running());
+        } else {
+            std::thread::sleep(duration);
         }
+    }
+
+    /// Sleeps; true when the run is over before that.
+    pub fn is_over_within(&self, duration: Duration) -> bool {
+        let waited = self.changed.wait_timeout_while(self.ending(), duration, |ending| !ending.over);
+        waited.unwrap_or_else(PoisonError::into_inner).0.over
+    }
+
+    /// Says that all threads of the run are gone, or lost. Returns what its observer panicked with.
+    pub fn close(&self) -> Option<Box<dyn Any + Send>> {
+        let mut ending = self.ending();
+        ending.over = true;
+        self.changed.notify_all();
+        ending.panic.take()
     }
 }
 
 /// Drives the loop until the run ends or this thread loses the token.
 pub(crate) fn drive(shared: &Shared) {
-    while !shared.stop.load(Ordering::Acquire) {
-        match cycle(shared) {
-            Flow::Next => {}
-            Flow::Stop => return shared.finish(End::Stopped),
-            Flow::Lost => return,
+    let cycles = || {
+        while shared.is_running() {
+            match cycle(shared) {
+                Flow::Next => {}
+                Flow::Stop => break,
+                Flow::Lost => return false,
+            }
         }
+        true
+    };
+    match catch_unwind(AssertUnwindSafe(cycles)) {
+        Ok(true) => {}
+        Ok(false) => return,
+        // The application's observer; modules don't let a panic out.
+        Err(panic) => shared.ending().panic = Some(panic),
     }
     shared.finish(End::Stopped);
+    shared.put_token_down();
 }
 
 /// How a cycle ended.
@@ -212,59 +301,38 @@ pub(crate) enum Flow {
 /// One cycle, or the rest of one that another thread began.
 pub(crate) fn cycle(shared: &Shared) -> Flow {
     // SAFETY: this thread holds the token; every reference ends before a step is made, as the step may lose it.
-    let now = unsafe {
-        let core = shared.core();
-        if !core.position.inside {
-            let behind = core.pace.wait(shared, core.cycle);
-            if behind > 0 {
-                core.overruns += 1;
-                if core.overruns.is_power_of_two() {
-                    let text = format!(
-                        "the main loop took {:.1} ms longer than its period ({} overruns)",
-                        behind as f64 * 1e-6,
-                        core.overruns
-                    );
-                    shared.logger.log(shared.clock.now(), LogLevel::Warn, &text);
-                }
-            }
-            if shared.lockstep || matches!(*shared.clock, Clock::Driven(_)) {
-                shared.clock.set(core.cycle * shared.period);
-            }
-            core.cycle += 1;
-            core.position = Position { inside: true, ..Position::default() };
-        }
-        shared.clock.now()
-    };
+    let now = unsafe { begin_cycle(shared, shared.core()) };
+    let mut mark = measured();
     loop {
         // SAFETY: as above.
-        let seat = unsafe {
-            let core = shared.core();
-            let position = core.position;
-            let Some(stage) = core.stages.get(position.stage) else { break };
-            let Some(level) = stage.get(position.level) else {
-                core.position = Position { stage: position.stage + 1, level: 0, seat: 0, inside: true };
-                continue;
-            };
-            if position.seat == 0 && core.workers.pays(level) {
-                core.position = Position { level: position.level + 1, ..position };
-                // Raw, as the core must not be borrowed while steps are made.
-                let (level, workers): (*const Level, *const Workers) = (level, &raw const core.workers);
-                let digest = core.digest.as_mut().map(std::ptr::from_mut);
-                if !(*workers).run(&*level, now, digest.map(|digest| &mut *digest)) {
-                    return Flow::Lost;
-                }
-                continue;
+        let (seat, call) = unsafe {
+            match next_step(shared.core(), now) {
+                Next::Step(seat, call) => (&*seat, call),
+                Next::Nothing => continue,
+                Next::End => break,
             }
-            let Some(seat) = level.get(position.seat) else {
-                core.position = Position { level: position.level + 1, seat: 0, ..position };
-                continue;
-            };
-            core.position.seat += 1;
-            Arc::as_ptr(seat)
         };
-        // SAFETY: the core keeps the seat alive, and seats are never removed while the loop runs.
-        if !step(shared, unsafe { &*seat }, now) {
+        seat.begin(false);
+        // SAFETY: the runner was prepared, and the seat keeps others out.
+        let code = unsafe { call.make() };
+        if !seat.end() {
             return Flow::Lost;
+        }
+        // The end of a step is the beginning of the next: reading the clock takes as long as a short step.
+        let end = measured();
+        let duration = nanoseconds(mark, end);
+        mark = end;
+        // SAFETY: the step was not given up, so this thread still holds the token.
+        unsafe {
+            let core = shared.core();
+            if core.position.helped {
+                core.position.helped = false;
+                core.workers.commit(now, core.digest.as_mut());
+                mark = measured();
+            }
+            let runner = seat.runner();
+            runner.time(duration);
+            runner.commit(now, code, core.digest.as_mut());
         }
     }
     // SAFETY: as above; no step is left in this cycle.
@@ -280,41 +348,69 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
     }
 }
 
-/// One module's step, if it is due; false when the step was given up while this thread made it.
-fn step(shared: &Shared, seat: &Seat, now: u64) -> bool {
-    if !seat.is_idle() && !seat.readmit() {
-        return true;
+/// Waits for the beginning of a cycle, unless it has begun; returns its time.
+fn begin_cycle(shared: &Shared, core: &mut Core) -> u64 {
+    if core.position.inside {
+        return shared.clock.now();
     }
-    // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
-    let call = unsafe {
-        let runner = seat.runner();
-        if !runner.is_due(now) {
-            return true;
+    let behind = core.pace.wait(shared, core.cycle);
+    if behind > 0 {
+        core.overruns += 1;
+        if core.overruns.is_power_of_two() {
+            let text = format!(
+                "the main loop took {:.1} ms longer than its period ({} overruns)",
+                behind as f64 * 1e-6,
+                core.overruns
+            );
+            shared.logger.log(shared.clock.now(), LogLevel::Warn, &text);
         }
-        runner.log.set_time(now);
-        runner.prepare(now);
-        runner.call()
-    };
-    seat.begin();
-    let start = measured();
-    // SAFETY: the runner was prepared, and the seat keeps others out.
-    let code = unsafe { call.make() };
-    let duration = start.elapsed().as_nanos() as u64;
-    if !seat.end() {
-        return false;
     }
-    // SAFETY: the step was not given up, so this thread still holds the token.
-    unsafe {
-        let runner = seat.runner();
-        runner.time(duration);
-        let digest = shared.core().digest.as_mut();
-        let _: Committed = runner.commit(now, code, digest);
-    }
-    true
+    shared.clock.set(core.cycle * shared.period);
+    core.cycle += 1;
+    core.position = Position { inside: true, ..Position::default() };
+    shared.clock.now()
 }
 
-/// The start of a step.
+/// What the loop does next.
+enum Next {
+    /// A step that is prepared. The core keeps the seat alive, and seats are never removed while the loop runs.
+    Step(*const Seat, StepCall),
+    /// The module is not due.
+    Nothing,
+    /// The cycle is at its end.
+    End,
+}
+
+fn next_step(core: &mut Core, now: u64) -> Next {
+    let position = &mut core.position;
+    if position.helped {
+        // The thread that gave the steps to the workers was lost.
+        position.helped = false;
+        core.workers.commit(now, core.digest.as_mut());
+    }
+    let first = position.seat;
+    let Some(&end) = core.order.ends.get(first) else { return Next::End };
+    let rest = &core.order.seats[first..end];
+    let (count, call) = if core.workers.pay(rest) {
+        position.helped = true;
+        core.workers.give(rest, now)
+    } else {
+        (1, workers::ready(&rest[0], now))
+    };
+    position.seat += count;
+    match call {
+        Some(call) => Next::Step(Arc::as_ptr(&rest[count - 1]), call),
+        None => Next::Nothing,
+    }
+}
+
+/// A moment of the wall clock.
 #[allow(clippy::disallowed_methods, reason = "the host measures its modules; nothing they see depends on it")]
-fn measured() -> std::time::Instant {
-    std::time::Instant::now()
+fn measured() -> Instant {
+    Instant::now()
+}
+
+/// From one moment to another.
+fn nanoseconds(start: Instant, end: Instant) -> u64 {
+    end.saturating_duration_since(start).as_nanos() as u64
 }

@@ -41,7 +41,7 @@ impl Pace {
         let begin = start + Duration::from_nanos(((cycle + self.skipped) as f64 * period) as u64);
         let now = Instant::now();
         if let Some(early) = begin.checked_duration_since(now) {
-            std::thread::sleep(early);
+            shared.sleep(early);
             return 0;
         }
         let late = now.duration_since(begin).as_nanos() as u64;

@@ -1,12 +1,14 @@
 use std::cell::UnsafeCell;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+
+use slate_blackboard::wake::Wake;
 
 use crate::runner::{Condition, Health, Runner};
 
 const IDLE: u32 = 0;
 const RUNNING: u32 = 1;
-/// The watchdog gives the module's outputs their safe values.
+/// The watchdog gives the module's outputs their safe values, or a late module is being taken back.
 const CLAIMED: u32 = 2;
 const LATE: u32 = 3;
 const RETURNED: u32 = 4;
@@ -18,9 +20,13 @@ const RETURNED: u32 = 4;
 pub(crate) struct Seat {
     pub name: Arc<str>,
     pub health: Arc<Health>,
+    /// Wakes the module's own thread, if it has one.
+    pub wake: Arc<Wake>,
     state: AtomicU32,
     /// Counts steps begun, so that the watchdog can tell a long step from many short ones.
     begun: AtomicU64,
+    /// Whether a worker makes the step, so that the loop goes on without it.
+    helped: AtomicBool,
     runner: UnsafeCell<Runner>,
 }
 
@@ -32,8 +38,10 @@ impl Seat {
         Self {
             name: Arc::clone(&runner.name),
             health: Arc::clone(&runner.health),
+            wake: Arc::clone(&runner.wake),
             state: AtomicU32::new(IDLE),
             begun: AtomicU64::new(0),
+            helped: AtomicBool::new(false),
             runner: UnsafeCell::new(runner),
         }
     }
@@ -49,9 +57,10 @@ impl Seat {
         unsafe { &mut *self.runner.get() }
     }
 
-    /// Before a step.
-    pub fn begin(&self) {
+    /// Before a step, which a worker makes (`helped`) or whoever drives the seat.
+    pub fn begin(&self, helped: bool) {
         self.begun.store(self.begun.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+        self.helped.store(helped, Ordering::Relaxed);
         self.state.store(RUNNING, Ordering::Release);
     }
 
@@ -70,12 +79,13 @@ impl Seat {
     /// Takes back a seat whose late step has returned.
     pub fn readmit(&self) -> bool {
         if self.state.load(Ordering::Relaxed) != RETURNED
-            || self.state.compare_exchange(RETURNED, IDLE, Ordering::AcqRel, Ordering::Acquire).is_err()
+            || self.state.compare_exchange(RETURNED, CLAIMED, Ordering::AcqRel, Ordering::Acquire).is_err()
         {
             return false;
         }
-        // SAFETY: the late thread is out of the runner, and the caller drives this seat.
+        // SAFETY: the late thread is out of the runner, and the seat was claimed.
         unsafe { self.runner() }.welcome_back();
+        self.state.store(IDLE, Ordering::Release);
         true
     }
 
@@ -87,6 +97,16 @@ impl Seat {
     /// Whether the step that runs was given up.
     pub fn is_given_up(&self) -> bool {
         matches!(self.state.load(Ordering::Acquire), LATE | RETURNED)
+    }
+
+    /// Whether a step was given up and has not returned.
+    pub fn is_late(&self) -> bool {
+        self.state.load(Ordering::Acquire) == LATE
+    }
+
+    /// Whether the step that runs, or was given up, is made by a worker.
+    pub fn is_helped(&self) -> bool {
+        self.helped.load(Ordering::Relaxed)
     }
 
     /// The step that runs now, if one does.

@@ -1,46 +1,46 @@
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 use slate_module::Trigger;
 
-use super::{Seat, Shared, measured};
+use super::{Seat, Shared, measured, nanoseconds};
+use crate::runner::{Condition, Runner};
 
 /// Modules that run on threads of their own, woken by what they wait for.
+#[derive(Default)]
 pub(crate) struct ModuleThreads {
-    wakes: Vec<Arc<Wake>>,
-    threads: Vec<(Arc<Seat>, JoinHandle<()>)>,
+    threads: Vec<(Arc<Seat>, Arc<Wake>, JoinHandle<()>)>,
 }
 
 impl ModuleThreads {
     /// Starts a thread for each module.
     ///
     /// # Errors
-    /// When a thread can't be started.
-    pub fn start(shared: &Arc<Shared>, seats: &[Arc<Seat>]) -> io::Result<Self> {
-        let mut wakes = Vec::new();
-        let mut threads = Vec::new();
+    /// When a thread can't be started; those before it run.
+    pub fn start(&mut self, shared: &Arc<Shared>, seats: &[Arc<Seat>]) -> io::Result<()> {
+        let run = shared.run();
         for seat in seats {
-            // SAFETY: no thread drives this seat yet.
-            let wake = Arc::clone(&unsafe { seat.runner() }.wake);
-            wakes.push(Arc::clone(&wake));
-            let (shared, driven) = (Arc::clone(shared), Arc::clone(seat));
+            let wake = Arc::clone(&seat.wake);
+            let (thread_shared, driven, own) = (Arc::clone(shared), Arc::clone(seat), Arc::clone(&wake));
             let thread = std::thread::Builder::new()
                 .name(seat.name.to_string())
-                .spawn(move || work(&shared, &driven, &wake))?;
-            threads.push((Arc::clone(seat), thread));
+                .spawn(move || work(&thread_shared, run, &driven, &own))?;
+            self.threads.push((Arc::clone(seat), wake, thread));
         }
-        Ok(Self { wakes, threads })
+        Ok(())
     }
 
-    /// Ends the threads; one that hangs is left behind.
-    pub fn stop(self) {
-        self.wakes.iter().for_each(|wake| wake.notify(1));
-        for (seat, thread) in self.threads {
-            if seat.running().is_none() && seat.is_idle() {
+    /// Waits for the threads after the run has ended; one that hangs is left behind.
+    pub fn join(self) {
+        self.threads.iter().for_each(|(_, wake, _)| wake.notify(1));
+        for (seat, _, thread) in self.threads {
+            while !thread.is_finished() && !seat.is_late() {
+                std::thread::sleep(Duration::from_micros(200));
+            }
+            if thread.is_finished() {
                 // A panic in a module does not reach its thread, so there is nothing to learn from the result.
                 let _ = thread.join();
             }
@@ -48,14 +48,22 @@ impl ModuleThreads {
     }
 }
 
-/// The life of a module's own thread.
-fn work(shared: &Shared, seat: &Seat, wake: &Wake) {
-    while !shared.stop.load(Ordering::Acquire) {
+/// The life of a module's own thread in that run.
+fn work(shared: &Shared, run: u64, seat: &Seat, wake: &Wake) {
+    while shared.is_in(run) {
+        if !seat.is_idle() {
+            // A late step has returned, or one of an earlier run has not yet.
+            if !seat.readmit() {
+                wake.wait_timeout(LOOK);
+            }
+            continue;
+        }
         // SAFETY: this thread drives the seat, which is idle between steps.
         let (due, patience) = unsafe {
             let runner = seat.runner();
             let now = shared.clock.now();
-            (runner.is_due(now), patience(&runner.trigger, now, runner.due, runner.last_tick))
+            let due = runner.is_due(now);
+            (due, if due { Duration::ZERO } else { patience(runner, now) })
         };
         if due {
             step(shared, seat);
@@ -65,18 +73,25 @@ fn work(shared: &Shared, seat: &Seat, wake: &Wake) {
     }
 }
 
+/// How often a thread looks for what nobody wakes it for: a switch, a value that a tool has set, virtual time.
+const LOOK: Duration = Duration::from_millis(5);
+
 /// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
-fn patience(trigger: &Trigger, now: u64, due: u64, last: u64) -> Duration {
-    let longest = 5_000_000;
-    let left = match trigger {
-        Trigger::Every(_) => due.saturating_sub(now),
-        Trigger::On { timeout: Some(timeout), .. } => (last + timeout).saturating_sub(now),
-        Trigger::On { timeout: None, .. } | Trigger::Stage => 100_000_000,
+fn patience(runner: &Runner, now: u64) -> Duration {
+    if matches!(runner.health.condition(), Condition::Inactive | Condition::Faulted) {
+        return LOOK;
+    }
+    let left = match &runner.trigger {
+        Trigger::Every(_) => runner.due.saturating_sub(now),
+        Trigger::On { timeout: Some(timeout), .. } => (runner.last_tick + timeout).saturating_sub(now),
+        // Modules that write wake their readers, tools don't.
+        _ if runner.inputs.iter().any(|input| input.triggers && input.writer.is_none()) => return LOOK,
+        _ => return Duration::from_millis(100),
     };
-    let bound = if matches!(trigger, Trigger::On { timeout: None, .. }) { 100_000_000 } else { longest };
-    Duration::from_nanos(left.clamp(50_000, bound))
+    Duration::from_nanos(left).clamp(Duration::from_micros(50), LOOK)
 }
 
+/// A step; nothing comes of it when it was given up.
 fn step(shared: &Shared, seat: &Seat) {
     let now = shared.clock.now();
     // SAFETY: this thread drives the seat; the references end before the step.
@@ -86,13 +101,12 @@ fn step(shared: &Shared, seat: &Seat) {
         runner.prepare(now);
         runner.call()
     };
-    seat.begin();
+    seat.begin(false);
     let start = measured();
     // SAFETY: the runner was prepared, and the seat keeps others out.
     let code = unsafe { call.make() };
-    let duration = start.elapsed().as_nanos() as u64;
+    let duration = nanoseconds(start, measured());
     if !seat.end() {
-        seat.readmit();
         return;
     }
     // SAFETY: the step was not given up.

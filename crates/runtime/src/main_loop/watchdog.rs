@@ -1,18 +1,17 @@
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use slate_module::Level;
 
 use super::{End, Seat, Shared, drive};
 
-/// After that many lost threads the run stops in order.
+/// With so many threads lost at a time the run stops in order.
 const LOST_LIMIT: usize = 4;
 
 /// Sees steps that do not return, and moves the loop past them.
 pub(crate) struct Watchdog {
     shared: Arc<Shared>,
-    /// Modules on the loop, and whether losing one loses the loop's thread.
+    /// Modules, and whether they are on the loop.
     seats: Vec<(Arc<Seat>, bool)>,
     hang: Duration,
 }
@@ -22,14 +21,12 @@ impl Watchdog {
         Self { shared, seats, hang }
     }
 
-    /// Watches until the run ends.
+    /// Watches until the run is over and no thread is in a step any more.
     #[allow(clippy::disallowed_methods, reason = "a hang is a matter of wall-clock time")]
     pub fn watch(self) {
         let mut since: Vec<Option<(u64, Instant)>> = vec![None; self.seats.len()];
-        let mut lost: Vec<String> = Vec::new();
         let interval = (self.hang / 4).clamp(Duration::from_millis(1), Duration::from_millis(50));
-        while !self.shared.stop.load(Ordering::Acquire) {
-            std::thread::sleep(interval);
+        while !self.shared.is_over_within(interval) {
             for ((seat, on_loop), seen) in self.seats.iter().zip(&mut since) {
                 let Some(step) = seat.running() else {
                     *seen = None;
@@ -47,34 +44,42 @@ impl Watchdog {
                     }
                 }
                 *seen = None;
-                let now = self.shared.clock.now();
-                if !seat.give_up(now) {
-                    continue;
-                }
-                let text = format!(
-                    "{} has not returned from its tick within {:?}; its outputs are safe values until it does",
-                    seat.name, self.hang
-                );
-                self.shared.logger.log(now, Level::Error, &text);
-                lost.push(seat.name.to_string());
-                if self.shared.lockstep {
-                    return self.shared.finish(End::Hung { module: seat.name.to_string() });
-                }
-                if lost.len() >= LOST_LIMIT {
-                    return self.shared.finish(End::TooManyHung { modules: lost });
-                }
-                if *on_loop {
-                    self.move_token();
-                }
+                self.give_up(seat, *on_loop);
             }
+        }
+    }
+
+    fn give_up(&self, seat: &Seat, on_loop: bool) {
+        let shared = &self.shared;
+        let now = shared.clock.now();
+        if !seat.give_up(now) {
+            return;
+        }
+        let text = format!(
+            "{} has not returned from its tick within {:?}; its outputs are safe values until it does",
+            seat.name, self.hang
+        );
+        shared.logger.log(now, Level::Error, &text);
+        if shared.lockstep {
+            shared.finish(End::Hung { module: seat.name.to_string() });
+        }
+        let late = self.seats.iter().filter(|(seat, _)| seat.is_late());
+        let modules: Vec<String> = late.map(|(seat, _)| seat.name.to_string()).collect();
+        if modules.len() >= LOST_LIMIT {
+            shared.finish(End::TooManyHung { modules });
+        }
+        // The token is with the late thread, unless a worker made the step for the loop.
+        if on_loop && !seat.is_helped() {
+            self.move_token();
         }
     }
 
     fn move_token(&self) {
         let shared = Arc::clone(&self.shared);
-        let started = std::thread::Builder::new().name("main loop".into()).spawn(move || drive(&shared));
-        if started.is_err() {
+        let next = std::thread::Builder::new().name("main loop".into());
+        if !self.shared.is_running() || next.spawn(move || drive(&shared)).is_err() {
             self.shared.finish(End::Stopped);
+            self.shared.put_token_down();
         }
     }
 }

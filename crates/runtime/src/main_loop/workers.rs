@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::{Level, Seat};
+use super::{Seat, measured, nanoseconds};
 use crate::digest::Digest;
 use crate::runner::StepCall;
 
@@ -33,11 +33,13 @@ struct Worker {
     stop: AtomicBool,
     /// [`FREE`], [`GIVEN`] or [`DONE`].
     state: AtomicU32,
+    /// The seat of a step that was not committed yet.
+    given: UnsafeCell<Option<Arc<Seat>>>,
     job: UnsafeCell<Option<(StepCall, Arc<Seat>)>>,
     result: UnsafeCell<Option<Ended>>,
 }
 
-// SAFETY: `state` says whose turn it is to use the job and the result.
+// SAFETY: `state` says whose turn it is to use the job and the result; `given` is the loop's.
 unsafe impl Sync for Worker {}
 // SAFETY: as above; what it holds may be used from any thread.
 unsafe impl Send for Worker {}
@@ -55,6 +57,7 @@ impl Workers {
                     done: Wake::new(),
                     stop: AtomicBool::new(false),
                     state: AtomicU32::new(FREE),
+                    given: UnsafeCell::new(None),
                     job: UnsafeCell::new(None),
                     result: UnsafeCell::new(None),
                 })
@@ -68,49 +71,37 @@ impl Workers {
     }
 
     /// Whether helping with these modules is worth a wake-up.
-    pub fn pays(&self, level: &Level) -> bool {
-        if self.workers.is_empty() || level.len() < 2 {
+    pub fn pay(&self, modules: &[Arc<Seat>]) -> bool {
+        if self.workers.is_empty() || modules.len() < 2 {
             return false;
         }
-        let work: u64 = level.iter().map(|seat| seat.health.duration.load(Ordering::Relaxed)).sum();
+        let work: u64 = modules.iter().map(|seat| seat.health.duration.load(Ordering::Relaxed)).sum();
         self.always || work > 2 * WORTH_WAKING
     }
 
-    /// One step of each module that is due; false when the step that this thread made was given up.
-    pub fn run(&self, level: &Level, now: u64, mut digest: Option<&mut Digest>) -> bool {
-        // One round: a step for each worker that is free, and one in line.
-        for round in level.chunks(self.workers.len() + 1) {
-            let (own, helped) = (&round[round.len() - 1], &round[..round.len() - 1]);
-            for (worker, seat) in self.workers.iter().zip(helped) {
-                if worker.is_free() && ready(seat, now) {
-                    // SAFETY: the seat is idle and this thread holds the token.
-                    let call = unsafe { seat.runner() }.call();
-                    seat.begin();
+    /// Prepares the first of those modules, one for each worker that is free and one more, and gives the workers
+    /// theirs. Says how many modules that were; the last of them is for the loop, if it is due, with its call.
+    pub fn give(&self, modules: &[Arc<Seat>], now: u64) -> (usize, Option<StepCall>) {
+        let mut taken = 0;
+        for worker in &self.workers {
+            if taken + 1 < modules.len() && worker.is_free() {
+                let seat = &modules[taken];
+                if let Some(call) = ready(seat, now) {
+                    seat.begin(true);
                     worker.give(call, Arc::clone(seat));
                 }
-            }
-            if ready(own, now) {
-                // SAFETY: as above.
-                let call = unsafe { own.runner() }.call();
-                own.begin();
-                // SAFETY: the runner was prepared, and the seat keeps others out.
-                let code = unsafe { call.make() };
-                if !own.end() {
-                    return false;
-                }
-                self.commit_round(helped, now, digest.as_deref_mut());
-                // SAFETY: the step was not given up.
-                unsafe { own.runner() }.commit(now, code, digest.as_deref_mut());
-            } else {
-                self.commit_round(helped, now, digest.as_deref_mut());
+                taken += 1;
             }
         }
-        true
+        (taken + 1, ready(&modules[taken], now))
     }
 
-    fn commit_round(&self, helped: &[Arc<Seat>], now: u64, mut digest: Option<&mut Digest>) {
-        for (worker, seat) in self.workers.iter().zip(helped) {
-            if let Some((code, duration)) = worker.finish(seat) {
+    /// Waits for the workers and commits what they did, in the order in which it was given to them.
+    pub fn commit(&self, now: u64, mut digest: Option<&mut Digest>) {
+        for worker in &self.workers {
+            // SAFETY: only the holder of the loop's token uses it.
+            let Some(seat) = (unsafe { (*worker.given.get()).take() }) else { continue };
+            if let Some((code, duration)) = worker.finish(&seat) {
                 // SAFETY: the step has ended and was not given up.
                 let runner = unsafe { seat.runner() };
                 runner.time(duration);
@@ -121,18 +112,18 @@ impl Workers {
 }
 
 /// Prepares a module that is due.
-fn ready(seat: &Seat, now: u64) -> bool {
+pub(super) fn ready(seat: &Seat, now: u64) -> Option<StepCall> {
     if !seat.is_idle() && !seat.readmit() {
-        return false;
+        return None;
     }
-    // SAFETY: the caller holds the token and the seat is idle.
+    // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
     let runner = unsafe { seat.runner() };
-    let due = runner.is_due(now);
-    if due {
-        runner.log.set_time(now);
-        runner.prepare(now);
+    if !runner.is_due(now) {
+        return None;
     }
-    due
+    runner.log.set_time(now);
+    runner.prepare(now);
+    Some(runner.call())
 }
 
 impl Drop for Workers {
@@ -152,17 +143,19 @@ impl Worker {
     }
 
     fn give(&self, call: StepCall, seat: Arc<Seat>) {
-        // SAFETY: the worker is free, so it does not look at the job.
-        unsafe { *self.job.get() = Some((call, seat)) };
+        // SAFETY: the worker is free, so it does not look at the job; the loop alone uses `given`.
+        unsafe {
+            *self.given.get() = Some(Arc::clone(&seat));
+            *self.job.get() = Some((call, seat));
+        }
         self.state.store(GIVEN, Ordering::Release);
         self.wake.notify(1);
     }
 
-    /// Waits for the step of that seat; nothing when none was given, or when it was given up.
+    /// Waits for the step of that seat; nothing when it was given up.
     fn finish(&self, seat: &Seat) -> Option<Ended> {
         loop {
             match self.state.load(Ordering::Acquire) {
-                FREE => return None,
                 DONE => break,
                 _ if seat.is_given_up() => return None,
                 _ => self.done.wait_timeout(Duration::from_millis(10)),
@@ -174,10 +167,6 @@ impl Worker {
         ended
     }
 
-    #[allow(
-        clippy::disallowed_methods,
-        reason = "the host measures its modules; nothing they see depends on it"
-    )]
     fn serve(&self) {
         while !self.stop.load(Ordering::Acquire) {
             if self.state.load(Ordering::Acquire) != GIVEN {
@@ -186,10 +175,10 @@ impl Worker {
             }
             // SAFETY: the state is GIVEN, so the job belongs to this thread.
             let Some((call, seat)) = (unsafe { (*self.job.get()).take() }) else { continue };
-            let start = std::time::Instant::now();
+            let start = measured();
             // SAFETY: the loop prepared the runner, and the seat keeps others out.
             let code = unsafe { call.make() };
-            let ended = seat.end().then(|| (code, start.elapsed().as_nanos() as u64));
+            let ended = seat.end().then(|| (code, nanoseconds(start, measured())));
             // SAFETY: the loop looks at the result only when the state is DONE.
             unsafe { *self.result.get() = ended };
             self.state.store(DONE, Ordering::Release);

@@ -1,0 +1,163 @@
+//! The gates in front of the actuators.
+
+use std::sync::Arc;
+
+use slate_blackboard::channel::Budget;
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::{Access, BoardError, Store};
+use slate_module::{Direction, Interface};
+use slate_safety::{Gate, GateConfiguration, GateState, StopLatch};
+
+use super::{Builder, Failed, SPARE_READERS, new_writer};
+use crate::actuators::Actuator;
+use crate::agent::parameters::value_bytes;
+use crate::agent::survey::{Complaints, Target, Wire};
+use crate::configuration;
+
+impl Builder<'_, '_> {
+    pub(super) fn actuators(&mut self, stop: &StopLatch) -> Vec<Arc<Actuator>> {
+        let mut result = Vec::new();
+        for (i, wanted) in self.configuration.actuators().iter().enumerate() {
+            // What is wrong was complained about.
+            if let Ok(actuator) = self.actuator(i, wanted, stop) {
+                result.push(Arc::new(actuator));
+            }
+        }
+        result
+    }
+
+    /// The command port that a URL of an actuator names.
+    fn commander(&self, path: &str) -> Option<(usize, usize)> {
+        self.survey.modules.iter().enumerate().find_map(|(m, surveyed)| {
+            let rest = path.strip_prefix(surveyed.module.name.value.as_str())?.strip_prefix('/')?;
+            let port = surveyed.description.ports.iter().position(|port| port.name == rest)?;
+            (surveyed.description.ports[port].direction == Direction::Command).then_some((m, port))
+        })
+    }
+
+    fn actuator(
+        &mut self,
+        index: usize,
+        wanted: &configuration::Actuator,
+        stop: &StopLatch,
+    ) -> Result<Actuator, Failed> {
+        let name = &wanted.name.value;
+        let mut descriptor = None;
+        for url in &wanted.commands {
+            let path = url.value.path_in("");
+            let Some((module, port)) = self.commander(&path) else {
+                let help = "name a Command port of a module, such as `r2/execute/wheels`";
+                self.complaints.add(url.span, format!("`/{path}` is no command"), help);
+                return Err(Failed);
+            };
+            let own = self.port(module, port).descriptor;
+            if descriptor.is_some_and(|first: &Descriptor| first.hash != own.hash) {
+                self.complaints.add(
+                    url.span,
+                    format!("`/{path}` is {}, unlike the first command", own.name),
+                    "all commanders of an actuator speak one interface",
+                );
+                return Err(Failed);
+            }
+            descriptor = Some(own);
+        }
+        let Some(descriptor) = descriptor else {
+            self.complaints.add(
+                wanted.name.span,
+                format!("actuator `{name}` has no commander"),
+                "say `command = \"robot/execute/wheels\"`",
+            );
+            return Err(Failed);
+        };
+        for joint in self.survey.joints.iter().filter(|joint| joint.target == Target::Command(index)) {
+            if let (module, Wire::Port(port)) = joint.port
+                && self.survey.modules[module].description.ports[port].descriptor.hash != descriptor.hash
+            {
+                let own = self.survey.modules[module].description.ports[port].descriptor.name;
+                self.complaints.add(
+                    joint.link.from.span,
+                    format!(
+                        "`{}` is {own} but `/{name}/command` is {}",
+                        joint.link.to.value, descriptor.name
+                    ),
+                    "both ends of a link carry the same interface",
+                );
+                return Err(Failed);
+            }
+        }
+        let gate = self.gate(name, descriptor, wanted)?.stop_latch(stop);
+        let (_, budget) = self.demand(Target::Command(index));
+        let command = self.board.add_channel(
+            &format!("{name}/command"),
+            "What passed the gate.",
+            descriptor,
+            Store { capacity: 0, depth: 1, budget },
+            Access::Output,
+        );
+        let state = self.board.add_channel(
+            &format!("{name}/gate"),
+            "How the gate stands.",
+            GateState::DESCRIPTOR,
+            Store { capacity: 0, depth: 1, budget: Budget { latest: SPARE_READERS, queues: 1, window: 1 } },
+            Access::Output,
+        );
+        let complain = |complaints: &mut Complaints<'_>, error: BoardError| {
+            complaints.add(wanted.name.span, error.to_string(), "rename the actuator");
+            Failed
+        };
+        let command = command.map_err(|error| complain(&mut self.complaints, error))?;
+        let state = state.map_err(|error| complain(&mut self.complaints, error))?;
+        self.index += 1;
+        match (new_writer(&command), new_writer(&state)) {
+            (Some(writer), Some(state)) => {
+                Ok(Actuator::new(Gate::new(gate), (command, writer), state, self.index))
+            }
+            _ => Err(Failed),
+        }
+    }
+
+    fn gate(
+        &mut self,
+        name: &str,
+        descriptor: &'static Descriptor,
+        wanted: &configuration::Actuator,
+    ) -> Result<GateConfiguration, Failed> {
+        let mut gate = GateConfiguration::new(name, descriptor).time_to_live(wanted.time_to_live.value);
+        for limit in &wanted.limits {
+            gate = gate.limit(&limit.field.value, limit.low, limit.high).map_err(|error| {
+                self.complaints.add(
+                    limit.field.span,
+                    error.to_string(),
+                    "see the fields of the command's interface",
+                );
+                Failed
+            })?;
+        }
+        for limit in &wanted.rate_limits {
+            gate = gate.rate_limit(&limit.field.value, limit.per_second).map_err(|error| {
+                self.complaints.add(
+                    limit.field.span,
+                    error.to_string(),
+                    "see the fields of the command's interface",
+                );
+                Failed
+            })?;
+        }
+        if !wanted.safe.is_empty() {
+            let value = configuration::Spanned {
+                value: configuration::Value::Table(wanted.safe.clone()),
+                span: wanted.name.span,
+            };
+            let bytes = value_bytes(descriptor, &value, &mut self.complaints).ok_or(Failed)?;
+            gate = gate.safe(&bytes).map_err(|error| {
+                self.complaints.add(
+                    wanted.name.span,
+                    error.to_string(),
+                    "the safe command must itself be within the limits",
+                );
+                Failed
+            })?;
+        }
+        Ok(gate)
+    }
+}
