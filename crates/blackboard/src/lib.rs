@@ -10,6 +10,7 @@ pub mod channel;
 pub mod commit;
 pub mod interface;
 pub mod message;
+mod prefetch;
 mod shape;
 mod stamp;
 mod sync;

@@ -21,7 +21,17 @@ impl Shape {
     /// has is the largest number, which no memory can be allocated for.
     #[inline]
     pub const fn bytes(&self, items: usize) -> usize {
-        match self.item.saturating_mul(items).saturating_add(self.size).checked_next_multiple_of(self.align) {
+        let bytes = self.item.saturating_mul(items).saturating_add(self.size);
+        let rounded = if self.align.is_power_of_two() {
+            // A division would cost as much as the rest of a read.
+            match bytes.checked_add(self.align - 1) {
+                Some(bytes) => Some(bytes & !(self.align - 1)),
+                None => None,
+            }
+        } else {
+            bytes.checked_next_multiple_of(self.align)
+        };
+        match rounded {
             Some(bytes) => bytes,
             None => usize::MAX,
         }

@@ -7,6 +7,7 @@ use crate::arguments::{BatchOptions, ModeName};
 use crate::examples;
 use crate::failure::Failure;
 use crate::mission::{How, Mission};
+use crate::output;
 
 /// Runs many seeds; true when all reached their goal.
 pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
@@ -31,9 +32,9 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
         eprintln!();
     }
     let batch = Batch::of(&summaries);
-    println!("{batch}");
+    output::line(&batch);
     if options.common.json {
-        println!("{}", batch.json_line()?);
+        output::line(batch.json_line()?);
     }
     Ok(summaries.iter().all(slate::record::Summary::succeeded))
 }

@@ -16,6 +16,7 @@ use slate::record::Route;
 
 use crate::mission::Mission;
 use crate::observation::Observation;
+use crate::output;
 
 /// Shows a run until it is dropped.
 pub struct Display {
@@ -53,7 +54,7 @@ fn show(title: &str, observation: &Observation, board: &Board, clock: &dyn Fn() 
     let mut out = std::io::stdout();
     let terminal = out.is_terminal();
     let period = if terminal { Duration::from_millis(100) } else { Duration::from_secs(1) };
-    println!("{title}: everything below is also at slate://{}/...", board.agent());
+    output::line(format_args!("{title}: everything below is also at slate://{}/...", board.agent()));
     if terminal {
         let _ = execute!(out, Hide);
     }

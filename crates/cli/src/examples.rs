@@ -5,6 +5,7 @@ use slate::module::Plugin;
 use slate::runtime::configuration::{Configuration, Options};
 
 use crate::failure::Failure;
+use crate::output;
 
 /// An example that is linked into the command.
 struct Example {
@@ -90,7 +91,7 @@ pub fn find(name: &str, sets: Vec<String>) -> Result<Application, Failure> {
 /// Lists the examples.
 pub fn list() -> Result<bool, Failure> {
     for example in &EXAMPLES {
-        println!("{:10} {}", example.name, example.about);
+        output::line(format_args!("{:10} {}", example.name, example.about));
     }
     Ok(true)
 }

@@ -7,6 +7,7 @@ mod examples;
 mod failure;
 mod mission;
 mod observation;
+mod output;
 mod run;
 mod scene;
 

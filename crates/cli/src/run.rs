@@ -10,6 +10,7 @@ use crate::display::Display;
 use crate::examples;
 use crate::failure::Failure;
 use crate::mission::{How, Mission};
+use crate::output;
 
 /// Runs an application once; true when it reached its goal.
 pub fn run(options: &RunOptions) -> Result<bool, Failure> {
@@ -52,10 +53,10 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     let report =
         Report { summary: &finished.summary, scene: &finished.scene, trajectory: &finished.trajectory };
     report.write(&directory)?;
-    println!("{}", finished.summary);
-    println!("report: {}", directory.display());
+    output::line(&finished.summary);
+    output::line(format_args!("report: {}", directory.display()));
     if options.common.json {
-        println!("{}", finished.summary.json_line()?);
+        output::line(finished.summary.json_line()?);
     }
     Ok(finished.summary.succeeded())
 }

@@ -57,6 +57,10 @@
 //!     }
 //! }
 //!
+//! // What the crate brings, for the program that links it in.
+//! plugin!(Follower);
+//! assert_eq!(plugins()[0].name, "follower");
+//!
 //! // No agent and no thread is needed to test it.
 //! let mut follower = slate_module::testing::Fixture::<Follower>::new();
 //! follower.set("target", Pose { x: 2.0, y: 0.0, theta: 0.0 });
@@ -104,8 +108,7 @@ pub mod prelude {
     };
 }
 
-/// Exports a module as a plugin: the symbol `slate_plugin_<name>` of a shared library, and
-/// [`Plugin::linked`] for programs that link it in.
+/// Makes a function `plugins` that returns the modules of a crate, for programs that link it in.
 #[macro_export]
 macro_rules! plugin {
     ($($module:ty),+ $(,)?) => {

@@ -50,6 +50,11 @@ impl Actuator {
         self.locked().wakes.push(wake);
     }
 
+    /// Wakes only those threads.
+    pub fn wake_only(&self, listening: &[Arc<Wake>]) {
+        self.locked().wakes.retain(|wake| listening.iter().any(|own| Arc::ptr_eq(own, wake)));
+    }
+
     fn locked(&self) -> MutexGuard<'_, Inner> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }

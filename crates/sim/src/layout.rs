@@ -20,6 +20,8 @@ pub struct ObstructedWay {
     pub disturber: String,
     /// The strip in which the robot starts: least x, greatest x, least y, greatest y, metres.
     pub start: [f64; 4],
+    /// Where the disturber begins: least x, greatest x, least y, greatest y, metres.
+    pub disturber_start: [f64; 4],
     /// The side of the box, metres.
     pub box_size: f64,
     /// The box's centre is at most this far from the straight way, metres.
@@ -72,7 +74,8 @@ impl ObstructedWay {
             if obstacle.gap(&own).distance < 0.2 || obstacle.gap(&goal_at).distance < 0.2 {
                 continue;
             }
-            let [x, y] = [random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0)];
+            let [west, east, south, north] = self.disturber_start;
+            let [x, y] = [random.uniform(west, east), random.uniform(south, north)];
             let other = Pose { x, y, theta: heading(random) };
             let theirs = placed(disturber, &other);
             let near_wall = walls.iter().any(|wall| theirs.gap(wall).distance < 0.1);

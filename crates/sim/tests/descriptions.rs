@@ -1,5 +1,7 @@
 //! Worlds and robots that are wrong: what is said, and where.
 
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
+
 use slate_sim::DescriptionError;
 use slate_sim::robot::RobotDescription;
 use slate_sim::world::{Body, World};

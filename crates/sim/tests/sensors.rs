@@ -1,5 +1,7 @@
 //! Noise, odometry and what sensors do to each other.
 
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
+
 use slate_sim::drive::Wheels;
 use slate_sim::geometry::Pose;
 use slate_sim::robot::RobotDescription;

@@ -2,8 +2,8 @@ use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
 
-use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
-use crate::{Shape, Stamp};
+use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order, prefetch_for_writing};
+use crate::{Shape, Stamp, prefetch};
 
 /// The index of no slot.
 pub(super) const NO_SLOT: u16 = u16::MAX;
@@ -131,7 +131,11 @@ impl Pool {
     /// Pins the slot that is in the cell, whichever that is.
     #[inline]
     pub fn pin(&self, cell: &AtomicU64) -> Held {
-        Held(self.slot(slot_of(cell.fetch_add(1, order::PUBLISH))))
+        let index = slot_of(cell.fetch_add(1, order::PUBLISH));
+        let slot = self.slot(index);
+        // The pin is given back in the line that the header is in.
+        prefetch::to_write(slot.as_ptr());
+        Held { slot, index }
     }
 }
 
@@ -152,7 +156,10 @@ impl Drop for Pool {
 
 /// A reader's pin: the slot stays as it is until this is given back, which happens once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held(NonNull<Slot>);
+pub(super) struct Held {
+    slot: NonNull<Slot>,
+    index: u16,
+}
 
 // SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
 // the count of returned pins is atomic.
@@ -161,11 +168,23 @@ unsafe impl Send for Held {}
 unsafe impl Sync for Held {}
 
 impl Held {
+    /// The index of the slot.
+    #[inline]
+    pub fn index(self) -> u16 {
+        self.index
+    }
+
+    /// Prepares giving the pin back.
+    #[inline]
+    pub fn prefetch(self) {
+        prefetch_for_writing(self.0.as_ptr());
+    }
+
     /// Gives the pin back.
     #[inline]
     pub fn give_back(self) {
         // SAFETY: a pinned slot lives.
-        unsafe { self.0.as_ref() }.returned.fetch_add(1, order::RELEASE);
+        unsafe { self.slot.as_ref() }.returned.fetch_add(1, order::RELEASE);
     }
 
     /// Lends the value.
@@ -175,15 +194,15 @@ impl Held {
     #[inline]
     pub unsafe fn lend<'a>(self, shape: Shape) -> Loan<'a> {
         // SAFETY: a pinned slot lives.
-        let header = unsafe { self.0.as_ref() }.header.read();
-        Loan { slot: self.0, shape, header, life: PhantomData }
+        let header = unsafe { self.slot.as_ref() }.header.read();
+        Loan { slot: self.slot, shape, header, life: PhantomData }
     }
 
     /// The sequence number of the value.
     #[inline]
     pub fn sequence(self) -> u64 {
         // SAFETY: the slot is pinned, so it lives and the writer leaves it alone.
-        unsafe { self.0.as_ref().header.read().get().stamp.sequence }
+        unsafe { self.slot.as_ref().header.read().get().stamp.sequence }
     }
 }
 

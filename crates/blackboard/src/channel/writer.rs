@@ -4,29 +4,35 @@ use std::sync::Arc;
 
 use super::pool::{self, NO_SLOT, Slot};
 use super::{Channel, IDLE, WriterTaken};
-use crate::Stamp;
 use crate::sync::{Ordering, order};
+use crate::{Stamp, prefetch};
 
 /// What only the writer knows of the slots, and leaves to the next writer.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Ledger {
-    /// Pins taken on each slot since it was made, counted when it leaves the ring.
-    pins: Box<[u64]>,
-    in_ring: Box<[bool]>,
+    slots: Box<[Entry]>,
     /// The cell that the next value goes to.
     cell: usize,
     /// The slot that is worked in.
-    draft: Option<u16>,
+    draft: u16,
     /// A slot that left the ring without ever having been pinned, so that nobody needs to be asked.
-    spare: Option<u16>,
+    spare: u16,
     /// Where the search for a free slot begins.
     hint: u16,
     last: Stamp,
 }
 
+#[derive(Clone, Copy, Debug, Default)]
+struct Entry {
+    /// Pins taken on the slot since it was made, counted when it leaves the ring.
+    pins: u64,
+    in_ring: bool,
+}
+
 impl Ledger {
     pub fn new(limit: usize) -> Self {
-        Self { pins: vec![0; limit].into(), in_ring: vec![false; limit].into(), ..Self::default() }
+        let slots = vec![Entry::default(); limit].into();
+        Self { slots, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last: Stamp::default() }
     }
 }
 
@@ -87,25 +93,25 @@ impl Writer {
 
     #[inline]
     fn draft_index(&mut self) -> u16 {
-        if let Some(index) = self.ledger.draft {
-            return index;
+        if self.ledger.draft == NO_SLOT {
+            let spare = std::mem::replace(&mut self.ledger.spare, NO_SLOT);
+            self.ledger.draft = if spare == NO_SLOT { self.find_free() } else { spare };
         }
-        let index = self.ledger.spare.take().unwrap_or_else(|| self.find_free());
-        self.ledger.draft = Some(index);
-        index
+        self.ledger.draft
     }
 
     fn find_free(&mut self) -> u16 {
         let ready = self.channel.pool.ready();
         let hint = usize::from(self.ledger.hint);
         for index in (hint..ready).chain(0..hint.min(ready)) {
-            if self.ledger.in_ring[index] {
+            let entry = self.ledger.slots[index];
+            if entry.in_ring {
                 continue;
             }
             // SAFETY: the slot is ready, so it lives.
             let slot = unsafe { self.channel.pool.slot(index as u16).as_ref() };
-            let unpinned = slot.returned.load(order::ACQUIRE) == self.ledger.pins[index];
-            if unpinned || cfg!(feature = "mutant-readers") {
+            prefetch::to_write(slot);
+            if slot.returned.load(order::ACQUIRE) == entry.pins || cfg!(feature = "mutant-readers") {
                 self.ledger.hint = index as u16 + 1;
                 return index as u16;
             }
@@ -117,12 +123,12 @@ impl Writer {
     ///
     /// # Errors
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
-    #[inline]
+    #[inline(always)]
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
         let index = self.draft_index();
-        let channel = &*self.channel;
-        let sequence = self.ledger.last.sequence + 1;
-        if channel.blockers.load(Ordering::Relaxed) > 0 && self.would_overtake(sequence) {
+        let (channel, ledger) = (&*self.channel, &mut self.ledger);
+        let sequence = ledger.last.sequence + 1;
+        if channel.blockers.load(Ordering::Relaxed) > 0 && would_overtake(channel, sequence) {
             return Err(Blocked);
         }
         let stamp = Stamp { sequence, time, generation: self.generation };
@@ -133,30 +139,26 @@ impl Writer {
             // SAFETY: the writer alone has the draft.
             unsafe { header.write(pool::Header { items, stamp }) }
         });
+        let ring = &*channel.ring;
+        let (cell, first) = (&ring[ledger.cell], &ring[0]);
         // Brings the value to whoever pins it, and what readers gave back before they pinned anew to the writer: so
         // it never counts more pins of a reader than that may hold.
-        let old = channel.ring[self.ledger.cell].word.swap(pool::word(index), order::PUBLISH);
-        channel.ring[0].tail.store(sequence, order::RELEASE);
-        let ledger = &mut self.ledger;
+        let old = cell.word.swap(pool::word(index), order::PUBLISH);
+        first.tail.store(sequence, order::RELEASE);
         let left = pool::slot_of(old);
         if left != NO_SLOT {
             let pins = pool::pins_of(old);
-            ledger.pins[usize::from(left)] += pins;
-            ledger.in_ring[usize::from(left)] = false;
-            ledger.spare = (pins == 0 || cfg!(feature = "mutant-readers")).then_some(left);
+            let entry = &mut ledger.slots[usize::from(left)];
+            *entry = Entry { pins: entry.pins.wrapping_add(pins), in_ring: false };
+            if pins == 0 || cfg!(feature = "mutant-readers") {
+                ledger.spare = left;
+            }
         }
-        ledger.in_ring[usize::from(index)] = true;
-        ledger.cell = if ledger.cell + 1 == channel.ring.len() { 0 } else { ledger.cell + 1 };
-        ledger.draft = None;
+        ledger.slots[usize::from(index)].in_ring = true;
+        ledger.cell = if ledger.cell + 1 == ring.len() { 0 } else { ledger.cell + 1 };
+        ledger.draft = NO_SLOT;
         ledger.last = stamp;
         Ok(stamp)
-    }
-
-    #[cold]
-    fn would_overtake(&self, sequence: u64) -> bool {
-        let depth = self.channel.ring.len() as u64;
-        let mut cursors = self.channel.cursors.iter().map(|cursor| cursor.load(order::ACQUIRE));
-        cursors.any(|next| next != IDLE && sequence >= next + depth)
     }
 
     /// Copies a value of `bytes` with `items` tail items, and publishes it at the host's `time` in nanoseconds. What
@@ -164,7 +166,7 @@ impl Writer {
     ///
     /// # Errors
     /// As [`publish`](Writer::publish).
-    #[inline]
+    #[inline(always)]
     pub fn write(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Stamp, Blocked> {
         let shape = self.channel.shape;
         let size = shape.bytes(items.min(shape.capacity));
@@ -193,10 +195,18 @@ impl Writer {
     }
 }
 
+/// Whether a value of that number would take the place of one that a reader must still see.
+#[cold]
+fn would_overtake(channel: &Channel, sequence: u64) -> bool {
+    let depth = channel.ring.len() as u64;
+    let mut cursors = channel.cursors.iter().map(|cursor| cursor.load(order::ACQUIRE));
+    cursors.any(|next| next != IDLE && sequence >= next + depth)
+}
+
 impl Drop for Writer {
     fn drop(&mut self) {
         let mut desk = self.channel.desk();
-        desk.ledger = Some(std::mem::take(&mut self.ledger));
+        desk.ledger = Some(std::mem::replace(&mut self.ledger, Ledger::new(0)));
         self.channel.writer.store(self.generation << 1, Ordering::Release);
     }
 }

@@ -72,7 +72,7 @@ impl Avoider {
         }
         let stuck = self.stuck(pose, parameters, time);
         // Who got stuck gets bolder: what blocks it may be an echo's arc and not a thing.
-        let margin = if stuck { 0.0 } else { parameters.margin };
+        let margin = if stuck { 0.3 * parameters.margin } else { parameters.margin };
         let due = time >= self.due - 1e-9;
         if !due && self.choice == Some([0.0, 0.0]) {
             return Decision::Avoid(Twist2::ZERO);
@@ -101,12 +101,8 @@ impl Avoider {
             self.choice = Some([twist.linear, twist.angular]);
             return Decision::Avoid(twist);
         }
-        let widths = Widths {
-            blocked: half_width + crate::knob(6, 0.02),
-            tight: self.footprint.radius() + crate::knob(7, 0.04),
-            free: self.footprint.radius() + crate::knob(8, 0.2),
-        };
-        let target = field::waypoint(&self.map, pose, goal, widths, crate::knob(9, 0.6), &mut self.way);
+        let widths = Widths { blocked: half_width + 0.02, tight: self.footprint.radius() };
+        let target = field::waypoint(&self.map, pose, goal, widths, 0.6, &mut self.way);
         let (dx, dy) = (target.x - pose.x, target.y - pose.y);
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         let target = Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx };

@@ -15,9 +15,12 @@ const BUCKETS: usize = 4096;
 const NEAR: usize = 16;
 /// Steps of the way that are remembered, cells.
 const LONG: usize = 64;
-/// Factor on the cost of a step on free ground; the remembered way is cheaper by `PREFERENCE`.
+/// Factor on the cost of a step on free ground; the remembered way is cheaper by `PREFERENCE`, tight and
+/// blocked cells are dearer.
 const FREE: u8 = 6;
-const PREFERENCE: u8 = 2;
+const PREFERENCE: u8 = 1;
+const TIGHT: u8 = 10;
+const BLOCKED: u8 = 48;
 
 /// The widths that make a cell dear or cheap to pass, metres from the nearest mark.
 #[derive(Clone, Copy)]
@@ -26,8 +29,6 @@ pub(crate) struct Widths {
     pub(crate) blocked: f64,
     /// Nearer than this the robot can't turn on the spot.
     pub(crate) tight: f64,
-    /// Farther than this nothing is gained.
-    pub(crate) free: f64,
 }
 
 /// Finds the cheapest way through the local map towards a goal, and the farthest point of it that is in plain view.
@@ -141,18 +142,13 @@ impl Grid {
     }
 
     fn weigh(&mut self, widths: Widths) {
-        let units = |width: f64| width / CELL * f64::from(STRAIGHT);
-        let (blocked, tight, free) = (units(widths.blocked), units(widths.tight), units(widths.free));
+        let units = |width: f64| (width / CELL * f64::from(STRAIGHT)) as u16;
+        let (blocked, tight) = (units(widths.blocked), units(widths.tight));
         for (weight, clearance) in self.weight.iter_mut().zip(&self.clearance) {
-            let clearance = f64::from(*clearance);
-            *weight = if clearance >= free {
-                FREE
-            } else if clearance >= tight {
-                FREE + (crate::knob(3, 6.0) * (free - clearance) / (free - tight)) as u8
-            } else if clearance >= blocked {
-                crate::knob(4, 15.0) as u8
-            } else {
-                crate::knob(5, 48.0) as u8
+            *weight = match *clearance {
+                clearance if clearance >= tight => FREE,
+                clearance if clearance >= blocked => TIGHT,
+                _ => BLOCKED,
             };
         }
     }
@@ -171,7 +167,7 @@ impl Grid {
             }
         }
         for (weight, _) in self.weight.iter_mut().zip(preferred).filter(|(_, preferred)| *preferred) {
-            *weight -= crate::knob(2, 2.0) as u8;
+            *weight -= PREFERENCE;
         }
     }
 

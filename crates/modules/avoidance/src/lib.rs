@@ -20,14 +20,3 @@ pub use footprint::{Footprint, FootprintError};
 pub use map::{LocalMap, Mark};
 pub use parameters::Parameters;
 pub use rocs::{Rocs, RocsVariant};
-
-pub(crate) fn knob(i: usize, default: f64) -> f64 {
-    static K: std::sync::OnceLock<Vec<f64>> = std::sync::OnceLock::new();
-    let v = K.get_or_init(|| {
-        std::env::var("K").unwrap_or_default().split(',').map(|t| t.parse().unwrap_or(f64::NAN)).collect()
-    });
-    match v.get(i) {
-        Some(x) if !x.is_nan() => *x,
-        _ => default,
-    }
-}

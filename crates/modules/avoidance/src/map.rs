@@ -109,10 +109,9 @@ impl LocalMap {
             }
         }
 
-        let full = 0.5 * scan.field_of_view;
+        let half = 0.5 * scan.field_of_view;
         for (number, cone) in cones.iter().enumerate().filter(|(_, cone)| cone.heard) {
             let steps = samples(cone.range * scan.field_of_view / (0.8 * CELL));
-            let half = if cone.range > crate::knob(1, 0.5) { full * crate::knob(0, 1.0) } else { full };
             for step in 0..=steps {
                 let angle = half * (2.0 * f64::from(step) / f64::from(steps) - 1.0);
                 let (sine, cosine) = (math::sin(angle), math::cos(angle));

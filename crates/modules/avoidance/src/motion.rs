@@ -46,29 +46,34 @@ impl<'a> Surroundings<'a> {
     ) -> Self {
         let mut surroundings =
             Self { footprint, parameters, obstacles: [Obstacle::default(); NEARBY], count: 0, margin };
-        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
-        let reach = parameters.speed * 1.5 * HORIZON + 0.1;
-        for mark in map.obstacles() {
-            let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
-            let (x, y) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
-            let distance = footprint.distance_within(x, y, reach);
-            if distance < reach && surroundings.count < NEARBY {
-                let fresh = time - mark.since < parameters.newcomer_time;
-                let speed = if fresh { parameters.other_speed } else { 0.0 };
-                surroundings.obstacles[surroundings.count] = Obstacle { x, y, distance, speed };
-                surroundings.count += 1;
-            }
+        let mut reach = parameters.look_ahead + margin;
+        while !surroundings.gather(map, pose, reach, time) {
+            reach *= 0.7;
         }
         surroundings
     }
 
-    fn obstacles(&self) -> &[Obstacle] {
-        &self.obstacles[..self.count]
+    /// Collects what is nearer than `reach`, unless that is too much.
+    fn gather(&mut self, map: &LocalMap, pose: Pose2, reach: f64, time: f64) -> bool {
+        self.count = 0;
+        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+        for mark in map.obstacles() {
+            let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
+            let (x, y) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
+            let distance = self.footprint.distance_within(x, y, reach);
+            if distance >= reach {
+                continue;
+            }
+            let Some(place) = self.obstacles.get_mut(self.count) else { return false };
+            let fresh = time - mark.since < self.parameters.newcomer_time;
+            *place = Obstacle { x, y, distance, speed: if fresh { self.parameters.other_speed } else { 0.0 } };
+            self.count += 1;
+        }
+        true
     }
 
-    /// How near the nearest obstacle is, metres; infinite for none.
-    pub(crate) fn clearance(&self) -> f64 {
-        self.obstacles().iter().fold(f64::INFINITY, |least, obstacle| math::min(least, obstacle.distance))
+    fn obstacles(&self) -> &[Obstacle] {
+        &self.obstacles[..self.count]
     }
 
     /// Whether the robot can begin this motion and still brake before it comes too near to anything.
@@ -157,10 +162,7 @@ impl<'a> Surroundings<'a> {
         let error = math::atan2(aside, ahead).abs();
         let change = (twist.linear - last.linear).abs() + 0.3 * (twist.angular - last.angular).abs();
         let backward = if twist.linear < 0.0 { 0.05 } else { 0.0 };
-        distance
-            + crate::knob(10, 0.3) * error * math::min(1.0, distance / 0.1)
-            + crate::knob(11, 0.02) * change
-            + backward
+        distance + 0.3 * error * math::min(1.0, distance / 0.1) + 0.02 * change + backward
     }
 }
 

@@ -120,9 +120,13 @@ impl Agent {
         let logger = Arc::new(Logger::new(options.log, log.level.value, levels)?);
         let built = build::build(configuration, plugins, &logger, lockstep, &options.stop)?;
         let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
-        let seats: Vec<Arc<Seat>> =
-            built.runners.into_iter().map(|runner| Arc::new(Seat::new(runner))).collect();
         let own_thread = |index: &usize| options.mode == Mode::Threaded && built.waits[*index];
+        let mut runners = built.runners;
+        let listening: Vec<_> =
+            (0..runners.len()).filter(own_thread).map(|index| Arc::clone(&runners[index].wake)).collect();
+        runners.iter_mut().for_each(|runner| runner.wake_only(&listening));
+        built.actuators.iter().for_each(|actuator| actuator.wake_only(&listening));
+        let seats: Vec<Arc<Seat>> = runners.into_iter().map(|runner| Arc::new(Seat::new(runner))).collect();
         let threaded = (0..seats.len()).filter(own_thread).map(|index| Arc::clone(&seats[index])).collect();
         let on_loop = |level: &Vec<usize>| {
             level.iter().filter(|i| !own_thread(i)).map(|i| Arc::clone(&seats[*i])).collect()

@@ -100,12 +100,13 @@ pub(super) fn survey<'a>(
         }
     }
     check_unique(&modules, complaints);
+    check_time_source(configuration, complaints);
     // Links can only be judged when every module is known.
     if modules.len() < configuration.modules().len() {
         return Survey { modules, joints: Vec::new(), order: Vec::new() };
     }
     let joints = survey_links(configuration, &modules, complaints);
-    let order = survey_order(&modules, &joints, complaints);
+    let order = survey_order(configuration, &modules, &joints, complaints);
     Survey { modules, joints, order }
 }
 
@@ -191,6 +192,15 @@ fn survey_module<'a>(
     }
     let deadline = module.deadline.as_ref().map(|deadline| deadline.value).or(description.deadline);
     Some(Surveyed { module, plugin: *plugin, description, stage, trigger, deadline, params, section, inputs })
+}
+
+/// The time source is one of the modules.
+fn check_time_source(configuration: &Configuration, complaints: &mut Complaints<'_>) {
+    let Some(source) = configuration.time_source() else { return };
+    let names = configuration.modules().iter().map(|module| module.name.value.as_str());
+    if !names.clone().any(|name| name == source.value) {
+        complaints.add(source.span, format!("no module `{}` to be the time source", source.value), suggest(&source.value, names));
+    }
 }
 
 /// The robot that a module belongs to.
@@ -414,7 +424,20 @@ fn check_joint<'a>(
     true
 }
 
+/// The modules that write what a link leads to.
+fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {
+    match target {
+        Target::Port(module, _) => vec![module],
+        Target::Command(actuator) => {
+            let commands = &configuration.actuators()[actuator].commands;
+            let paths = commands.iter().map(|url| url.value.path_in(""));
+            paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module)).collect()
+        }
+    }
+}
+
 fn survey_order(
+    configuration: &Configuration,
     modules: &[Surveyed<'_>],
     joints: &[Joint<'_>],
     complaints: &mut Complaints<'_>,
@@ -426,12 +449,18 @@ fn survey_order(
         let place = |module: usize| members.iter().position(|member| *member == module);
         let mut edges = Vec::new();
         for joint in joints {
-            let Target::Port(target, _) = joint.target else { continue };
-            let (Some(own), Some(target)) = (place(joint.port.0), place(target)) else { continue };
+            let Some(own) = place(joint.port.0) else { continue };
             let sends = matches!(joint.port.1, Wire::Port(port)
                 if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
-            // A reader of last cycle's value comes before the writer; a sender before the receiver.
-            edges.push(if joint.link.previous || sends { (own, target) } else { (target, own) });
+            // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
+            let own_first = joint.link.previous != sends;
+            for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
+                // What a module gets from itself, or from the gate that it commands, is always from before its tick.
+                let unordered = sends || joint.link.previous || matches!(joint.target, Target::Command(_));
+                if own != target || !unordered {
+                    edges.push(if own_first { (own, target) } else { (target, own) });
+                }
+            }
         }
         match levels(members.len(), &edges) {
             Ok(sorted) => order.push(
@@ -442,7 +471,9 @@ fn survey_order(
                     circle.iter().map(|i| modules[members[*i]].module.name.value.as_str()).collect();
                 let first = joints.iter().find(|joint| {
                     place(joint.port.0).is_some_and(|own| circle.contains(&own))
-                        && matches!(joint.target, Target::Port(target, _) if place(target).is_some_and(|at| circle.contains(&at)))
+                        && writers(configuration, modules, joint.target)
+                            .into_iter()
+                            .any(|target| place(target).is_some_and(|at| circle.contains(&at)))
                 });
                 let message = format!(
                     "in stage {}, {} -> {} read each other in a circle",

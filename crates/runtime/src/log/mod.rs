@@ -113,7 +113,11 @@ impl Logger {
     pub fn flush(&self, limit: Duration) {
         let sent = self.counts.sent.load(Ordering::Acquire);
         let mut waited = Duration::ZERO;
-        while self.counts.written.load(Ordering::Acquire) < sent && waited < limit {
+        let has_ended = || {
+            let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
+            thread.as_ref().is_none_or(JoinHandle::is_finished)
+        };
+        while self.counts.written.load(Ordering::Acquire) < sent && waited < limit && !has_ended() {
             std::thread::sleep(LOOK);
             waited += LOOK;
         }

@@ -8,18 +8,9 @@ use super::health::count;
 use super::{Condition, Measured, ModuleTiming, PANIC_LIMIT, Runner, TIMING_PERIOD};
 use crate::digest::Digest;
 
-/// How a step ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Committed {
-    /// With outputs.
-    Done,
-    /// Its outputs were dropped.
-    Dropped,
-}
-
 impl Runner {
     /// Checks and commits what a step wrote. `code` is what the step returned.
-    pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) -> Committed {
+    pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
         for inbox in &mut self.inboxes {
             for (i, entry) in inbox.entries.iter().enumerate() {
                 let reason = entry.answer.get();
@@ -36,10 +27,9 @@ impl Runner {
         self.set_condition(condition, now);
         if condition == Condition::Failed {
             self.publish_safe(now);
-            return Committed::Dropped;
+        } else {
+            self.publish(now, digest);
         }
-        self.publish(now, digest);
-        Committed::Done
     }
 
     fn publish(&mut self, now: u64, mut digest: Option<&mut Digest>) {
@@ -62,10 +52,8 @@ impl Runner {
                 if let Some(digest) = digest.as_deref_mut().filter(|_| !output.debug) {
                     digest.add(output.index, value);
                 }
-                // Only a recorder in lockstep may hold a writer up, and then the value is counted as not written.
-                if output.writer.publish(items, now).is_ok() {
-                    output.wakes.iter().for_each(|wake| wake.notify(1));
-                }
+                // Only a recorder in lockstep may hold a writer up; its readers then find nothing new.
+                let _ = output.writer.publish(items, now);
             } else if let Some((actuator, commander)) = &output.actuator {
                 // A command that is not renewed ends at once.
                 actuator.withdraw(*commander, now);
@@ -73,6 +61,12 @@ impl Runner {
         }
         if several {
             self.commit.end();
+        }
+        // Only now, as a reader that wakes up wants all outputs of this tick.
+        for output in &self.outputs {
+            if self.slots[output.slot].flags.get() & Flags::SET != 0 {
+                output.wakes.iter().for_each(|wake| wake.notify(1));
+            }
         }
         for outbox in &mut self.outboxes {
             let count = self.slots[outbox.slot].count.get();
@@ -124,7 +118,7 @@ impl Runner {
     }
 
     /// After a panic: safe values, and an instance made anew.
-    fn recover(&mut self, now: u64) -> Committed {
+    fn recover(&mut self, now: u64) {
         self.panics += 1;
         self.health.panics.store(self.panics.into(), Ordering::Relaxed);
         self.set_condition(Condition::Failed, now);
@@ -145,7 +139,6 @@ impl Runner {
                 self.log.write(slate_module::Level::Error, &reason);
             }
         }
-        Committed::Dropped
     }
 
     /// Counts a step that took `duration` wall-clock nanoseconds.

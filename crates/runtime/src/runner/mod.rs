@@ -15,7 +15,6 @@ use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, Plugin, PortSlot, Random, Refusal, Trigger};
 
-pub(crate) use commit::Committed;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
 
@@ -121,6 +120,13 @@ impl Runner {
                 timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout) || self.has_news()
             }
         }
+    }
+
+    /// Wakes only readers of what this module writes that are in `listening`: those with threads of their own.
+    pub fn wake_only(&mut self, listening: &[Arc<Wake>]) {
+        let listens = |wake: &Arc<Wake>| listening.iter().any(|own| Arc::ptr_eq(own, wake));
+        self.outputs.iter_mut().for_each(|output| output.wakes.retain(listens));
+        self.outboxes.iter_mut().for_each(|outbox| outbox.wake = outbox.wake.take().filter(listens));
     }
 
     /// Whether a port that triggers has something new.

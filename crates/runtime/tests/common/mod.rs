@@ -222,7 +222,9 @@ pub fn lockstep(text: &str) -> Agent {
 
 /// As [`lockstep`], with what is wrong.
 pub fn try_lockstep(text: &str) -> Result<Agent, StartError> {
-    let text = format!("time.source = \"counter\"\n{text}");
+    // Any module can drive the clock.
+    let first = text.split("[modules.").nth(1).and_then(|rest| rest.split(']').next()).unwrap_or("counter");
+    let text = format!("time.source = \"{first}\"\n{text}");
     Agent::load(
         &configuration(&text),
         &plugins(),
