@@ -10,7 +10,6 @@ pub mod channel;
 pub mod commit;
 pub mod interface;
 pub mod message;
-mod prefetch;
 mod shape;
 mod stamp;
 mod sync;

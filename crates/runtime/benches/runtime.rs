@@ -104,9 +104,9 @@ fn agent(text: &str, options: Options) -> Agent {
     Agent::load(&configuration, &plugins, options).unwrap()
 }
 
-/// Modules in a row, each reading the one before.
+/// Modules in a row, each reading the one before, and one that is never due and stands for the time source.
 fn row(modules: usize) -> Agent {
-    let mut text = String::from("time.source = \"bench\"\n");
+    let mut text = String::from("time.source = \"reaction\"\n[modules.reaction]\n");
     for module in 0..modules {
         write!(text, "[modules.m{module:02}]\nplugin = \"segment\"\n").unwrap();
     }

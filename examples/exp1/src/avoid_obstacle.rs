@@ -34,18 +34,20 @@ pub struct AvoidObstacleParams {
     margin: f64,
 }
 
-/// The outline of the robot with its sonars, around the midpoint of its axle.
-const FOOTPRINT: [[f64; 2]; 10] = [
-    [0.170, 0.080],
-    [0.110, 0.145],
-    [-0.110, 0.165],
-    [-0.205, 0.145],
-    [-0.265, 0.080],
-    [-0.265, -0.080],
-    [-0.205, -0.145],
-    [-0.110, -0.165],
-    [0.110, -0.145],
-    [0.170, -0.080],
+/// The outline of the robot with its sonars and wheels, around the midpoint of its axle, metres.
+pub const FOOTPRINT: [[f64; 2]; 12] = [
+    [0.19, 0.05],
+    [0.155, 0.11],
+    [0.0975, 0.1905],
+    [-0.0975, 0.1905],
+    [-0.215, 0.13],
+    [-0.265, 0.05],
+    [-0.265, -0.05],
+    [-0.215, -0.13],
+    [-0.0975, -0.1905],
+    [0.0975, -0.1905],
+    [0.155, -0.11],
+    [0.19, -0.05],
 ];
 
 /// A command holds for this long unless it is renewed, seconds.

@@ -1,9 +1,8 @@
 use std::sync::Arc;
 
 use super::Channel;
-use super::pool::{Held, Loan, NO_SLOT, slot_of};
-use crate::sync::order;
-use crate::{Stamp, prefetch};
+use super::pool::{Held, Loan};
+use crate::Stamp;
 
 /// A reader of the newest value. It pins the value that it has seen last, and at times a candidate for the next.
 #[derive(Debug)]
@@ -12,24 +11,17 @@ pub struct Latest {
     held: Option<Held>,
     sequence: u64,
     candidate: Option<Held>,
-    /// The last look found something new, so this one may.
-    expects_news: bool,
 }
 
 impl Latest {
     pub(super) fn new(channel: Arc<Channel>) -> Self {
-        Self { channel, held: None, sequence: 0, candidate: None, expects_news: false }
+        Self { channel, held: None, sequence: 0, candidate: None }
     }
 
     /// Whether a newer value is there than the one held.
     #[inline]
     pub fn has_news(&self) -> bool {
-        match &*self.channel.ring {
-            // A slot that is held is not used again, so another value is in another slot. Nothing is read here but
-            // the line that a pin writes to.
-            [cell] => slot_of(cell.word.load(order::ACQUIRE)) != self.held.map_or(NO_SLOT, Held::index),
-            _ => self.channel.published() > self.sequence,
-        }
+        self.channel.published() > self.sequence
     }
 
     /// Takes over the newest value; false when the one held is the newest.
@@ -57,21 +49,14 @@ impl Latest {
     /// Pins the newest value beside the one held; false when that is the newest.
     #[inline]
     pub fn propose(&mut self) -> bool {
-        if self.expects_news {
-            prefetch::to_write(&self.channel.ring[0]);
-        }
-        self.expects_news = self.has_news();
-        if !self.expects_news {
+        let tail = self.channel.published();
+        if tail <= self.sequence {
             return false;
         }
         // A handle never has more than two pins: that is what the pool counts with.
         self.reject();
-        // What stands in the cell is the value that was seen there, or a newer one.
-        let cell = match &*self.channel.ring {
-            [cell] => &cell.word,
-            _ => self.channel.cell(self.channel.published()),
-        };
-        self.candidate = Some(self.channel.pool.pin(cell));
+        // What stands in the cell is the value of that number, or a newer one.
+        self.candidate = Some(self.channel.pool.pin(self.channel.cell(tail)));
         true
     }
 

@@ -57,9 +57,8 @@ pub struct WriterTaken {
 pub struct Channel {
     shape: Shape,
     budget: Budget,
+    /// The cells, and beside the first one how many values were published.
     ring: Box<[Cell]>,
-    /// How many values were published.
-    tail: Box<Tail>,
     pool: Pool,
     /// `generation << 1 | alive`.
     writer: AtomicU64,
@@ -84,12 +83,9 @@ struct Desk {
 #[repr(align(64))]
 struct Cell {
     word: AtomicU64,
+    /// How many values were published; only that of the first cell is used.
+    tail: AtomicU64,
 }
-
-/// In a line of its own, so that what readers do in a cell does not keep the writer from storing it.
-#[derive(Debug)]
-#[repr(align(64))]
-struct Tail(AtomicU64);
 
 /// The cursor of a reader that holds nobody up.
 const IDLE: u64 = u64::MAX;
@@ -101,7 +97,7 @@ impl Channel {
     /// A channel that keeps the last `depth` values: at least 1, and at most 32 768.
     pub fn new(shape: Shape, depth: usize, budget: Budget) -> Arc<Self> {
         let depth = depth.clamp(1, MAXIMUM_DEPTH);
-        let cell = || Cell { word: AtomicU64::new(pool::word(NO_SLOT)) };
+        let cell = || Cell { word: AtomicU64::new(pool::word(NO_SLOT)), tail: AtomicU64::new(0) };
         // A budget beyond what an index can name is met by refusing the handles that don't fit.
         let slots = slots(depth, budget, budget.latest.into(), budget.queues.into()).min(NO_SLOT.into());
         let desk = Desk {
@@ -115,7 +111,6 @@ impl Channel {
             shape,
             budget,
             ring: (0..depth).map(|_| cell()).collect(),
-            tail: Box::new(Tail(AtomicU64::new(0))),
             pool,
             writer: AtomicU64::new(0),
             cursors: (0..budget.queues).map(|_| AtomicU64::new(IDLE)).collect(),
@@ -137,7 +132,7 @@ impl Channel {
     /// How many values were published.
     #[inline]
     pub fn published(&self) -> u64 {
-        self.tail.0.load(order::ACQUIRE)
+        self.ring[0].tail.load(order::ACQUIRE)
     }
 
     /// Counts the writers that the channel has had.

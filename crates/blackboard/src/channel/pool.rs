@@ -3,7 +3,7 @@ use std::marker::PhantomData;
 use std::ptr::NonNull;
 
 use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order, prefetch_for_writing};
-use crate::{Shape, Stamp, prefetch};
+use crate::{Shape, Stamp};
 
 /// The index of no slot.
 pub(super) const NO_SLOT: u16 = u16::MAX;
@@ -131,11 +131,7 @@ impl Pool {
     /// Pins the slot that is in the cell, whichever that is.
     #[inline]
     pub fn pin(&self, cell: &AtomicU64) -> Held {
-        let index = slot_of(cell.fetch_add(1, order::PUBLISH));
-        let slot = self.slot(index);
-        // The pin is given back in the line that the header is in.
-        prefetch::to_write(slot.as_ptr());
-        Held { slot, index }
+        Held(self.slot(slot_of(cell.fetch_add(1, order::PUBLISH))))
     }
 }
 
@@ -156,10 +152,7 @@ impl Drop for Pool {
 
 /// A reader's pin: the slot stays as it is until this is given back, which happens once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
-    slot: NonNull<Slot>,
-    index: u16,
-}
+pub(super) struct Held(NonNull<Slot>);
 
 // SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
 // the count of returned pins is atomic.
@@ -168,12 +161,6 @@ unsafe impl Send for Held {}
 unsafe impl Sync for Held {}
 
 impl Held {
-    /// The index of the slot.
-    #[inline]
-    pub fn index(self) -> u16 {
-        self.index
-    }
-
     /// Prepares giving the pin back.
     #[inline]
     pub fn prefetch(self) {
@@ -184,7 +171,7 @@ impl Held {
     #[inline]
     pub fn give_back(self) {
         // SAFETY: a pinned slot lives.
-        unsafe { self.slot.as_ref() }.returned.fetch_add(1, order::RELEASE);
+        unsafe { self.0.as_ref() }.returned.fetch_add(1, order::RELEASE);
     }
 
     /// Lends the value.
@@ -194,15 +181,15 @@ impl Held {
     #[inline]
     pub unsafe fn lend<'a>(self, shape: Shape) -> Loan<'a> {
         // SAFETY: a pinned slot lives.
-        let header = unsafe { self.slot.as_ref() }.header.read();
-        Loan { slot: self.slot, shape, header, life: PhantomData }
+        let header = unsafe { self.0.as_ref() }.header.read();
+        Loan { slot: self.0, shape, header, life: PhantomData }
     }
 
     /// The sequence number of the value.
     #[inline]
     pub fn sequence(self) -> u64 {
         // SAFETY: the slot is pinned, so it lives and the writer leaves it alone.
-        unsafe { self.slot.as_ref().header.read().get().stamp.sequence }
+        unsafe { self.0.as_ref().header.read().get().stamp.sequence }
     }
 }
 

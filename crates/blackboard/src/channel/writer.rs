@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::pool::{self, NO_SLOT, Slot};
 use super::{Channel, IDLE, WriterTaken};
+use crate::Stamp;
 use crate::sync::{Ordering, order};
-use crate::{Stamp, prefetch};
 
 /// What only the writer knows of the slots, and leaves to the next writer.
 #[derive(Debug)]
@@ -110,7 +110,6 @@ impl Writer {
             }
             // SAFETY: the slot is ready, so it lives.
             let slot = unsafe { self.channel.pool.slot(index as u16).as_ref() };
-            prefetch::to_write(slot);
             if slot.returned.load(order::ACQUIRE) == entry.pins || cfg!(feature = "mutant-readers") {
                 self.ledger.hint = index as u16 + 1;
                 return index as u16;

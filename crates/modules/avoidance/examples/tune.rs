@@ -68,7 +68,8 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
                     (first..first + runs)
                         .filter(|seed| seed % 2 == half)
                         .map(|seed| {
-                            run(seed, controller, profile, &parameters).map_err(|error| format!("seed {seed}: {error}"))
+                            run(seed, controller, profile, &parameters)
+                                .map_err(|error| format!("seed {seed}: {error}"))
                         })
                         .collect::<Vec<_>>()
                 })
@@ -125,7 +126,12 @@ fn report(results: &[Result]) {
     );
 }
 
-fn run(seed: u64, controller: Controller, profile: &str, parameters: &Parameters) -> std::result::Result<Result, Box<dyn Error>> {
+fn run(
+    seed: u64,
+    controller: Controller,
+    profile: &str,
+    parameters: &Parameters,
+) -> std::result::Result<Result, Box<dyn Error>> {
     let description = RobotDescription::named("pioneer_p3dx").ok_or("no pioneer_p3dx")??;
     let mut world = World::named("rocs_arena").ok_or("no rocs_arena")??;
     let rules = ObstructedWay {
@@ -157,10 +163,13 @@ fn run(seed: u64, controller: Controller, profile: &str, parameters: &Parameters
     let mut simulation = Simulation::new(&world, &robots, seed, STEP)?;
     let robot = simulation.robot("r2").ok_or("no r2")?;
     let bodies: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
+    let footprint = Footprint::new(&description.footprint)?;
+    let outline = footprint.clone();
+    let half_width = footprint.half_width();
     let start = simulation.pose(robot).point();
-    let shortest = shortest_path(&bodies, start, Point::new(goal.x, goal.y), 0.165).ok_or("no way")?;
+    let shortest = shortest_path(&bodies, start, Point::new(goal.x, goal.y), half_width).ok_or("no way")?;
 
-    let mut avoider = Avoider::new(Footprint::new(&description.footprint)?);
+    let mut avoider = Avoider::new(footprint);
     let mut result = Result { seed, shortest, clearance: f64::INFINITY, ..Result::default() };
     let mut was_clear = true;
     let trace = std::env::var("TRACE").is_ok();
@@ -190,12 +199,12 @@ fn run(seed: u64, controller: Controller, profile: &str, parameters: &Parameters
         result.switches += u32::from(decision.is_none() != was_clear);
         was_clear = decision.is_none();
         let command = decision.unwrap_or_else(|| wheels(planned));
-        if trace && result.ticks % 10 == 0 {
+        if trace && result.ticks % 5 == 0 {
             let linear = 0.5 * 0.0975 * (command.left + command.right);
             let angular = 0.0975 * (command.right - command.left) / 0.331;
             let other = simulation.pose(1 - robot);
             println!(
-                "{:6.2} ({:.2} {:.2} {:.2}) {} v {linear:.2} w {angular:.2} clearance {:.3} r1 ({:.2} {:.2} {:.2}) marks {}",
+                "{:6.2} ({:.2} {:.2} {:.2}) {} v {linear:.2} w {angular:.2} clearance {:.3} r1 ({:.2} {:.2} {:.2}) marks {} heard {:.3} {:?}",
                 result.time,
                 pose.x,
                 pose.y,
@@ -206,6 +215,8 @@ fn run(seed: u64, controller: Controller, profile: &str, parameters: &Parameters
                 other.y,
                 other.theta,
                 avoider.map().obstacles().count(),
+                heard(&avoider, &outline, pose, result.time).0,
+                heard(&avoider, &outline, pose, result.time).1,
             );
         }
         simulation.command(robot, Wheels { left: command.left, right: command.right });
@@ -278,5 +289,16 @@ fn scan(simulation: &Simulation, robot: usize) -> Option<SonarScan> {
         range_max: description.range_max,
         placements: Sequence::new(&placements),
         echoes: Sequence::new(&echoes),
+    })
+}
+
+/// The nearest obstacle that the robot knows of: distance, and age and place in its frame.
+fn heard(avoider: &Avoider, outline: &Footprint, pose: Pose2, time: f64) -> (f64, [f64; 3]) {
+    let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+    avoider.map().obstacles().fold((f64::INFINITY, [0.0; 3]), |least, mark| {
+        let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
+        let (x, y) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
+        let distance = outline.distance(x, y);
+        if distance < least.0 { (distance, [time - mark.since, x, y]) } else { least }
     })
 }

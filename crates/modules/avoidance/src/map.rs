@@ -14,13 +14,15 @@ pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
 /// A mark counts as an obstacle from this confidence on: one echo suffices.
 const OCCUPIED: f64 = 0.3;
 const HIT: f64 = 0.4;
-const MISS: f64 = 0.3;
+const MISS: f64 = 0.15;
 /// What is this much nearer than the reading should have been heard, metres.
 const TOLERANCE: f64 = 0.04;
 /// A smooth surface answers only to sound that comes at most 45 degrees off its normal, so silence disproves a mark
 /// only from about the direction from which it was heard: cosines of the angles of full and of no effect.
-const SAME_DIRECTION: f64 = 0.9;
-const OTHER_DIRECTION: f64 = 0.7;
+const SAME_DIRECTION: f64 = 0.97;
+const OTHER_DIRECTION: f64 = 0.9;
+/// What came nearer by this moves, metres.
+const STILL: f64 = 0.015;
 const NONE: u16 = u16::MAX;
 const SONARS: usize = 16;
 
@@ -35,8 +37,10 @@ pub struct Mark {
     direction: [f64; 2],
     /// How sure it is that something is here now, 0 to 1.
     confidence: f64,
-    /// When it was first heard, seconds.
+    /// Since when it stands where it is, as far as can be heard, seconds.
     pub since: f64,
+    /// Where it was then.
+    anchor: [f64; 2],
 }
 
 /// What the sonars heard around the robot: at most one mark for each cell of a grid that moves along with it.
@@ -119,13 +123,8 @@ impl LocalMap {
                     cosine * cone.axis[0] - sine * cone.axis[1],
                     sine * cone.axis[0] + cosine * cone.axis[1],
                 ];
-                let mark = Mark {
-                    x: cone.x + cone.range * direction[0],
-                    y: cone.y + cone.range * direction[1],
-                    direction,
-                    confidence: HIT,
-                    since: time,
-                };
+                let (x, y) = (cone.x + cone.range * direction[0], cone.y + cone.range * direction[1]);
+                let mark = Mark { x, y, anchor: [x, y], direction, confidence: HIT, since: time };
                 let away = (mark.x - pose.x).abs() >= REACH || (mark.y - pose.y).abs() >= REACH;
                 let disproved = cones
                     .iter()

@@ -66,7 +66,8 @@ impl<'a> Surroundings<'a> {
             }
             let Some(place) = self.obstacles.get_mut(self.count) else { return false };
             let fresh = time - mark.since < self.parameters.newcomer_time;
-            *place = Obstacle { x, y, distance, speed: if fresh { self.parameters.other_speed } else { 0.0 } };
+            *place =
+                Obstacle { x, y, distance, speed: if fresh { self.parameters.other_speed } else { 0.0 } };
             self.count += 1;
         }
         true
@@ -101,7 +102,13 @@ impl<'a> Surroundings<'a> {
             let (dx, dy) = (obstacle.x - path.x, obstacle.y - path.y);
             let (x, y) = (path.cosine * dx + path.sine * dy, path.cosine * dy - path.sine * dx);
             let distance = self.footprint.distance_within(x, y, reach);
-            distance >= margin || distance >= obstacle.distance - SLACK
+            // What may move must be left at once; along what stands the robot may drive.
+            let least = if obstacle.speed > 0.0 {
+                obstacle.distance + 0.5 * obstacle.speed * later
+            } else {
+                obstacle.distance - SLACK
+            };
+            distance >= margin || distance >= least
         })
     }
 

@@ -199,7 +199,11 @@ fn check_time_source(configuration: &Configuration, complaints: &mut Complaints<
     let Some(source) = configuration.time_source() else { return };
     let names = configuration.modules().iter().map(|module| module.name.value.as_str());
     if !names.clone().any(|name| name == source.value) {
-        complaints.add(source.span, format!("no module `{}` to be the time source", source.value), suggest(&source.value, names));
+        complaints.add(
+            source.span,
+            format!("no module `{}` to be the time source", source.value),
+            suggest(&source.value, names),
+        );
     }
 }
 

@@ -8,7 +8,7 @@ mod target;
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -136,6 +136,8 @@ impl Logger {
             level: self.level(name),
             lossless,
             time: AtomicU64::new(0),
+            holding: AtomicBool::new(false),
+            held: Mutex::default(),
         }))
     }
 
@@ -204,6 +206,9 @@ pub(crate) struct ModuleLog {
     level: Level,
     lossless: bool,
     time: AtomicU64,
+    /// Whether lines are kept, as the step is made beside others; they follow when it is committed.
+    holding: AtomicBool,
+    held: Mutex<Vec<Line>>,
 }
 
 impl ModuleLog {
@@ -222,12 +227,38 @@ impl ModuleLog {
         self.send(level, text.as_bytes());
     }
 
+    /// Before a step that is made beside others: in lockstep, keeps lines until [`release`](ModuleLog::release), so
+    /// that they stand in the order of the modules.
+    pub fn hold(&self) {
+        self.holding.store(true, Ordering::Relaxed);
+    }
+
+    /// Writes the lines of a step that was made beside others.
+    pub fn release(&self) {
+        if self.holding.swap(false, Ordering::Relaxed) {
+            self.held
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .drain(..)
+                .for_each(|line| self.pass_on(line));
+        }
+    }
+
     fn send(&self, level: Level, text: &[u8]) {
         if level > self.level {
             return;
         }
         let line = line(self.time.load(Ordering::Relaxed), level, &self.module, text);
+        if self.lossless && self.holding.load(Ordering::Relaxed) {
+            self.held.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+        } else {
+            self.pass_on(line);
+        }
+    }
+
+    fn pass_on(&self, line: Line) {
         if self.lossless {
+            // The receiver ends only after all senders.
             if self.lines.send(line).is_ok() {
                 self.counts.sent.fetch_add(1, Ordering::Release);
             }

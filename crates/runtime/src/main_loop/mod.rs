@@ -328,6 +328,7 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
             if core.position.helped {
                 core.position.helped = false;
                 core.workers.commit(now, core.digest.as_mut());
+                seat.runner().log.release();
                 mark = measured();
             }
             let runner = seat.runner();
@@ -395,7 +396,7 @@ fn next_step(core: &mut Core, now: u64) -> Next {
         position.helped = true;
         core.workers.give(rest, now)
     } else {
-        (1, workers::ready(&rest[0], now))
+        (1, workers::ready(&rest[0], now, false))
     };
     position.seat += count;
     match call {

@@ -86,14 +86,14 @@ impl Workers {
         for worker in &self.workers {
             if taken + 1 < modules.len() && worker.is_free() {
                 let seat = &modules[taken];
-                if let Some(call) = ready(seat, now) {
+                if let Some(call) = ready(seat, now, true) {
                     seat.begin(true);
                     worker.give(call, Arc::clone(seat));
                 }
                 taken += 1;
             }
         }
-        (taken + 1, ready(&modules[taken], now))
+        (taken + 1, ready(&modules[taken], now, true))
     }
 
     /// Waits for the workers and commits what they did, in the order in which it was given to them.
@@ -104,6 +104,7 @@ impl Workers {
             if let Some((code, duration)) = worker.finish(&seat) {
                 // SAFETY: the step has ended and was not given up.
                 let runner = unsafe { seat.runner() };
+                runner.log.release();
                 runner.time(duration);
                 runner.commit(now, code, digest.as_deref_mut());
             }
@@ -111,8 +112,8 @@ impl Workers {
     }
 }
 
-/// Prepares a module that is due.
-pub(super) fn ready(seat: &Seat, now: u64) -> Option<StepCall> {
+/// Prepares a module that is due, for a step alone or beside others.
+pub(super) fn ready(seat: &Seat, now: u64, beside: bool) -> Option<StepCall> {
     if !seat.is_idle() && !seat.readmit() {
         return None;
     }
@@ -122,6 +123,9 @@ pub(super) fn ready(seat: &Seat, now: u64) -> Option<StepCall> {
         return None;
     }
     runner.log.set_time(now);
+    if beside {
+        runner.log.hold();
+    }
     runner.prepare(now);
     Some(runner.call())
 }

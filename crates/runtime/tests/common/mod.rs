@@ -215,6 +215,13 @@ pub fn configuration(text: &str) -> Configuration {
     Configuration::from_text("test.toml", text, &configuration::Options::default()).unwrap()
 }
 
+/// An agent with those plugins beside the common ones.
+pub fn load(text: &str, more: &[Plugin], options: Options) -> Result<Agent, StartError> {
+    let mut all = plugins();
+    all.extend_from_slice(more);
+    Agent::load(&configuration(text), &all, options)
+}
+
 /// An agent in lockstep, as fast as it goes.
 pub fn lockstep(text: &str) -> Agent {
     try_lockstep(text).unwrap()

@@ -1,0 +1,142 @@
+//! A cycle that has warmed up allocates nothing.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use common::{Number, load, number};
+use slate_module::Plugin;
+use slate_module::prelude::*;
+use slate_runtime::log::MemoryTarget;
+use slate_runtime::{Agent, Options, Rate};
+
+/// Counts what this thread allocates; the logger's own thread may allocate what it likes.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // A thread that ends may allocate when its counter is gone.
+    let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+}
+
+#[allow(unsafe_code, reason = "an allocator that counts")]
+// SAFETY: everything is passed on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: passed on.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Ports of [`Reporter`].
+#[ports]
+pub struct ReporterIo {
+    input: Input<Number>,
+}
+
+/// Logs what it reads.
+pub struct Reporter;
+
+#[module(stage = PostLoop)]
+impl Module for Reporter {
+    type Io = ReporterIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &ReporterIo, _: &(), now: &Tick) -> Outcome {
+        now.info(format_args!("the number is {}", io.input.value));
+        Outcome::Ok
+    }
+}
+
+const ROBOT: &str = r#"
+time.source = "counter"
+[modules.counter]
+[modules.a]
+plugin = "relay"
+[modules.b]
+plugin = "relay"
+[modules.sender]
+[modules.receiver]
+[modules.driver]
+[modules.reporter]
+[links]
+"a/input" = "counter/number"
+"b/input" = "a/output"
+"driver/input" = "b/output"
+"reporter/input" = "wheel/command"
+"sender/note" = "receiver/notes"
+"receiver/history" = "counter/number"
+[actuators.wheel]
+command = "driver/wheel"
+limits = { value = [0.0, 500.0] }
+"#;
+
+fn robot(text: &str, workers: usize) -> Agent {
+    let log: Vec<Box<dyn slate_runtime::log::LogTarget>> = vec![Box::new(MemoryTarget::default())];
+    let options =
+        Options { rate: Rate::Max, armed: true, log, workers, always_help: true, ..Options::default() };
+    load(text, &[Plugin::linked::<Reporter>()], options).unwrap()
+}
+
+/// What 1000 cycles allocate after as many to warm up.
+fn allocations(agent: &mut Agent) -> u64 {
+    // More lines than the logger's buffer holds, so that waiting for it has been seen too.
+    (0..3000).for_each(|_| assert!(agent.step()));
+    let before = ALLOCATIONS.get();
+    (0..1000).for_each(|_| assert!(agent.step()));
+    ALLOCATIONS.get() - before
+}
+
+#[test]
+fn the_allocator_counts() {
+    let before = ALLOCATIONS.get();
+    drop(std::hint::black_box(Box::new(7)));
+    assert_eq!(ALLOCATIONS.get(), before + 1);
+}
+
+#[test]
+fn values_queues_messages_commands_and_log_allocate_nothing() {
+    let mut agent = robot(ROBOT, 0);
+    assert_eq!(allocations(&mut agent), 0);
+    assert_eq!(number(&agent, "wheel/command/value"), 500.0, "the limit was at work");
+    assert_eq!(number(&agent, "receiver/sum/first"), 4000.0 * 4001.0 / 2.0);
+    assert_eq!(number(&agent, "receiver/sum/second"), 4000.0 * 4001.0 / 2.0);
+}
+
+#[test]
+fn workers_allocate_nothing() {
+    assert_eq!(allocations(&mut robot(ROBOT, 2)), 0);
+}
+
+#[test]
+fn a_queue_and_an_inbox_that_nobody_reads_allocate_nothing() {
+    let text = ROBOT.replace("[modules.receiver]", "[modules.receiver]\nenabled = false");
+    assert_eq!(allocations(&mut robot(&text, 0)), 0);
+}
+
+#[test]
+fn a_module_that_fails_or_writes_no_number_allocates_nothing() {
+    // Its commands are withdrawn, and its readers run on.
+    let text = ROBOT.replace("[modules.counter]", "[modules.counter]\nparams.nan_at = 3500");
+    assert_eq!(allocations(&mut robot(&text, 0)), 0);
+}
