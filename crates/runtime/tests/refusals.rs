@@ -221,7 +221,10 @@ fn unknown_names() {
         "[modules.relay]\n[links]\n\"relay/input\" = \"slate://elsewhere/counted/number\"\n",
         &["test.toml:4:17", "belongs to agent `elsewhere`", "this agent is `test`"],
     );
-    refused("time.source = \"clock\"\n", &["test.toml"]);
+    refused(
+        "[time]\nsource = \"clock\"\n",
+        &["test.toml:3:10", "no module `clock` to be the time source", "counted"],
+    );
 }
 
 fn links_that_do_not_fit() {

@@ -7,6 +7,9 @@ use crate::geometry::Point;
 /// A contact begins when bodies press on each other and lasts while they are nearer than this, metres.
 pub const TOUCH: f64 = 0.002;
 
+/// Bodies that are still farther apart than this did not begin to touch, metres.
+pub const GRAZE: f64 = 0.0005;
+
 /// A robot caused a contact if it moved towards the other faster than this, metres per second.
 pub const CAUSE_SPEED: f64 = 0.01;
 

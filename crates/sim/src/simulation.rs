@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::math::{atan2, min, wrap_angle};
 
-use crate::contact::{APART, CAUSE_SPEED, Contact, Motion, TOUCH};
+use crate::contact::{APART, CAUSE_SPEED, Contact, GRAZE, Motion, TOUCH};
 use crate::drive::{Drive, Wheels};
 use crate::geometry::{Extent, Frame, Point, Polygon, Pose, nearest_on};
 use crate::robot::{NoiseDescription, RobotDescription};
@@ -284,6 +284,13 @@ impl Simulation {
         }
         pressing.sort_by_key(|(pair, _)| *pair);
         for ((i, j), towards) in pressing {
+            // The solver also presses on what would meet within the step; where a corner only grazed another, the
+            // bodies are still apart afterwards.
+            if !self.touching.contains_key(&(i, j))
+                && self.robots[i].placed.gap(self.outline(j)).distance > GRAZE
+            {
+                continue;
+            }
             if self.touching.insert((i, j), self.now).is_none() {
                 self.begin(i, j, towards);
             }

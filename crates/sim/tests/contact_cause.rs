@@ -64,7 +64,7 @@ fn passing_by_at_a_millimetre_is_no_contact() {
 
 #[test]
 fn driving_away_from_a_touched_wall_is_not_caused() {
-    let contacts = drive(vec![], &[(pioneer("r", 2.475 - 0.1705, 0.3, 0.0), straight(-0.3))], 2.0);
+    let contacts = drive(vec![], &[(pioneer("r", 2.475 - 0.1905, 0.3, 0.0), straight(-0.3))], 2.0);
     assert!(contacts.iter().all(|contact| !contact.caused), "{contacts:?}");
 }
 

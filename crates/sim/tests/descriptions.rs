@@ -74,7 +74,7 @@ fn a_robot_that_can_not_be_is_refused_at_the_value() {
         assert_eq!(&text[error.span.clone().unwrap()], value, "{error}");
         assert!(error.message.contains(expected), "{error}");
     }
-    let (error, _) = robot_error("[0.170, 0.080], [0.110, 0.145]", "[-0.9, 0.0], [0.110, 0.145]");
+    let (error, _) = robot_error("[0.19, 0.05], [0.155, 0.11]", "[-0.9, 0.0], [0.110, 0.145]");
     assert!(error.message.contains("convex"), "{error}");
 }
 

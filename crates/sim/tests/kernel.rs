@@ -139,7 +139,7 @@ fn the_same_seed_gives_the_same_bits_in_every_build() {
     let (first, _) = digest();
     assert_eq!(first, digest().0);
     // Measured once; debug and release builds must both give it.
-    assert_eq!(first, 0xcc13_572f_430d_557a, "{first:#x}");
+    assert_eq!(first, 0x42b6_535b_c221_a814, "{first:#x}");
 }
 
 #[test]

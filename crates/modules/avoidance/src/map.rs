@@ -14,13 +14,13 @@ pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
 /// A mark counts as an obstacle from this confidence on: one echo suffices.
 const OCCUPIED: f64 = 0.3;
 const HIT: f64 = 0.4;
-const MISS: f64 = 0.15;
+const MISS: f64 = 0.03;
 /// What is this much nearer than the reading should have been heard, metres.
 const TOLERANCE: f64 = 0.04;
 /// A smooth surface answers only to sound that comes at most 45 degrees off its normal, so silence disproves a mark
 /// only from about the direction from which it was heard: cosines of the angles of full and of no effect.
-const SAME_DIRECTION: f64 = 0.97;
-const OTHER_DIRECTION: f64 = 0.9;
+const SAME_DIRECTION: f64 = 0.95;
+const OTHER_DIRECTION: f64 = 0.8;
 /// What came nearer by this moves, metres.
 const STILL: f64 = 0.015;
 const NONE: u16 = u16::MAX;
