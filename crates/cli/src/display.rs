@@ -11,7 +11,6 @@ use crossterm::cursor::{Hide, MoveToColumn, MoveUp, Show};
 use crossterm::style::Stylize;
 use crossterm::terminal::{Clear, ClearType};
 use crossterm::{execute, queue};
-use slate::blackboard::Board;
 use slate::record::Route;
 
 use crate::mission::Mission;
@@ -28,13 +27,12 @@ impl Display {
     /// Begins to show a run.
     pub fn start(name: &str, seed: u64, mission: &Mission) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let (stopped, observation, board) =
-            (Arc::clone(&stop), Arc::clone(&mission.observation), Arc::clone(mission.agent.board()));
+        let (stopped, observation) = (Arc::clone(&stop), Arc::clone(&mission.observation));
         let title = format!("{name}, seed {seed}");
         let clock = mission.agent.clock();
         let thread = std::thread::Builder::new()
             .name("display".into())
-            .spawn(move || show(&title, &observation, &board, &clock, &stopped))
+            .spawn(move || show(&title, &observation, &clock, &stopped))
             .ok();
         Self { stop, thread }
     }
@@ -50,11 +48,11 @@ impl Drop for Display {
     }
 }
 
-fn show(title: &str, observation: &Observation, board: &Board, clock: &dyn Fn() -> u64, stop: &AtomicBool) {
+fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &AtomicBool) {
     let mut out = std::io::stdout();
     let terminal = out.is_terminal();
     let period = if terminal { Duration::from_millis(100) } else { Duration::from_secs(1) };
-    output::line(format_args!("{title}: everything below is also at slate://{}/...", board.agent()));
+    output::line(title);
     if terminal {
         let _ = execute!(out, Hide);
     }

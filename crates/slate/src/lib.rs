@@ -1,5 +1,5 @@
 //! Slate: a robot software framework. An architecture for autonomous robots that the compiler enforces, everything the
-//! robot knows at a URL, and runs that replay bit for bit.
+//! robot knows at a URL, and runs that repeat bit for bit.
 //!
 //! This is the crate to depend on; [`prelude`] has what the file of a module imports.
 
@@ -15,4 +15,26 @@ pub use slate_sim as sim;
 /// What a module's file imports.
 pub mod prelude {
     pub use slate_module::prelude::*;
+}
+
+/// The README and the book, whose Rust code is compiled and run with the tests. The first chapter's code is that of
+/// the documentation of slate-mapek, where it is one program.
+#[cfg(doctest)]
+mod documents {
+    #[doc = include_str!("../../../README.md")]
+    mod readme {}
+    #[doc = include_str!("../../../book/src/02-modules.md")]
+    mod modules {}
+    #[doc = include_str!("../../../book/src/03-configuration.md")]
+    mod configuration {}
+    #[doc = include_str!("../../../book/src/04-the-blackboard.md")]
+    mod the_blackboard {}
+    #[doc = include_str!("../../../book/src/05-running.md")]
+    mod running {}
+    #[doc = include_str!("../../../book/src/06-safety-of-motion.md")]
+    mod safety_of_motion {}
+    #[doc = include_str!("../../../book/src/07-the-simulator.md")]
+    mod the_simulator {}
+    #[doc = include_str!("../../../book/src/08-exp1.md")]
+    mod exp1 {}
 }

@@ -14,7 +14,7 @@ pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
 /// A mark counts as an obstacle from this confidence on: one echo suffices.
 const OCCUPIED: f64 = 0.3;
 const HIT: f64 = 0.4;
-const MISS: f64 = 0.03;
+const MISS: f64 = 0.3;
 /// What is this much nearer than the reading should have been heard, metres.
 const TOLERANCE: f64 = 0.04;
 /// A smooth surface answers only to sound that comes at most 45 degrees off its normal, so silence disproves a mark
