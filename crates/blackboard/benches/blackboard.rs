@@ -3,6 +3,7 @@
 //! Each line is the distribution over bursts of the mean of a burst. What two cores do together depends on how long a
 //! cache line takes from one to the other, which is measured in the same run, before and after.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
+#![allow(clippy::unwrap_used, reason = "a bench that can't go on ends")]
 #![allow(unsafe_code, reason = "pinning a thread to a core is a call of the system")]
 
 use std::hint::black_box;

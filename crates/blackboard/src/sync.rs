@@ -37,20 +37,6 @@ pub(crate) mod order {
         if cfg!(feature = "mutant-ordering") { Ordering::Relaxed } else { Ordering::Release };
 }
 
-/// Asks for a cache line that is soon written to, so that the core has it for itself when it is read. A hint: it changes
-/// nothing but time.
-#[inline]
-pub(crate) fn prefetch_for_writing<T>(line: *const T) {
-    #[cfg(all(target_arch = "x86_64", not(loom), not(miri)))]
-    {
-        use std::arch::x86_64::{_MM_HINT_ET0, _mm_prefetch};
-        // SAFETY: a prefetch reads and writes nothing, wherever it points.
-        unsafe { _mm_prefetch::<_MM_HINT_ET0>(line.cast()) };
-    }
-    #[cfg(not(all(target_arch = "x86_64", not(loom), not(miri))))]
-    let _ = line;
-}
-
 /// Memory that a protocol guards. Under loom every access is checked against the others.
 #[cfg(loom)]
 #[derive(Debug)]

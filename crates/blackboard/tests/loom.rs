@@ -2,6 +2,7 @@
 //!
 //! `RUSTFLAGS="--cfg loom" cargo test -p slate-blackboard --release --test loom --target-dir target/loom`
 #![cfg(loom)]
+#![allow(clippy::unwrap_used, reason = "all of it is a test")]
 
 use loom::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use loom::thread;

@@ -9,10 +9,7 @@ check() {
     case $1 in
     loom) RUSTFLAGS="--cfg loom" timeout 300 cargo test -q -p slate-blackboard --release --test loom \
         --target-dir target/loom --features "$3" -- --exact $2 ;;
-    sanitizer) RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -Cunsafe-allow-abi-mismatch=sanitizer" \
-        TSAN_OPTIONS="suppressions=$PWD/crates/blackboard/tests/thread-sanitizer.txt" \
-        timeout 300 cargo test -q -p slate-blackboard --test threads --target x86_64-unknown-linux-gnu \
-        --target-dir target/thread-sanitizer --features "$3" ;;
+    sanitizer) timeout 300 crates/blackboard/tests/thread_sanitizer.sh --features "$3" ;;
     shuttle) timeout 300 cargo test -q -p slate-blackboard --release --test shuttle \
         --features "shuttle,$3" -- --exact $2 ;;
     esac >/tmp/slate-mutant.$$ 2>&1
@@ -30,7 +27,8 @@ expect_caught() { # TOOL MUTANT TESTS...
             echo "MISSED: $mutant by $tool $test"; failures=$((failures + 1))
         # A build error or a test that does not exist is no catch.
         elif grep -q "^running 1 test" /tmp/slate-mutant.$$ && grep -q "panicked at" /tmp/slate-mutant.$$ \
-            || grep -q "WARNING: ThreadSanitizer: data race" /tmp/slate-mutant.$$; then
+            || grep -q "ThreadSanitizer: data race" /tmp/slate-mutant.$$ \
+            || [ "$tool" = sanitizer ] && grep -q "panicked at" /tmp/slate-mutant.$$; then
             echo "caught: $mutant by $tool $test"
         else
             echo "BROKEN: $mutant by $tool $test"; cat /tmp/slate-mutant.$$; failures=$((failures + 1))

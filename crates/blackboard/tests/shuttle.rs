@@ -2,6 +2,7 @@
 //!
 //! `cargo test -p slate-blackboard --release --features shuttle --test shuttle`
 #![cfg(all(feature = "shuttle", not(loom)))]
+#![allow(clippy::unwrap_used, reason = "all of it is a test")]
 #![allow(unsafe_code, reason = "a late step writes through a pointer")]
 
 use shuttle::{check_random, thread};

@@ -1,13 +1,8 @@
 //! Real threads at full speed: no value is torn, none comes twice or backwards, nothing is lost without being counted.
 //!
 //! A program of its own, so that ThreadSanitizer can watch it without the test harness and scoped threads of the
-//! standard library: it can't see how those synchronise. Joining is seen.
-//!
-//! ```sh
-//! RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=thread -Cunsafe-allow-abi-mismatch=sanitizer" \
-//! TSAN_OPTIONS=suppressions=$PWD/crates/blackboard/tests/thread-sanitizer.txt cargo test -p slate-blackboard \
-//! --test threads --target x86_64-unknown-linux-gnu --target-dir target/thread-sanitizer
-//! ```
+//! standard library, whose synchronisation it can't see: `tests/thread_sanitizer.sh`.
+#![allow(clippy::unwrap_used, reason = "all of it is a test")]
 
 #[cfg(any(loom, feature = "shuttle"))]
 fn main() {}

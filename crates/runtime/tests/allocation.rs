@@ -1,4 +1,11 @@
 //! A cycle that has warmed up allocates nothing.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
 
 mod common;
 

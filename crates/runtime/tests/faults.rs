@@ -1,5 +1,12 @@
 //! What happens when modules hang or panic, and what the predecessors got wrong: each agent goes on with the rest, or
 //! ends in order and says why.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
 
 mod common;
 
@@ -55,6 +62,7 @@ impl Module for Slow {
     fn tick(state: &mut f64, io: &SlowIo, _: &(), _: &Tick) -> Outcome {
         std::thread::sleep(Duration::from_millis(20));
         *state += 1.0;
+        assert!(io.input.value > 0.0, "it runs on what was written");
         io.ticks.set(Number { value: *state });
         Outcome::Ok
     }
@@ -103,7 +111,8 @@ impl Module for Bomb {
     type Params = ();
     type State = ();
 
-    fn tick(_: &mut (), _: &BombIo, _: &(), _: &Tick) -> Outcome {
+    fn tick(_: &mut (), io: &BombIo, _: &(), _: &Tick) -> Outcome {
+        io.number.set(Number { value: 1.0 });
         panic!("as always");
     }
 }

@@ -1,4 +1,11 @@
 //! The same configuration in all modes, and with any number of workers.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
 
 mod common;
 

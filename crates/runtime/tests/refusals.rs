@@ -1,4 +1,11 @@
 //! An agent that does not fit its configuration says where and what to do, and nothing of it is started.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
 
 mod common;
 
@@ -264,10 +271,9 @@ fn one_writer_and_one_of_a_kind() {
         "[modules.relay]\n[links]\n\"counted/number\" = \"relay/output\"\n",
         &["test.toml:4:1", "`counted/number` is an output", "a link names the input first"],
     );
-    // An actuator's name is that of a module, so their properties would be the same.
     refused(
-        "[modules.driver]\n[modules.wheel]\nplugin = \"gateless\"\n",
-        &["test.toml:4:10", "no plugin brings a module `gateless`"],
+        "[modules.driver]\n[actuators.left]\ncommand = \"driver/wheel\"\n[actuators.right]\ncommand = \"driver/wheel\"\n",
+        &["test.toml:6:11", "`/driver/wheel` commands `left` already", "a command port of its own"],
     );
     refused(
         "[modules.plan]\n[modules.other]\nplugin = \"plan\"\n",
@@ -289,7 +295,7 @@ fn parameters_and_inputs() {
     refused("[modules.tuned]\nparams.steps = 1.5\n", &["test.toml:3:16", "steps"]);
     refused(
         "[modules.counter]\nparams.hang = 1\n",
-        &["test.toml:3:8", "no parameter `hang`", "did you mean `hang_"],
+        &["test.toml:3:8", "no parameter `hang`", "there are: panic_at, nan_at, hang_at, hang_ms"],
     );
     refused(
         "[modules.tuned]\ninputs.goal = { value = \"far\" }\n",

@@ -2,7 +2,7 @@ use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
 
-use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order, prefetch_for_writing};
+use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
 use crate::{Shape, Stamp};
 
 /// The index of no slot.
@@ -161,12 +161,6 @@ unsafe impl Send for Held {}
 unsafe impl Sync for Held {}
 
 impl Held {
-    /// Prepares giving the pin back.
-    #[inline]
-    pub fn prefetch(self) {
-        prefetch_for_writing(self.0.as_ptr());
-    }
-
     /// Gives the pin back.
     #[inline]
     pub fn give_back(self) {

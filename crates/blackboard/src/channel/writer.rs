@@ -10,7 +10,7 @@ use crate::sync::{Ordering, order};
 /// What only the writer knows of the slots, and leaves to the next writer.
 #[derive(Debug)]
 pub(super) struct Ledger {
-    slots: Box<[Entry]>,
+    lines: Box<[Line]>,
     /// The cell that the next value goes to.
     cell: usize,
     /// The slot that is worked in.
@@ -22,6 +22,11 @@ pub(super) struct Ledger {
     last: Stamp,
 }
 
+/// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(128))]
+struct Line([Entry; 8]);
+
 #[derive(Clone, Copy, Debug, Default)]
 struct Entry {
     /// Pins taken on the slot since it was made, counted when it leaves the ring.
@@ -31,8 +36,13 @@ struct Entry {
 
 impl Ledger {
     pub fn new(limit: usize) -> Self {
-        let slots = vec![Entry::default(); limit].into();
-        Self { slots, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last: Stamp::default() }
+        let lines = vec![Line::default(); limit.div_ceil(8)].into();
+        Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last: Stamp::default() }
+    }
+
+    #[inline]
+    fn entry(&mut self, slot: usize) -> &mut Entry {
+        &mut self.lines[slot / 8].0[slot % 8]
     }
 }
 
@@ -104,7 +114,7 @@ impl Writer {
         let ready = self.channel.pool.ready();
         let hint = usize::from(self.ledger.hint);
         for index in (hint..ready).chain(0..hint.min(ready)) {
-            let entry = self.ledger.slots[index];
+            let entry = *self.ledger.entry(index);
             if entry.in_ring {
                 continue;
             }
@@ -122,7 +132,7 @@ impl Writer {
     ///
     /// # Errors
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
-    #[inline(always)]
+    #[inline(always)] // A call costs a quarter of the whole.
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
         let index = self.draft_index();
         let (channel, ledger) = (&*self.channel, &mut self.ledger);
@@ -147,13 +157,13 @@ impl Writer {
         let left = pool::slot_of(old);
         if left != NO_SLOT {
             let pins = pool::pins_of(old);
-            let entry = &mut ledger.slots[usize::from(left)];
+            let entry = ledger.entry(usize::from(left));
             *entry = Entry { pins: entry.pins.wrapping_add(pins), in_ring: false };
             if pins == 0 || cfg!(feature = "mutant-readers") {
                 ledger.spare = left;
             }
         }
-        ledger.slots[usize::from(index)].in_ring = true;
+        ledger.entry(usize::from(index)).in_ring = true;
         ledger.cell = if ledger.cell + 1 == ring.len() { 0 } else { ledger.cell + 1 };
         ledger.draft = NO_SLOT;
         ledger.last = stamp;
@@ -165,7 +175,7 @@ impl Writer {
     ///
     /// # Errors
     /// As [`publish`](Writer::publish).
-    #[inline(always)]
+    #[inline(always)] // So that a copy of known size is no call either.
     pub fn write(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Stamp, Blocked> {
         let shape = self.channel.shape;
         let size = shape.bytes(items.min(shape.capacity));

@@ -199,7 +199,7 @@ fn run(
         result.switches += u32::from(decision.is_none() != was_clear);
         was_clear = decision.is_none();
         let command = decision.unwrap_or_else(|| wheels(planned));
-        if trace && result.ticks % 5 == 0 {
+        if trace && result.ticks.is_multiple_of(5) {
             let linear = 0.5 * 0.0975 * (command.left + command.right);
             let angular = 0.0975 * (command.right - command.left) / 0.331;
             let other = simulation.pose(1 - robot);

@@ -4,7 +4,7 @@ use slate_module::math;
 
 use crate::field::{self, Widths};
 use crate::footprint::Footprint;
-use crate::map::LocalMap;
+use crate::map::{LocalMap, on_the_map};
 use crate::motion::Surroundings;
 use crate::parameters::Parameters;
 
@@ -32,11 +32,11 @@ pub struct Avoider {
     /// Present choice; none while the way is clear.
     choice: Option<[f64; 2]>,
     /// Cells of the way that is followed.
-    way: Vec<[i64; 2]>,
+    way: Vec<[i32; 2]>,
     /// When the next choice is due, seconds.
-    due: f64,
+    due: Option<f64>,
     /// Where the robot last made progress, and when.
-    anchor: [f64; 3],
+    anchor: Option<[f64; 3]>,
 }
 
 impl Avoider {
@@ -47,8 +47,8 @@ impl Avoider {
             map: LocalMap::default(),
             choice: None,
             way: Vec::with_capacity(64),
-            due: f64::NEG_INFINITY,
-            anchor: [f64::INFINITY, f64::INFINITY, 0.0],
+            due: None,
+            anchor: None,
         }
     }
 
@@ -59,11 +59,16 @@ impl Avoider {
 
     /// Takes in what the sonars heard when the robot was at `pose` at `time` (seconds).
     pub fn hear(&mut self, pose: Pose2, scan: &SonarScan, parameters: &Parameters, time: f64) {
-        self.map.update(pose, scan, &self.footprint, parameters.memory, time);
+        self.map.update(pose, scan, &self.footprint, parameters, time);
     }
 
     /// Says whether the straight way from `pose` to `goal` is free at `time` (seconds), and else how to move.
     pub fn steer(&mut self, pose: Pose2, goal: Point2, parameters: &Parameters, time: f64) -> Decision {
+        let known = on_the_map(pose.x, pose.y) && pose.theta.is_finite() && on_the_map(goal.x, goal.y);
+        let heard = self.map.time().is_some_and(|last| time - last <= parameters.scan_age);
+        if !(known && heard) {
+            return self.stand();
+        }
         let (dx, dy) = (goal.x - pose.x, goal.y - pose.y);
         let distance = (dx * dx + dy * dy).sqrt();
         if distance < ARRIVED {
@@ -73,7 +78,7 @@ impl Avoider {
         let stuck = self.stuck(pose, parameters, time);
         // Who got stuck gets bolder: what blocks it may be an echo's arc and not a thing.
         let margin = if stuck { 0.3 * parameters.margin } else { parameters.margin };
-        let due = time >= self.due - 1e-9;
+        let due = self.due.is_none_or(|due| !(0.0..parameters.period).contains(&(due - 1e-9 - time)));
         if !due && self.choice == Some([0.0, 0.0]) {
             return Decision::Avoid(Twist2::ZERO);
         }
@@ -88,7 +93,7 @@ impl Avoider {
                 return self.choice.map_or(Decision::Clear, |_| Decision::Avoid(motion));
             }
         }
-        self.due = time + parameters.period;
+        self.due = Some(time + parameters.period);
         if self.clear(&surroundings, bearing, distance, parameters) {
             self.choice = None;
             self.way.clear();
@@ -135,13 +140,21 @@ impl Avoider {
         })
     }
 
+    /// Without knowing where it is or what is near, the robot does not move.
+    fn stand(&mut self) -> Decision {
+        self.choice = Some([0.0, 0.0]);
+        self.due = None;
+        Decision::Avoid(Twist2::ZERO)
+    }
+
     fn stuck(&mut self, pose: Pose2, parameters: &Parameters, time: f64) -> bool {
-        let (dx, dy) = (pose.x - self.anchor[0], pose.y - self.anchor[1]);
-        let moved = dx * dx + dy * dy > PROGRESS * PROGRESS;
-        if moved || !dx.is_finite() {
-            self.anchor = [pose.x, pose.y, time];
+        let [x, y, since] = *self.anchor.get_or_insert([pose.x, pose.y, time]);
+        let (dx, dy) = (pose.x - x, pose.y - y);
+        if dx * dx + dy * dy > PROGRESS * PROGRESS {
+            self.anchor = Some([pose.x, pose.y, time]);
+            return false;
         }
-        time - self.anchor[2] > parameters.patience
+        time - since > parameters.patience
     }
 }
 

@@ -45,7 +45,7 @@ pub(crate) fn waypoint(
     goal: Point2,
     widths: Widths,
     reach: f64,
-    way: &mut Vec<[i64; 2]>,
+    way: &mut Vec<[i32; 2]>,
 ) -> Point2 {
     let mut grid = Grid::new(pose);
     grid.measure(map);
@@ -153,10 +153,11 @@ impl Grid {
         }
     }
 
-    fn prefer(&mut self, way: &[[i64; 2]]) {
+    fn prefer(&mut self, way: &[[i32; 2]]) {
         // Wide enough that the way may shift a little as the map fills.
         let mut preferred = [false; CELLS];
         for [column, row] in way {
+            let (column, row) = (i64::from(*column), i64::from(*row));
             for row in row - self.corner[1] - 1..row - self.corner[1] + 2 {
                 for column in column - self.corner[0] - 1..column - self.corner[0] + 2 {
                     let inside = 0..SIDE as i64;
@@ -171,11 +172,13 @@ impl Grid {
         }
     }
 
-    fn remember(&self, way: &mut Vec<[i64; 2]>) {
+    fn remember(&self, way: &mut Vec<[i32; 2]>) {
         way.clear();
         let mut cell = self.robot_cell;
         while way.len() < LONG {
-            way.push([self.corner[0] + (cell % SIDE) as i64, self.corner[1] + (cell / SIDE) as i64]);
+            // Cells on the map have numbers far below the limits of an `i32`.
+            let number = |corner: i64, cell: usize| (corner + cell as i64) as i32;
+            way.push([number(self.corner[0], cell % SIDE), number(self.corner[1], cell / SIDE)]);
             match self.downhill(cell) {
                 Some(next) => cell = next,
                 None => break,

@@ -3,6 +3,7 @@ use slate_interfaces::{Pose2, SonarScan};
 use slate_module::math;
 
 use crate::footprint::Footprint;
+use crate::parameters::Parameters;
 
 /// Cells along one side of the map.
 pub(crate) const SIDE: usize = 50;
@@ -14,15 +15,12 @@ pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
 /// A mark counts as an obstacle from this confidence on: one echo suffices.
 const OCCUPIED: f64 = 0.3;
 const HIT: f64 = 0.4;
-const MISS: f64 = 0.3;
 /// What is this much nearer than the reading should have been heard, metres.
 const TOLERANCE: f64 = 0.04;
 /// A smooth surface answers only to sound that comes at most 45 degrees off its normal, so silence disproves a mark
 /// only from about the direction from which it was heard: cosines of the angles of full and of no effect.
 const SAME_DIRECTION: f64 = 0.95;
 const OTHER_DIRECTION: f64 = 0.8;
-/// What came nearer by this moves, metres.
-const STILL: f64 = 0.015;
 const NONE: u16 = u16::MAX;
 const SONARS: usize = 16;
 
@@ -37,10 +35,8 @@ pub struct Mark {
     direction: [f64; 2],
     /// How sure it is that something is here now, 0 to 1.
     confidence: f64,
-    /// Since when it stands where it is, as far as can be heard, seconds.
+    /// When it was first heard, seconds.
     pub since: f64,
-    /// Where it was then.
-    anchor: [f64; 2],
 }
 
 /// What the sonars heard around the robot: at most one mark for each cell of a grid that moves along with it.
@@ -53,14 +49,14 @@ pub struct LocalMap {
     marks: Vec<Mark>,
     /// Which mark each cell holds. Cells repeat beyond the edge of the map, where nothing is remembered.
     slots: Vec<u16>,
-    time: f64,
+    time: Option<f64>,
 }
 
 /// The map as it is saved: the cells follow from the marks.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     marks: Vec<Mark>,
-    time: f64,
+    time: Option<f64>,
 }
 
 /// A sonar in the world, and its reading.
@@ -75,11 +71,7 @@ struct Cone {
 
 impl Default for LocalMap {
     fn default() -> Self {
-        Self {
-            marks: Vec::with_capacity(SIDE * SIDE),
-            slots: vec![NONE; SIDE * SIDE],
-            time: f64::NEG_INFINITY,
-        }
+        Self { marks: Vec::with_capacity(SIDE * SIDE), slots: vec![NONE; SIDE * SIDE], time: None }
     }
 }
 
@@ -89,10 +81,27 @@ impl LocalMap {
         self.marks.iter().filter(|mark| mark.confidence >= OCCUPIED)
     }
 
-    /// Takes in a scan that was made at `pose` at `time` (seconds); what was last heard `memory` seconds ago is gone.
-    pub fn update(&mut self, pose: Pose2, scan: &SonarScan, footprint: &Footprint, memory: f64, time: f64) {
-        let elapsed = math::clamp(time - self.time, 0.0, memory);
-        self.time = time;
+    /// When it last took in a scan, seconds.
+    pub fn time(&self) -> Option<f64> {
+        self.time
+    }
+
+    /// Takes in a scan that was made at `pose` at `time` (seconds). One that makes no sense is left out.
+    pub fn update(
+        &mut self,
+        pose: Pose2,
+        scan: &SonarScan,
+        footprint: &Footprint,
+        parameters: &Parameters,
+        time: f64,
+    ) {
+        let opening = scan.field_of_view > 0.0 && scan.field_of_view <= std::f64::consts::PI;
+        if !(on_the_map(pose.x, pose.y) && pose.theta.is_finite() && time.is_finite() && opening) {
+            return;
+        }
+        let memory = math::max(parameters.memory, 1e-3);
+        let elapsed = self.time.map_or(0.0, |last| math::clamp(time - last, 0.0, memory));
+        self.time = Some(time);
         let mut cones = [Cone::default(); SONARS];
         let cones = place(pose, scan, &mut cones);
         let edge = math::cos(0.5 * scan.field_of_view - 0.017);
@@ -102,7 +111,7 @@ impl LocalMap {
         while let Some(mark) = self.marks.get_mut(index) {
             let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
             let silence = cones.iter().fold(0.0, |most, cone| math::max(most, cone.disproves(mark, edge)));
-            mark.confidence -= elapsed / memory + MISS * silence;
+            mark.confidence -= elapsed / memory + parameters.silence * silence;
             let away = dx.abs() >= REACH || dy.abs() >= REACH;
             let inside =
                 footprint.distance_within(cosine * dx + sine * dy, cosine * dy - sine * dx, 0.1) < -0.01;
@@ -114,8 +123,11 @@ impl LocalMap {
         }
 
         let half = 0.5 * scan.field_of_view;
-        for (number, cone) in cones.iter().enumerate().filter(|(_, cone)| cone.heard) {
-            let steps = samples(cone.range * scan.field_of_view / (0.8 * CELL));
+        for (number, cone) in
+            cones.iter().enumerate().filter(|(_, cone)| cone.heard && cone.range < 2.0 * REACH)
+        {
+            // At least the ends of the arc, and no cell between them left out.
+            let steps = (cone.range * scan.field_of_view / (0.8 * CELL)) as u32 + 1;
             for step in 0..=steps {
                 let angle = half * (2.0 * f64::from(step) / f64::from(steps) - 1.0);
                 let (sine, cosine) = (math::sin(angle), math::cos(angle));
@@ -124,7 +136,7 @@ impl LocalMap {
                     sine * cone.axis[0] + cosine * cone.axis[1],
                 ];
                 let (x, y) = (cone.x + cone.range * direction[0], cone.y + cone.range * direction[1]);
-                let mark = Mark { x, y, anchor: [x, y], direction, confidence: HIT, since: time };
+                let mark = Mark { x, y, direction, confidence: HIT, since: time };
                 let away = (mark.x - pose.x).abs() >= REACH || (mark.y - pose.y).abs() >= REACH;
                 let disproved = cones
                     .iter()
@@ -170,7 +182,8 @@ fn place<'a>(pose: Pose2, scan: &SonarScan, cones: &'a mut [Cone; SONARS]) -> &'
     for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
         let heard = echo.heard.get();
         let range = if heard { echo.range } else { scan.range_max };
-        if !range.is_finite() || range < 0.0 || count == SONARS {
+        let placed = on_the_map(placement.x, placement.y) && placement.theta.is_finite();
+        if !range.is_finite() || range < 0.0 || !placed || count == SONARS {
             continue;
         }
         let bearing = pose.theta + placement.theta;
@@ -204,13 +217,13 @@ impl Cone {
     }
 }
 
-fn samples(value: f64) -> u32 {
-    // Ranges are finite and small; at least two samples, the ends of the arc.
-    value as u32 + 1
-}
-
 fn slot_of(mark: &Mark) -> usize {
     cell_of(mark.y).rem_euclid(SIDE as i64) as usize * SIDE + cell_of(mark.x).rem_euclid(SIDE as i64) as usize
+}
+
+/// Whether a point is near enough to the origin of the world for its cell to have a number.
+pub(crate) fn on_the_map(x: f64, y: f64) -> bool {
+    x.abs() < 1e6 && y.abs() < 1e6
 }
 
 /// The number of the row or column of cells that a coordinate of the world lies in.
@@ -233,6 +246,9 @@ impl TryFrom<Saved> for LocalMap {
         let mut map = Self { time: saved.time, ..Self::default() };
         for mark in saved.marks {
             let slot = slot_of(&mark);
+            if !on_the_map(mark.x, mark.y) {
+                return Err("a mark beyond the map".to_owned());
+            }
             if map.slots[slot] != NONE {
                 return Err("two marks in one cell of the map".to_owned());
             }

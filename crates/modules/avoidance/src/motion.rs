@@ -11,6 +11,8 @@ const NEARBY: usize = 192;
 const CHECK: f64 = 0.1;
 /// Time over which motions are compared, seconds.
 const HORIZON: f64 = 0.8;
+/// What takes longer to stop than this is never safe, seconds.
+const LONGEST: f64 = 5.0;
 /// What is nearer than the margin already may come no nearer than this, metres.
 const SLACK: f64 = 0.001;
 
@@ -47,7 +49,11 @@ impl<'a> Surroundings<'a> {
         let mut surroundings =
             Self { footprint, parameters, obstacles: [Obstacle::default(); NEARBY], count: 0, margin };
         let mut reach = parameters.look_ahead + margin;
-        while !surroundings.gather(map, pose, reach, time) {
+        // There is always room for the nearest.
+        for _ in 0..8 {
+            if surroundings.gather(map, pose, reach, time) {
+                break;
+            }
             reach *= 0.7;
         }
         surroundings
@@ -84,6 +90,9 @@ impl<'a> Surroundings<'a> {
             twist.linear.abs() / parameters.deceleration,
             twist.angular.abs() / parameters.angular_deceleration,
         );
+        if !(0.0..LONGEST).contains(&(parameters.reaction_time + braking)) {
+            return false;
+        }
         // Braking covers half of the way that going on for that time would.
         let time = parameters.reaction_time + 0.5 * braking;
         let steps = (time / CHECK) as u32 + 1;

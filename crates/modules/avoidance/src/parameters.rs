@@ -34,6 +34,11 @@ pub struct Parameters {
     pub period: f64,
     /// After this time without an echo a mark in the map is forgotten, seconds.
     pub memory: f64,
+    /// How much one silent scan counts against what was heard at a place, 0 to 1. Much lets the robot follow what
+    /// moves; sonars that often miss what is there need little, about 0.03.
+    pub silence: f64,
+    /// Without a scan for longer than this the robot stands still, seconds.
+    pub scan_age: f64,
     /// Without progress for this time the robot tries to get out, seconds.
     pub patience: f64,
 }
@@ -56,6 +61,8 @@ impl Default for Parameters {
             look_ahead: 0.9,
             period: 0.1,
             memory: 6.0,
+            silence: 0.3,
+            scan_age: 0.3,
             patience: 4.0,
         }
     }

@@ -40,9 +40,9 @@ impl Runner {
         for output in &mut self.outputs {
             let slot = &self.slots[output.slot];
             let set = slot.flags.get() & Flags::SET != 0;
-            let items = slot.items.get();
+            let items = slot.items.get().min(output.shape.capacity);
             if set && !slot.data.is_null() {
-                let bytes = output.property.descriptor().shape(items).bytes(items);
+                let bytes = output.shape.bytes(items);
                 // SAFETY: the draft is lent to this runner until it is published, and has room for those items.
                 let value = unsafe { std::slice::from_raw_parts_mut(slot.data, bytes) };
                 output.floats.canonicalize(value, items);

@@ -45,6 +45,8 @@ pub(crate) struct Runner {
     pub outboxes: Vec<OutboxPort>,
     pub params: Latest,
     pub enabled: Latest,
+    /// What `enabled` said last.
+    pub on: bool,
     /// Writes `/module/state`.
     pub state: Writer,
     /// Writes `/module/timing`.
@@ -138,10 +140,12 @@ impl Runner {
 
     /// Whether the module may run: `enabled` is enforced here.
     pub fn is_enabled(&mut self) -> bool {
-        self.enabled.refresh();
-        let on = self.enabled.value().is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
+        if self.enabled.refresh() {
+            let value = self.enabled.value();
+            self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
+        }
         let condition = self.health.condition();
-        if !on {
+        if !self.on {
             if condition.is_working() {
                 self.set_condition(Condition::Inactive, self.last_tick);
                 self.publish_safe(self.last_tick);

@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
-use slate_blackboard::Property;
 use slate_blackboard::channel::{QueueReader, SetAside, Writer};
 use slate_blackboard::interface::FloatMap;
 use slate_blackboard::message::{Receiver, Sender};
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Property, Shape};
 use slate_module::Entry;
 
 use super::Health;
@@ -61,6 +61,8 @@ pub(crate) struct InboxPort {
 pub(crate) struct OutputPort {
     pub slot: usize,
     pub property: Arc<Property>,
+    /// The memory of a value.
+    pub shape: Shape,
     /// The place of the property in the order of all, for the digest.
     pub index: u32,
     pub writer: Writer,

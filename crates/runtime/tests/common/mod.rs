@@ -1,4 +1,11 @@
 //! Modules and agents that the tests share.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use slate_module::Plugin;

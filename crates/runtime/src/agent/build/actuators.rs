@@ -50,6 +50,18 @@ impl Builder<'_, '_> {
                 self.complaints.add(url.span, format!("`/{path}` is no command"), help);
                 return Err(Failed);
             };
+            let earlier = &self.configuration.actuators()[..index];
+            let names = |actuator: &&configuration::Actuator| {
+                actuator.commands.iter().any(|command| command.value.path_in("") == path)
+            };
+            if let Some(other) = earlier.iter().find(names) {
+                self.complaints.add(
+                    url.span,
+                    format!("`/{path}` commands `{}` already", other.name.value),
+                    "give each actuator a command port of its own",
+                );
+                return Err(Failed);
+            }
             let own = self.port(module, port).descriptor;
             if descriptor.is_some_and(|first: &Descriptor| first.hash != own.hash) {
                 self.complaints.add(

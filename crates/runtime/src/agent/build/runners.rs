@@ -115,6 +115,7 @@ impl Builder<'_, '_> {
             outboxes: Vec::new(),
             params,
             enabled,
+            on: true,
             state,
             timing,
             measured: Measured::default(),
@@ -287,6 +288,7 @@ impl Builder<'_, '_> {
             self.readers(Target::Port(m, p)).map(|joint| Arc::clone(&parts.wakes[joint.port.0])).collect();
         Some(OutputPort {
             slot: p,
+            shape: property.channel()?.shape(),
             property,
             index: self.index,
             writer,
