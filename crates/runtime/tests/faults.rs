@@ -192,38 +192,38 @@ plugin = "counter"
     samples.clone()
 }
 
-fn check_hang(samples: &[Sample]) {
+fn check_hang(samples: &[Sample], threaded: bool) {
     let first = samples.iter().position(|sample| sample.number == -1.0).expect("the outputs become safe");
     let last = samples.iter().rposition(|sample| sample.number == -1.0).unwrap();
     assert_eq!(samples[first - 1].number, 9.0, "the tenth tick hangs");
     let ticks = samples[last].other - samples[first].other;
-    assert!(ticks >= 20.0, "in 350 ms at 5 ms the others made {ticks} ticks");
+    assert!(ticks >= 15.0, "in 350 ms at 5 ms the others made {ticks} ticks");
     let late = &samples[first + 1..=last];
     assert!(late.iter().all(|sample| sample.stale && sample.seen == -1.0), "readers see stale safe values");
     assert!(samples.iter().all(|sample| sample.number != 10.0), "what it wrote late is dropped");
-    // A thread of its own may be some ticks ahead of the loop that looks.
+    // A fresh state would begin at 1. The loop that looks may miss values of a thread of its own.
     let back = samples[last + 1].number;
-    assert!((11.0..15.0).contains(&back), "it comes back with its state: {back}");
+    assert!(back == 11.0 || threaded && back > 11.0, "it comes back with its state: {back}");
     let end = samples.last().unwrap();
     assert!(end.number >= 15.0 && !end.stale, "it works again: {end:?}");
 }
 
 #[test]
 fn a_hanging_module_on_the_loop_holds_nobody_up() {
-    check_hang(&samples_of_a_hang("", Options::default()));
+    check_hang(&samples_of_a_hang("", Options::default()), false);
 }
 
 #[test]
 fn a_hanging_module_on_a_thread_of_its_own_holds_nobody_up() {
     let options = Options { mode: Mode::Threaded, ..Options::default() };
-    check_hang(&samples_of_a_hang("every = \"5ms\"", options));
+    check_hang(&samples_of_a_hang("every = \"5ms\"", options), true);
 }
 
 #[test]
 fn a_hanging_module_on_a_worker_holds_nobody_up() {
     for workers in [1, 2] {
         let options = Options { workers, always_help: true, ..Options::default() };
-        check_hang(&samples_of_a_hang("", options));
+        check_hang(&samples_of_a_hang("", options), false);
     }
 }
 

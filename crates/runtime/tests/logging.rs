@@ -167,7 +167,7 @@ fn in_lockstep_no_line_is_lost_to_a_slow_target() {
     struct Uneven(Arc<AtomicU64>);
     impl LogTarget for Uneven {
         fn write(&mut self, _: &Record) {
-            if self.0.fetch_add(1, Ordering::Relaxed) % 500 == 0 {
+            if self.0.fetch_add(1, Ordering::Relaxed).is_multiple_of(500) {
                 std::thread::sleep(Duration::from_millis(20));
             }
         }

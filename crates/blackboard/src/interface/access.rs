@@ -103,7 +103,9 @@ pub fn find(descriptor: &Descriptor, path: &str) -> Result<FieldPath, AccessErro
                     }
                     (Kind::Tail(item), Ok(i)) => {
                         place.tail_index = Some(i);
-                        place.offset += i * item.size();
+                        // The index is the caller's, and may be beyond any memory.
+                        let end = i.checked_mul(item.size()).and_then(|bytes| bytes.checked_add(place.offset));
+                        place.offset = end.ok_or_else(missing)?;
                         place.kind = *item;
                     }
                     _ => return Err(missing()),
@@ -195,7 +197,12 @@ fn write(
         Kind::F32 => {
             // Decimal text such as 0.1 is nearest in either width, so rounding to f32 is what the user means.
             let number = value.as_f64().ok_or_else(wrong)?;
-            bytes[..4].copy_from_slice(&(number as f32).to_ne_bytes());
+            let nearest = number as f32;
+            let whole = matches!(value, Value::Integer(whole) if nearest as i128 != *whole);
+            if whole || nearest.is_infinite() && number.is_finite() {
+                return Err(inexact());
+            }
+            bytes[..4].copy_from_slice(&nearest.to_ne_bytes());
         }
         Kind::F64 => {
             let number = value.as_f64().ok_or_else(wrong)?;

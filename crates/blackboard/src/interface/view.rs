@@ -16,7 +16,8 @@ impl<'a> View<'a> {
     /// Returns nothing when there are too few bytes.
     pub fn new(descriptor: &'static Descriptor, bytes: &'a [u8], items: usize) -> Option<Self> {
         let item = descriptor.tail().map_or(0, Kind::size);
-        (bytes.len() >= descriptor.size + item * items).then_some(Self { descriptor, bytes, items })
+        let needed = item.checked_mul(items).and_then(|tail| tail.checked_add(descriptor.size))?;
+        (bytes.len() >= needed).then_some(Self { descriptor, bytes, items })
     }
 
     /// A view of a typed value without a tail.

@@ -29,7 +29,8 @@ type Ended = (i32, u64);
 
 struct Worker {
     wake: Wake,
-    done: Wake,
+    /// Wakes the loop; one for all workers, as a thread's first sleep on it allocates.
+    done: Arc<Wake>,
     stop: AtomicBool,
     /// [`FREE`], [`GIVEN`] or [`DONE`].
     state: AtomicU32,
@@ -50,11 +51,12 @@ impl Workers {
     /// # Errors
     /// When a thread can't be started.
     pub fn start(count: usize, always: bool) -> io::Result<Self> {
+        let done = Arc::new(Wake::new());
         let workers: Vec<_> = (0..count)
             .map(|_| {
                 Arc::new(Worker {
                     wake: Wake::new(),
-                    done: Wake::new(),
+                    done: Arc::clone(&done),
                     stop: AtomicBool::new(false),
                     state: AtomicU32::new(FREE),
                     given: UnsafeCell::new(None),
