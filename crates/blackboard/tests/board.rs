@@ -115,6 +115,10 @@ fn an_index_beyond_the_items_is_nothing() {
     let board = board();
     board.write("drive/limits/small", &Value::Integer(1), 0).unwrap();
     assert_eq!(read(&board, "drive/limits/tail/4000000000"), None);
+    for index in [u64::MAX, u64::MAX / 2 + 1, 1 << 62] {
+        // Whether it is nothing or an error, it must not end the process.
+        assert!(!matches!(board.read(&format!("drive/limits/tail/{index}")), Ok(Some(_))));
+    }
 }
 
 #[test]

@@ -104,7 +104,8 @@ pub fn find(descriptor: &Descriptor, path: &str) -> Result<FieldPath, AccessErro
                     (Kind::Tail(item), Ok(i)) => {
                         place.tail_index = Some(i);
                         // The index is the caller's, and may be beyond any memory.
-                        let end = i.checked_mul(item.size()).and_then(|bytes| bytes.checked_add(place.offset));
+                        let end =
+                            i.checked_mul(item.size()).and_then(|bytes| bytes.checked_add(place.offset));
                         place.offset = end.ok_or_else(missing)?;
                         place.kind = *item;
                     }

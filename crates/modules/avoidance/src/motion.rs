@@ -113,7 +113,7 @@ impl<'a> Surroundings<'a> {
             let distance = self.footprint.distance_within(x, y, reach);
             // What may move must be left at once; along what stands the robot may drive.
             let least = if obstacle.speed > 0.0 {
-                obstacle.distance - SLACK
+                obstacle.distance + 0.5 * obstacle.speed * later
             } else {
                 obstacle.distance - SLACK
             };
