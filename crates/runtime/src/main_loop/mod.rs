@@ -298,11 +298,17 @@ pub(crate) enum Flow {
     Lost,
 }
 
+/// Reading the clock takes longer than a short step, so steps without a deadline are timed in one cycle of so many.
+const SAMPLED: u64 = 16;
+
 /// One cycle, or the rest of one that another thread began.
 pub(crate) fn cycle(shared: &Shared) -> Flow {
     // SAFETY: this thread holds the token; every reference ends before a step is made, as the step may lose it.
-    let now = unsafe { begin_cycle(shared, shared.core()) };
-    let mut mark = measured();
+    let (now, sampled) = unsafe {
+        let core = shared.core();
+        (begin_cycle(shared, core), core.cycle % SAMPLED == 1)
+    };
+    let mut mark = None;
     loop {
         // SAFETY: as above.
         let (seat, call) = unsafe {
@@ -312,16 +318,19 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
                 Next::End => break,
             }
         };
+        let start = (sampled || seat.has_deadline).then(|| mark.take().unwrap_or_else(measured));
         seat.begin(false);
         // SAFETY: the runner was prepared, and the seat keeps others out.
         let code = unsafe { call.make() };
         if !seat.end() {
             return Flow::Lost;
         }
-        // The end of a step is the beginning of the next: reading the clock takes as long as a short step.
-        let end = measured();
-        let duration = nanoseconds(mark, end);
-        mark = end;
+        let duration = start.map(|start| {
+            let end = measured();
+            // The end of a step is the beginning of the next.
+            mark = Some(end);
+            nanoseconds(start, end)
+        });
         // SAFETY: the step was not given up, so this thread still holds the token.
         unsafe {
             let core = shared.core();
@@ -329,7 +338,7 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
                 core.position.helped = false;
                 core.workers.commit(now, core.digest.as_mut());
                 seat.runner().log.release();
-                mark = measured();
+                mark = None;
             }
             let runner = seat.runner();
             runner.time(duration);

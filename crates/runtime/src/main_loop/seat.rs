@@ -20,6 +20,8 @@ const RETURNED: u32 = 4;
 pub(crate) struct Seat {
     pub name: Arc<str>,
     pub health: Arc<Health>,
+    /// Whether every step is timed.
+    pub has_deadline: bool,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
     state: AtomicU32,
@@ -38,6 +40,7 @@ impl Seat {
         Self {
             name: Arc::clone(&runner.name),
             health: Arc::clone(&runner.health),
+            has_deadline: runner.deadline.is_some(),
             wake: Arc::clone(&runner.wake),
             state: AtomicU32::new(IDLE),
             begun: AtomicU64::new(0),

@@ -111,6 +111,6 @@ fn step(shared: &Shared, seat: &Seat) {
     }
     // SAFETY: the step was not given up.
     let runner = unsafe { seat.runner() };
-    runner.time(duration);
+    runner.time(Some(duration));
     runner.commit(shared.clock.now(), code, None);
 }

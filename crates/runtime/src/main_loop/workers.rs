@@ -107,7 +107,7 @@ impl Workers {
                 // SAFETY: the step has ended and was not given up.
                 let runner = unsafe { seat.runner() };
                 runner.log.release();
-                runner.time(duration);
+                runner.time(Some(duration));
                 runner.commit(now, code, digest.as_deref_mut());
             }
         }

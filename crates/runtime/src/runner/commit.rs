@@ -17,6 +17,9 @@ impl Runner {
                 let answer = if reason == 0 { Answer::Done } else { Answer::Refused(reason as u16) };
                 inbox.receiver.answer(i, answer);
             }
+            // The senders can use the slots at once, and not only after the next step.
+            inbox.entries.clear();
+            inbox.receiver.release();
         }
         let condition = match code {
             0 => Condition::Working,
@@ -141,19 +144,21 @@ impl Runner {
         }
     }
 
-    /// Counts a step that took `duration` wall-clock nanoseconds.
-    pub fn time(&mut self, duration: u64) {
-        self.health.duration.store(duration, Ordering::Relaxed);
-        if self.deadline.is_some_and(|deadline| duration > deadline) {
-            count(&self.health.misses);
-        }
+    /// Counts a step, and how many wall-clock nanoseconds it took if that was measured.
+    pub fn time(&mut self, duration: Option<u64>) {
         let measured = &mut self.measured;
+        if let Some(duration) = duration {
+            self.health.duration.store(duration, Ordering::Relaxed);
+            measured.longest = measured.longest.max(duration);
+            if self.deadline.is_some_and(|deadline| duration > deadline) {
+                count(&self.health.misses);
+            }
+        }
         let period = self.frame.elapsed;
         if self.frame.number > 2 {
             measured.jitter = measured.jitter.max(period.abs_diff(measured.period));
         }
         measured.period = period;
-        measured.longest = measured.longest.max(duration);
         let now = self.frame.now;
         if now - measured.written >= TIMING_PERIOD || self.frame.number == 1 {
             let timing = ModuleTiming {
