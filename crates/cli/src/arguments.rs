@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use slate::runtime::{Mode, Rate};
 
-/// Slate: an architecture for autonomous robots, everything the robot knows at a URL, and runs that replay bit for bit.
+/// Slate: an architecture for autonomous robots, everything the robot knows at a URL, and runs that repeat bit for bit.
 #[derive(Debug, Parser)]
 #[command(name = "slate", version, about, long_about = None)]
 pub struct Arguments {
@@ -34,7 +34,7 @@ pub struct Common {
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=64))]
     pub workers: u8,
 
-    /// Sets a value of the configuration, such as `modules.planner.params.gain=1.2`; may be given several times.
+    /// Sets a value of the configuration, such as `robots.r2.modules.planner.params.speed=0.2`; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<String>,
 
@@ -52,7 +52,8 @@ pub struct RunOptions {
     #[arg(long)]
     pub headless: bool,
 
-    /// How fast time goes: `realtime`, `max` or a factor; headless runs go as fast as they can.
+    /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs go as fast as they
+    /// can.
     #[arg(long, value_parser = parse_rate)]
     pub rate: Option<Rate>,
 

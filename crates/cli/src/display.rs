@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use crossterm::cursor::{Hide, MoveToColumn, MoveUp, Show};
 use crossterm::style::Stylize;
-use crossterm::terminal::{Clear, ClearType};
+use crossterm::terminal::{Clear, ClearType, size};
 use crossterm::{execute, queue};
 use slate::record::Route;
 
@@ -59,7 +59,9 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &
     let mut lines = 0;
     loop {
         let last = stop.load(Ordering::Acquire);
-        let text = frame(observation, clock(), terminal);
+        // A line that wraps could not be drawn over again.
+        let width = if terminal { size().map_or(80, |(columns, _)| columns.into()) } else { usize::MAX };
+        let text = frame(observation, clock(), terminal, width);
         if terminal {
             if lines > 0 {
                 let _ = queue!(out, MoveUp(lines));
@@ -85,13 +87,13 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &
     }
 }
 
-fn frame(observation: &Observation, now: u64, colour: bool) -> String {
+/// A line per robot, none longer than `width`.
+fn frame(observation: &Observation, now: u64, colour: bool, width: usize) -> String {
     let mut text = String::new();
     for robot in &observation.robots {
         let Some(state) = robot.now() else { continue };
-        let _ = write!(
-            text,
-            "t {:6.1} s  {:4} x {:+6.2} m  y {:+6.2} m  theta {:+6.1} deg",
+        let mut line = format!(
+            "t {:5.1} s {:3} ({:+.2}, {:+.2}) m {:+4.0} deg",
             now as f64 * 1e-9,
             robot.name,
             state.x,
@@ -99,22 +101,28 @@ fn frame(observation: &Observation, now: u64, colour: bool) -> String {
             state.theta.to_degrees()
         );
         if let Some(clearance) = state.clearance {
-            let _ = write!(text, "  clearance {clearance:5.2} m");
+            let _ = write!(line, " clear {clearance:.2} m");
         }
+        let before = line.chars().count();
+        if let Some(route) = state.route {
+            let _ = write!(line, " {:12}", route.name());
+        }
+        // The whole tree of actions where there is room, else the one at its root.
+        let room = width.saturating_sub(line.chars().count() + 2);
+        let action = if state.tree.chars().count() <= room { &state.tree } else { &state.action };
+        let _ = write!(line, " {action}");
+        let line: String = line.trim_end().chars().take(width.saturating_sub(1)).collect();
+        let (figures, action): (String, String) =
+            (line.chars().take(before).collect(), line.chars().skip(before).collect());
+        text.push_str(&figures);
         match state.route {
             Some(Route::Deliberative) if colour => {
-                let _ = write!(text, "  {}", "deliberative".red());
+                let _ = write!(text, "{}", action.red());
             }
             Some(Route::Reactive) if colour => {
-                let _ = write!(text, "  {}", "reactive    ".blue());
+                let _ = write!(text, "{}", action.blue());
             }
-            Some(route) => {
-                let _ = write!(text, "  {:12}", route.name());
-            }
-            None => {}
-        }
-        if !state.tree.is_empty() {
-            let _ = write!(text, "  {}", state.tree);
+            _ => text.push_str(&action),
         }
         text.push('\n');
     }

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use slate::record::Report;
 use slate::runtime::Rate;
-use slate::runtime::log::{ConsoleTarget, LogTarget};
+use slate::runtime::log::{ConsoleTarget, LogTarget, MemoryTarget};
 
 use crate::arguments::{ModeName, RunOptions};
 use crate::display::Display;
@@ -26,18 +26,11 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     let seed = application.configuration.seed().value;
     let directory =
         options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
-    std::fs::create_dir_all(&directory)
-        .map_err(|source| Failure::File { path: directory.clone(), source })?;
-    // A live display owns the terminal, so the log goes to a file beside the report.
-    let log: Box<dyn LogTarget> = if live && std::io::stdout().is_terminal() {
-        let path = directory.join("log.txt");
-        Box::new(
-            slate::runtime::log::FileTarget::create(&path)
-                .map_err(|source| Failure::File { path, source })?,
-        )
-    } else {
-        Box::new(ConsoleTarget)
-    };
+    // A live display owns the terminal, so the log is kept and written beside the report.
+    let kept = MemoryTarget::default();
+    let owns_terminal = live && std::io::stdout().is_terminal();
+    let log: Box<dyn LogTarget> =
+        if owns_terminal { Box::new(kept.clone()) } else { Box::new(ConsoleTarget) };
     let how = How {
         mode: options.common.mode,
         rate: options.rate.unwrap_or(default),
@@ -46,6 +39,9 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         trajectory: true,
     };
     let mission = Mission::load(application, how)?;
+    // Only now, as a configuration that is refused leaves nothing behind.
+    std::fs::create_dir_all(&directory)
+        .map_err(|source| Failure::File { path: directory.clone(), source })?;
     let display = live.then(|| Display::start(&name, seed, &mission));
     let finished = mission.run();
     drop(display);
@@ -53,6 +49,12 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     let report =
         Report { summary: &finished.summary, scene: &finished.scene, trajectory: &finished.trajectory };
     report.write(&directory)?;
+    let lines = kept.lines();
+    if !lines.is_empty() {
+        let path = directory.join("log.txt");
+        let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+        std::fs::write(&path, text).map_err(|source| Failure::File { path, source })?;
+    }
     output::line(&finished.summary);
     output::line(format_args!("report: {}", directory.display()));
     if options.common.json {

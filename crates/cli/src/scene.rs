@@ -50,7 +50,9 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
         let noisy = scenario.placements.iter().any(|placement| {
             placement.description.sonar.get(&scenario.sonar).is_some_and(|sonar| sonar.noise_constant > 0.0)
         });
-        conditions.insert("sensor_profile".into(), scenario.sonar);
+        if !scenario.sonar.is_empty() {
+            conditions.insert("sensor_profile".into(), scenario.sonar);
+        }
         conditions.insert("noise".into(), if noisy { "ranges and odometry" } else { "odometry only" }.into());
     }
     conditions

@@ -84,8 +84,9 @@ impl Summary {
 
     /// What happened, in one line.
     pub fn headline(&self) -> String {
-        let message = self.message.as_ref().map_or(String::new(), |message| format!(": {message}"));
-        self.title() + &message
+        // What only repeats the outcome is left out.
+        let message = self.message.as_ref().filter(|message| **message != self.outcome.to_string());
+        self.title() + &message.map_or(String::new(), |message| format!(": {message}"))
     }
 
     /// The headline without the message, which may be long.
