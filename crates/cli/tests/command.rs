@@ -1,0 +1,192 @@
+//! What the command promises: exit codes, files, the same bytes again, and errors that say what to do.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A fresh folder that a test works in.
+fn folder(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn slate(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_slate")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The summary of a headless run.
+fn summary(folder: &Path, arguments: &[&str]) -> Value {
+    let mut all = vec!["run", "exp1", "--headless", "--json"];
+    all.extend(arguments);
+    let output = slate(folder, &all);
+    let stdout = text(&output.stdout);
+    serde_json::from_str(stdout.lines().last().unwrap_or_default()).unwrap_or_else(|_| panic!("{output:?}"))
+}
+
+#[test]
+fn a_run_reaches_its_goal_and_leaves_its_report() {
+    let folder = folder("report");
+    let output = slate(&folder, &["run", "exp1", "--headless", "--json", "--seed", "3"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let summary: Value = serde_json::from_str(text(&output.stdout).lines().last().unwrap()).unwrap();
+    for key in [
+        "example",
+        "seed",
+        "outcome",
+        "sim_time_s",
+        "wall_time_s",
+        "path_length_m",
+        "shortest_path_m",
+        "collisions",
+        "min_clearance_m",
+        "route_switches",
+        "reflexes",
+        "ticks",
+        "digest",
+    ] {
+        assert!(summary.get(key).is_some_and(|value| !value.is_null()), "{key} is missing in {summary}");
+    }
+    assert_eq!((summary["example"].as_str(), summary["seed"].as_u64()), (Some("exp1"), Some(3)));
+    // From any directory, the report goes to runs/<name>-<seed>.
+    let report = folder.join("runs/exp1-3");
+    let csv = std::fs::read_to_string(report.join("trajectory.csv")).unwrap();
+    assert_eq!(csv.lines().next(), Some("time_s,robot,x_m,y_m,theta_rad,route,action"));
+    assert!(csv.contains(",deliberative,") && csv.contains(",reactive,"));
+    for picture in ["trajectory.svg", "timeline.svg"] {
+        assert!(std::fs::read_to_string(report.join(picture)).unwrap().contains("</svg>"), "{picture}");
+    }
+    let saved: Value =
+        serde_json::from_str(&std::fs::read_to_string(report.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(saved["digest"], summary["digest"]);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_with_any_number_of_workers_and_at_any_rate() {
+    let folder = folder("digest");
+    let digest = |arguments: &[&str]| summary(&folder, arguments)["digest"].clone();
+    let first = digest(&["--seed", "5"]);
+    for other in [&["--workers", "1"][..], &["--workers", "2"], &["--rate", "40"], &["--rate", "max"]] {
+        let arguments: Vec<_> = ["--seed", "5"].iter().chain(other).copied().collect();
+        assert_eq!(digest(&arguments), first, "{other:?}");
+    }
+    assert_ne!(digest(&["--seed", "6"]), first);
+}
+
+#[test]
+fn debug_and_release_builds_give_the_same_bytes() {
+    // What the release build prints, as shown in the README; a change of behaviour changes both.
+    let readme = include_str!("../../../README.md");
+    let digest = summary(&folder("build"), &["--seed", "0"])["digest"].as_str().unwrap().to_owned();
+    assert!(readme.contains(&format!("digest          {digest}")), "this build gives {digest}");
+}
+
+#[test]
+fn threads_reach_the_goal_too() {
+    let summary = summary(&folder("threads"), &["--mode", "threaded", "--rate", "4"]);
+    assert_eq!(summary["outcome"], "goal_reached", "{summary}");
+}
+
+#[test]
+fn the_authors_scene_and_their_law_can_be_run() {
+    let folder = folder("authors");
+    for set in ["world.layout=\"authors\"", "controller=rocs-fixed"] {
+        assert_eq!(summary(&folder, &["--set", set])["outcome"], "goal_reached", "{set}");
+    }
+}
+
+#[test]
+fn who_does_not_arrive_in_time_exits_with_1() {
+    let output = slate(
+        &folder("late"),
+        &["run", "exp1", "--headless", "--set", "modules.referee.params.time_limit=1"],
+    );
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert!(text(&output.stdout).contains("timed out"), "{output:?}");
+}
+
+#[test]
+fn a_batch_reports_rates_intervals_and_spreads() {
+    let output = slate(&folder("batch"), &["batch", "exp1", "--runs", "4", "--seed", "1", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let batch: Value = serde_json::from_str(text(&output.stdout).lines().last().unwrap()).unwrap();
+    assert_eq!((batch["runs"].as_u64(), batch["success_rate"].as_f64()), (Some(4), Some(1.0)), "{batch}");
+    for key in [
+        "success_interval",
+        "collisions",
+        "collisions_caused",
+        "collisions_caused_per_km",
+        "spl",
+        "failed_seeds",
+    ] {
+        assert!(batch.get(key).is_some(), "{key} is missing in {batch}");
+    }
+    assert!(batch["sim_time_s"]["median"].as_f64() <= batch["sim_time_s"]["p95"].as_f64());
+}
+
+/// Runs with exit code 2 say these words on stderr and leave nothing behind.
+fn refused(name: &str, arguments: &[&str], words: &[&str]) {
+    let folder = folder(name);
+    let output = slate(&folder, arguments);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {output:?}");
+    for word in words {
+        assert!(stderr.contains(word), "{arguments:?} does not say `{word}`: {stderr}");
+    }
+    assert!(!folder.join("runs").exists(), "{arguments:?} left a report");
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place_and_its_mend() {
+    refused("example", &["run", "exp2"], &["`exp2`", "did you mean `exp1`"]);
+    refused("option", &["run", "exp1", "--fast"], &["--fast"]);
+    refused("rate", &["run", "exp1", "--rate", "0"], &["realtime", "max"]);
+    refused("key", &["run", "exp1", "--set", "loop.perod=1"], &["--set", "period"]);
+    refused(
+        "plugin",
+        &["run", "exp1", "--set", "modules.simulator.plugin=simulater"],
+        &["simulater", "simulator"],
+    );
+    refused("controller", &["run", "exp1", "--set", "controller=best"], &["best", "slate, rocs, rocs-fixed"]);
+    refused("layout", &["run", "exp1", "--set", "world.layout=none"], &["none", "authors", "random"]);
+    refused(
+        "range",
+        &["run", "exp1", "--set", "robots.r2.modules.planner.params.speed=99"],
+        &["speed", "99", "0 to 1.2"],
+    );
+    refused("max", &["run", "exp1", "--mode", "threaded", "--rate", "max"], &["threaded", "realtime"]);
+}
+
+#[test]
+fn a_file_with_a_mistake_is_shown_with_its_line() {
+    let folder = folder("file");
+    let file = folder.join("robot.toml");
+    std::fs::write(&file, "[modules.referee]\n\n[links]\n\"referee/truth\" = \"simulator/truth\"\n").unwrap();
+    let output = slate(&folder, &["run", "robot.toml", "--headless"]);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(stderr.contains("robot.toml"), "{stderr}");
+}
+
+#[test]
+fn a_report_that_can_not_be_written_is_named() {
+    let folder = folder("unwritable");
+    std::fs::write(folder.join("taken"), "a file").unwrap();
+    let output = slate(&folder, &["run", "exp1", "--headless", "--out", "taken/report"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stderr).contains("taken/report"), "{output:?}");
+}
+
+#[test]
+fn who_reads_only_the_beginning_does_no_harm() {
+    let folder = folder("head");
+    let command = format!("{} run exp1 --headless --json | head -1", env!("CARGO_BIN_EXE_slate"));
+    let output = Command::new("sh").args(["-c", &command]).current_dir(&folder).output().unwrap();
+    assert!(!text(&output.stderr).contains("panicked"), "{output:?}");
+}

@@ -1,0 +1,209 @@
+//! EXP1's robot: it is wired as the typed builder would, and keeps its nerve when sensors fail.
+
+use std::collections::BTreeSet;
+
+use slate::blackboard::interface::Value;
+use slate::interfaces::{Orientation, Point2, Position, SonarScan, WheelSpeeds};
+use slate::mapek::{self, ExecuteBlock, Planned, ReactiveBlock, Robot};
+use slate::module::testing::Fixture;
+use slate::runtime::configuration::{self, Configuration};
+use slate::runtime::{Agent, Options, Rate};
+use slate_exp1::actions::{Leg, PioneerActions};
+use slate_exp1::analyzes::{PassOrientation, PassPosition, PassRange};
+use slate_exp1::avoid_obstacle::{AvoidObstacleModel, FOOTPRINT};
+use slate_exp1::knowledge::{PioneerKnowledge, PioneerP3dxModel};
+use slate_exp1::monitors::{OrientationMonitor, PositionMonitor, RangeMonitor};
+use slate_exp1::planner::GoToOriginPlanner;
+use slate_exp1::rocs::AvoidWallModel;
+
+fn configuration(sets: &[&str]) -> Configuration {
+    let options = configuration::Options {
+        sets: sets.iter().map(|set| (*set).to_owned()).collect(),
+        extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+        ..configuration::Options::default()
+    };
+    Configuration::from_text("exp1.toml", slate_exp1::CONFIGURATION, &options).unwrap()
+}
+
+fn agent(sets: &[&str]) -> Agent {
+    let mut plugins = slate::sim::plugins();
+    plugins.extend(slate_exp1::plugins());
+    let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
+    Agent::load(&configuration(sets), &plugins, options).unwrap()
+}
+
+fn number(agent: &Agent, path: &str) -> f64 {
+    agent.board().read(path).unwrap().and_then(|(value, _)| value.as_f64()).unwrap()
+}
+
+#[test]
+fn the_configuration_says_what_the_typed_builder_says() {
+    let robot = Robot::new("r2");
+    let range_monitor = robot.monitor::<RangeMonitor>("range_monitor");
+    let position_monitor = robot.monitor::<PositionMonitor>("position_monitor");
+    let orientation_monitor = robot.monitor::<OrientationMonitor>("orientation_monitor");
+    let pass_range = robot.analyze::<PassRange>("pass_range");
+    let pass_position = robot.analyze::<PassPosition>("pass_position");
+    let pass_orientation = robot.analyze::<PassOrientation>("pass_orientation");
+    let planner = robot.plan::<GoToOriginPlanner>("planner");
+    let execute = robot.execute::<PioneerActions>("execute");
+    let avoid_obstacle = robot.reactive::<AvoidObstacleModel>("avoid_obstacle");
+    let avoid_wall = robot.reactive::<AvoidWallModel>("avoid_wall");
+    let knowledge = robot.knowledge::<PioneerKnowledge>("knowledge");
+    let (sonar, position, orientation) =
+        ("/simulator/r2/sonar", "/simulator/r2/position", "/simulator/r2/orientation");
+    range_monitor.watch("sonar", sonar);
+    position_monitor.watch("position", position);
+    orientation_monitor.watch("orientation", orientation);
+    range_monitor.attach(&pass_range);
+    position_monitor.attach(&pass_position);
+    orientation_monitor.attach(&pass_orientation);
+    pass_range.attach(&planner);
+    pass_position.attach(&planner);
+    pass_orientation.attach(&planner);
+    planner.watch("goal", "knowledge/goal");
+    avoid_wall.watch("sonar", sonar);
+    avoid_obstacle.watch("sonar", sonar);
+    avoid_obstacle.watch("position", position);
+    avoid_obstacle.watch("orientation", orientation);
+    avoid_obstacle.watch("goal", "knowledge/goal");
+    avoid_obstacle.watch("robot", "knowledge/robot");
+    execute.watch("position", position);
+    execute.watch("orientation", orientation);
+    execute.watch("robot", "knowledge/robot");
+    knowledge.watch("position", position);
+    knowledge.watch("orientation", orientation);
+    let built: BTreeSet<_> = robot
+        .build()
+        .unwrap()
+        .links
+        .into_iter()
+        .map(|(to, from)| {
+            let from = if from.starts_with('/') { from } else { format!("/r2/{from}") };
+            (format!("r2/{to}"), from)
+        })
+        .collect();
+    let configured: BTreeSet<_> = configuration(&[])
+        .links()
+        .iter()
+        .filter(|link| link.to.value.starts_with("r2/"))
+        .map(|link| (link.to.value.clone(), link.from.value.to_string()))
+        .collect();
+    assert_eq!(built, configured);
+}
+
+#[test]
+fn the_outline_is_that_of_the_robot() {
+    let described = slate::sim::robot::RobotDescription::named("pioneer_p3dx").unwrap().unwrap();
+    assert_eq!(described.footprint, FOOTPRINT);
+}
+
+/// An Execute that is told to go to the origin from (1, 0), looking away from it.
+fn execute() -> Fixture<ExecuteBlock<PioneerActions>> {
+    let mut execute = Fixture::new();
+    execute.set("position", Position { x: 1.0, y: 0.0, z: 0.0 });
+    execute.set("orientation", Orientation { theta: 0.0 });
+    execute
+        .set("robot", PioneerP3dxModel { wheel_radius: 0.0975, track: 0.331, ..PioneerP3dxModel::default() });
+    let action = <slate_exp1::actions::GoToOrigin as mapek::ActionKind>::request(Leg {
+        x: 0.0,
+        y: 0.0,
+        speed: 0.4,
+        tolerance: 0.05,
+    });
+    execute.push("plan", Planned { ticket: 1, action, ..Planned::default() });
+    execute
+}
+
+#[test]
+fn going_to_the_origin_decomposes_as_in_table_2() {
+    let mut execute = execute();
+    execute.tick();
+    let status = execute.output::<mapek::ExecuteStatus>("status").unwrap();
+    assert_eq!(status.tree.as_str(), "GoToOrigin > TurnToOrigin > TurnAngle");
+    let wheels = execute.output::<WheelSpeeds>("wheels").unwrap();
+    assert!(wheels.left == -wheels.right && wheels.left != 0.0, "it turns on the spot: {wheels:?}");
+    execute.set("orientation", Orientation { theta: std::f64::consts::PI });
+    execute.advance(20_000_000);
+    execute.tick();
+    let status = execute.output::<mapek::ExecuteStatus>("status").unwrap();
+    assert_eq!(status.tree.as_str(), "GoToOrigin > SetWheelSpeed", "without a cycle in between");
+    assert!(execute.output::<WheelSpeeds>("wheels").unwrap().left > 0.0);
+}
+
+#[test]
+fn who_does_not_know_where_it_is_does_not_drive() {
+    let mut execute = execute();
+    execute.tick();
+    execute.expire("position");
+    execute.advance(20_000_000);
+    execute.tick();
+    assert_eq!(execute.output::<WheelSpeeds>("wheels"), None);
+}
+
+#[test]
+fn a_scan_that_is_not_a_number_starts_no_reflex_and_ends_nothing() {
+    let mut avoid = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    let mut scan = SonarScan { range_max: 1.0, field_of_view: 0.5, ..SonarScan::default() };
+    let echo = slate::interfaces::Echo { range: f64::NAN, heard: true.into(), reserved: [0; 7] };
+    scan.echoes = slate::module::Sequence::new(&[echo; 16]);
+    scan.placements = slate::module::Sequence::new(&[slate::interfaces::SonarPlacement::default(); 16]);
+    avoid.set("sonar", scan);
+    avoid.set("position", Position { x: f64::NAN, y: 0.0, z: 0.0 });
+    avoid.set("orientation", Orientation { theta: 0.0 });
+    avoid.set("goal", Point2 { x: 0.0, y: 0.0 });
+    avoid
+        .set("robot", PioneerP3dxModel { wheel_radius: 0.0975, track: 0.331, ..PioneerP3dxModel::default() });
+    avoid.tick();
+    for reflex in avoid.sent::<mapek::Reflex>("reflex") {
+        assert!(reflex.action.arguments.iter().all(|argument| argument.is_finite()), "{reflex:?}");
+    }
+}
+
+#[test]
+fn a_sensor_that_stops_stops_the_robot_and_both_come_back() {
+    let mut agent = agent(&[]);
+    let run = |agent: &mut Agent, seconds: f64| {
+        for _ in 0..(seconds * 50.0) as usize {
+            agent.step();
+        }
+    };
+    run(&mut agent, 3.0);
+    // The simulator is switched off, so nothing is measured any more.
+    agent.board().write("simulator/enabled/value", &Value::Bool(false), 0).unwrap();
+    run(&mut agent, 0.5);
+    assert_eq!(number(&agent, "r2/wheels/command/left"), 0.0);
+    assert_eq!(number(&agent, "r2/wheels/command/right"), 0.0);
+    agent.board().write("simulator/enabled/value", &Value::Bool(true), 0).unwrap();
+    run(&mut agent, 60.0);
+    let verdict = agent.board().read("referee/verdict/state").unwrap().unwrap().0;
+    assert_eq!(verdict.as_str(), Some("SUCCEEDED"));
+}
+
+#[test]
+fn a_reflex_clears_the_plan_which_is_made_anew() {
+    let mut agent = agent(&[]);
+    let mut replanned = false;
+    for _ in 0..2000 {
+        agent.step();
+        let route = agent.board().read("r2/execute/status/route").unwrap().map(|(value, _)| value);
+        let epoch = number(&agent, "r2/execute/status/epoch");
+        replanned |= epoch > 0.0 && route.as_ref().and_then(Value::as_str) == Some("DELIBERATIVE");
+    }
+    assert!(replanned, "after a reflex the plan had the robot again");
+    assert!(number(&agent, "r2/execute/status/cancelled") > 0.0);
+}
+
+#[test]
+fn ten_seeds_reach_the_goal_and_cause_no_contact() {
+    for seed in 1..=10 {
+        let mut agent = agent(&[&format!("agent.seed={seed}")]);
+        let state =
+            |agent: &Agent| agent.board().read("referee/verdict/state").unwrap().map(|(value, _)| value);
+        while state(&agent).as_ref().and_then(Value::as_str).is_none_or(|state| state == "RUNNING") {
+            agent.step();
+        }
+        assert_eq!(state(&agent).as_ref().and_then(Value::as_str), Some("SUCCEEDED"), "seed {seed}");
+        assert_eq!(number(&agent, "referee/metrics/collisions_caused"), 0.0, "seed {seed}");
+    }
+}
