@@ -3,6 +3,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use slate::runtime::{Mode, Rate};
 
+/// The greatest seed that a configuration can hold.
+pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
+
 /// Slate: an architecture for autonomous robots, everything the robot knows at a URL, and runs that repeat bit for bit.
 #[derive(Debug, Parser)]
 #[command(name = "slate", version, about, long_about = None)]
@@ -58,7 +61,7 @@ pub struct RunOptions {
     pub rate: Option<Rate>,
 
     /// What random numbers begin with.
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(..=MAXIMUM_SEED))]
     pub seed: Option<u64>,
 
     /// Where the report goes; `runs/<name>-<seed>` unless given.
@@ -76,7 +79,7 @@ pub struct BatchOptions {
     pub runs: u64,
 
     /// The seed of the first run; the others follow.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=MAXIMUM_SEED))]
     pub seed: u64,
 }
 

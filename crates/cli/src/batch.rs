@@ -3,7 +3,7 @@ use std::io::{IsTerminal, Write};
 use slate::record::Batch;
 use slate::runtime::Rate;
 
-use crate::arguments::{BatchOptions, ModeName};
+use crate::arguments::{BatchOptions, MAXIMUM_SEED, ModeName};
 use crate::examples;
 use crate::failure::Failure;
 use crate::mission::{How, Mission};
@@ -12,6 +12,11 @@ use crate::output;
 /// Runs many seeds; true when all reached their goal.
 pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     let rate = if options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
+    // Before the first run, so that no work is lost.
+    let last = options.seed.checked_add(options.runs - 1);
+    if last.is_none_or(|last| last > MAXIMUM_SEED) {
+        return Err(Failure::Seeds);
+    }
     let mut summaries = Vec::new();
     let counting = std::io::stderr().is_terminal();
     for i in 0..options.runs {

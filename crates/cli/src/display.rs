@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use crossterm::cursor::{Hide, MoveToColumn, MoveUp, Show};
+use crossterm::cursor::{MoveToColumn, MoveUp};
+use crossterm::queue;
 use crossterm::style::Stylize;
 use crossterm::terminal::{Clear, ClearType, size};
-use crossterm::{execute, queue};
 use slate::record::Route;
 
 use crate::mission::Mission;
@@ -53,9 +53,6 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &
     let terminal = out.is_terminal();
     let period = if terminal { Duration::from_millis(100) } else { Duration::from_secs(1) };
     output::line(title);
-    if terminal {
-        let _ = execute!(out, Hide);
-    }
     let mut lines = 0;
     loop {
         let last = stop.load(Ordering::Acquire);
@@ -81,9 +78,6 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &
             std::thread::sleep(nap);
             left -= nap;
         }
-    }
-    if terminal {
-        let _ = execute!(out, Show);
     }
 }
 

@@ -4,11 +4,15 @@ use std::path::PathBuf;
 use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
 
+use crate::arguments::MAXIMUM_SEED;
+
 /// Why a command can't do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     #[error("no example and no file is called `{name}`")]
     Unknown { name: String, help: String },
+    #[error("the last seed of the batch is greater than {MAXIMUM_SEED}")]
+    Seeds,
     #[error("{0}")]
     Configuration(#[from] Report),
     #[error("{0}")]

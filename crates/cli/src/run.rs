@@ -38,10 +38,14 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         log: vec![log],
         trajectory: true,
     };
+    let has_mission = application.configuration.mission().is_some();
     let mission = Mission::load(application, how)?;
     // Only now, as a configuration that is refused leaves nothing behind.
     std::fs::create_dir_all(&directory)
         .map_err(|source| Failure::File { path: directory.clone(), source })?;
+    if !has_mission {
+        eprintln!("the configuration has no [mission], so the agent runs until it is interrupted");
+    }
     let display = live.then(|| Display::start(&name, seed, &mission));
     let finished = mission.run();
     drop(display);

@@ -364,7 +364,8 @@ fn begin_cycle(shared: &Shared, core: &mut Core) -> u64 {
         return shared.clock.now();
     }
     let behind = core.pace.wait(shared, core.cycle);
-    if behind > 0 {
+    // In lockstep only the pace suffers, and nothing that a module sees.
+    if behind > 0 && !shared.lockstep {
         core.overruns += 1;
         if core.overruns.is_power_of_two() {
             let text = format!(

@@ -1,0 +1,177 @@
+//! What a run leaves behind, what it prints last, how fast it goes, and what a batch counts.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::{exp1, folder, json, slate, text};
+use roxmltree::Document;
+use serde_json::Value;
+
+/// A run that ends after so many seconds of its own time, whatever happens.
+fn limit(seconds: u32) -> String {
+    format!("modules.referee.params.time_limit={seconds}")
+}
+
+#[test]
+fn the_trajectory_has_a_row_for_each_robot_and_moment() {
+    let folder = folder("rows");
+    exp1(&folder, &["--seed", "1", "--out", "here"]);
+    let csv = std::fs::read_to_string(folder.join("here/trajectory.csv")).unwrap();
+    let mut last = 0.0;
+    let mut rows = [0, 0];
+    for line in csv.lines().skip(1) {
+        let cells: Vec<_> = line.splitn(7, ',').collect();
+        let [time, x, y, theta] = [0, 2, 3, 4].map(|i| cells[i].parse::<f64>().unwrap());
+        assert!(time >= last && x.abs() < 3.0 && y.abs() < 3.0 && theta.abs() < 7.0, "{line}");
+        last = time;
+        match cells[1] {
+            "r1" => rows[0] += 1,
+            "r2" => rows[1] += 1,
+            other => panic!("no robot is called {other}"),
+        }
+        assert!(["", "deliberative", "reactive"].contains(&cells[5]), "{line}");
+    }
+    assert_eq!(rows[0], rows[1], "both robots have as many rows");
+    assert!(rows[0] > 100 && last > 5.0);
+}
+
+#[test]
+fn the_pictures_are_well_formed_and_show_the_run() {
+    let folder = folder("pictures");
+    exp1(&folder, &["--seed", "1", "--out", "here"]);
+    let read = |name: &str| std::fs::read_to_string(folder.join("here").join(name)).unwrap();
+    for (name, words) in [
+        ("trajectory.svg", ["exp1, seed 1", "goal", "box", "x [m]", "deliberative"]),
+        ("timeline.svg", ["exp1, seed 1", "r2", "time [s]", "x [m]", "reactive"]),
+    ] {
+        let picture = read(name);
+        let document = Document::parse(&picture).unwrap();
+        assert!(document.root_element().has_tag_name("svg"), "{name}");
+        let lines = document.descendants().filter(|node| node.has_tag_name("polyline")).count();
+        assert!(lines > 2, "{name} shows the ways of the robots");
+        let said: String = document.descendants().filter_map(|node| node.text()).collect();
+        for word in words {
+            assert!(said.contains(word), "{name} does not say {word}");
+        }
+    }
+}
+
+#[test]
+fn the_saved_summary_is_the_printed_one() {
+    let folder = folder("saved");
+    let (printed, code) = exp1(&folder, &["--seed", "2"]);
+    let saved = std::fs::read_to_string(folder.join("runs/exp1-2/summary.json")).unwrap();
+    assert_eq!((serde_json::from_str::<Value>(&saved).unwrap(), code), (printed, Some(0)));
+    let mut files: Vec<_> = std::fs::read_dir(folder.join("runs/exp1-2"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    assert_eq!(files, ["summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"]);
+}
+
+#[test]
+fn json_is_printed_only_for_who_asks() {
+    let folder = folder("plain");
+    let output = slate(&folder, &["run", "exp1", "--headless", "--set", &limit(1)]);
+    let stdout = text(&output.stdout);
+    assert!(!stdout.contains('{'), "{stdout}");
+    assert!(stdout.contains("report: runs/exp1-0"), "{stdout}");
+}
+
+#[test]
+fn the_live_display_tells_the_robots_state_before_the_summary() {
+    let folder = folder("live");
+    let output = slate(&folder, &["run", "exp1", "--rate", "20", "--json"]);
+    let stdout = text(&output.stdout);
+    assert_eq!(json(&output)["outcome"], "goal_reached", "{output:?}");
+    let (display, _) = stdout.split_once("goal reached").unwrap();
+    for word in ["exp1, seed 0", "r1", "r2", "deliberative", "GoToOrigin", "clear"] {
+        assert!(display.contains(word), "the display does not say {word}: {display}");
+    }
+    assert!(!stdout.contains('\u{1b}'), "who reads no terminal gets no colours");
+}
+
+#[test]
+fn a_later_run_replaces_the_report_of_an_earlier_one() {
+    let folder = folder("again");
+    let run = |seconds: u32| exp1(&folder, &["--out", "here", "--set", &limit(seconds)]).0;
+    let rows = || std::fs::read_to_string(folder.join("here/trajectory.csv")).unwrap().lines().count();
+    let (_, long) = (run(3), rows());
+    let (last, short) = (run(1), rows());
+    assert!(short < long);
+    let saved = std::fs::read_to_string(folder.join("here/summary.json")).unwrap();
+    assert_eq!(serde_json::from_str::<Value>(&saved).unwrap(), last);
+}
+
+#[test]
+fn who_does_not_arrive_has_timed_out() {
+    let (summary, code) = exp1(&folder("timed_out"), &["--set", &limit(1)]);
+    assert_eq!((summary["outcome"].as_str(), code), (Some("timed_out"), Some(1)), "{summary}");
+    assert!((1.0..1.1).contains(&summary["sim_time_s"].as_f64().unwrap()), "{summary}");
+}
+
+/// How long a run of `seconds` takes at that rate.
+fn takes(name: &str, seconds: u32, rate: &str) -> Duration {
+    let start = Instant::now();
+    let (summary, _) = exp1(&folder(name), &["--rate", rate, "--set", &limit(seconds)]);
+    assert_eq!(summary["outcome"], "timed_out", "{summary}");
+    start.elapsed()
+}
+
+#[test]
+fn time_goes_as_fast_as_the_rate_says() {
+    assert!(takes("realtime", 1, "realtime") >= Duration::from_secs(1));
+    assert!(takes("factor", 4, "4") >= Duration::from_secs(1));
+    assert!(takes("half", 1, "0.5") >= Duration::from_secs(2));
+    assert!(takes("max", 4, "max") < Duration::from_secs(4));
+}
+
+#[test]
+fn a_batch_counts_who_failed() {
+    let folder = folder("failing");
+    let arguments = ["batch", "exp1", "--runs", "3", "--seed", "7", "--json", "--set", &limit(1)];
+    let output = slate(&folder, &arguments);
+    let batch = json(&output);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert_eq!(batch["failed_seeds"], serde_json::json!([7, 8, 9]));
+    assert_eq!((batch["success_rate"].as_f64(), batch["spl"].as_f64()), (Some(0.0), Some(0.0)));
+    let [low, high] = [0, 1].map(|i| batch["success_interval"][i].as_f64().unwrap());
+    assert!(low == 0.0 && (0.3..0.8).contains(&high), "{batch}");
+    for name in ["sim_time_s", "path_length_m", "min_clearance_m", "route_switches", "reflexes"] {
+        let [minimum, median, p95, maximum] =
+            ["minimum", "median", "p95", "maximum"].map(|part| batch[name][part].as_f64().unwrap());
+        assert!(minimum <= median && median <= p95 && p95 <= maximum, "{name}: {batch}");
+    }
+    assert!(!folder.join("runs").exists(), "a batch leaves no reports");
+}
+
+#[test]
+fn a_batch_runs_what_a_run_with_its_seed_does() {
+    let folder = folder("one");
+    let (run, _) = exp1(&folder, &["--seed", "11"]);
+    let batch = json(&slate(&folder, &["batch", "exp1", "--runs", "1", "--seed", "11", "--json"]));
+    for name in ["sim_time_s", "path_length_m", "min_clearance_m", "route_switches", "reflexes"] {
+        assert_eq!(batch[name]["median"].as_f64(), run[name].as_f64(), "{name}");
+    }
+}
+
+#[test]
+fn a_configuration_file_runs_from_any_folder_under_its_own_name() {
+    let folder = folder("own");
+    std::fs::create_dir(folder.join("elsewhere")).unwrap();
+    let text = include_str!("../../../examples/exp1/exp1.toml");
+    std::fs::write(folder.join("mine.toml"), text).unwrap();
+    let output = slate(&folder.join("elsewhere"), &["run", "../mine.toml", "--headless", "--json"]);
+    let (example, _) = exp1(&folder, &[]);
+    let own = json(&output);
+    assert_eq!((own["example"].as_str(), &own["digest"]), (Some("mine"), &example["digest"]), "{output:?}");
+    assert!(folder.join("elsewhere/runs/mine-0/trajectory.svg").is_file());
+}
