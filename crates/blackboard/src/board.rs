@@ -222,6 +222,9 @@ impl Property {
     pub fn set(&self, field: &str, value: &Value, time: u64) -> Result<Stamp, BoardError> {
         let url = || format!("/{}", self.path);
         let access = |error| BoardError::Access { url: url(), error };
+        // First, so that of two who set different fields at once neither undoes the other.
+        let mut setter = locked(&self.setter);
+        let writer = setter.as_mut().ok_or_else(|| BoardError::ReadOnly { url: url() })?;
         let (mut bytes, items) = match self.newest()? {
             Some((bytes, items, _)) => (bytes, items),
             None => (Vec::new(), 0),
@@ -229,8 +232,6 @@ impl Property {
         let shape = self.channel().ok_or_else(|| BoardError::ReadOnly { url: url() })?.shape();
         bytes.resize(shape.bytes(shape.capacity), 0);
         let items = edit(self.descriptor, &mut bytes, items, field, value).map_err(access)?;
-        let mut setter = locked(&self.setter);
-        let writer = setter.as_mut().ok_or_else(|| BoardError::ReadOnly { url: url() })?;
         // Only recorders ask a writer to wait, and they don't on settings.
         writer
             .write(&bytes[..shape.bytes(items)], items, time)

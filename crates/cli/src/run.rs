@@ -1,5 +1,6 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use slate::record::Report;
 use slate::runtime::Rate;
@@ -45,6 +46,18 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         .map_err(|source| Failure::File { path: directory.clone(), source })?;
     if !has_mission {
         eprintln!("the configuration has no [mission], so the agent runs until it is interrupted");
+    }
+    let stopper = mission.agent.stopper();
+    // The first Ctrl-C ends the run with its report, the second one the process.
+    let asked = AtomicBool::new(false);
+    let handled = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::AcqRel) {
+            std::process::exit(130);
+        }
+        stopper.stop();
+    });
+    if let Err(error) = handled {
+        eprintln!("Ctrl-C will end the run without a report: {error}");
     }
     let display = live.then(|| Display::start(&name, seed, &mission));
     let finished = mission.run();

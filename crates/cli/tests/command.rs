@@ -1,4 +1,5 @@
 //! What the command promises: exit codes, files, the same bytes again, and errors that say what to do.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -109,6 +110,19 @@ fn who_does_not_arrive_in_time_exits_with_1() {
     );
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert!(text(&output.stdout).contains("timed out"), "{output:?}");
+}
+
+#[test]
+fn who_is_not_seen_does_not_arrive() {
+    let folder = folder("unseen");
+    let limit = "modules.referee.params.time_limit=2";
+    let summary = summary(&folder, &["--set", "modules.simulator.enabled=false", "--set", limit]);
+    assert_ne!(summary["outcome"], "goal_reached", "{summary}");
+}
+
+#[test]
+fn whole_numbers_are_numbers_in_a_world() {
+    assert_eq!(summary(&folder("whole"), &["--set", "world.goal=[0, 0]"])["outcome"], "goal_reached");
 }
 
 #[test]

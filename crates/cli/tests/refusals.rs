@@ -127,7 +127,7 @@ fn mistakes_in_the_world_are_named() {
     };
     world("robot", "world.robots.r2.model=pionier", &["[world]", "pionier", "pioneer_p3dx"]);
     world("arena", "world.arena=nowhere", &["[world]", "nowhere", "rocs_arena"]);
-    world("sonar", "world.sonar=lidar", &["[world]", "lidar", "vrep"]);
+    world("sonar", "world.sonar=lidar", &["pioneer_p3dx", "lidar", "vrep"]);
     world("step", "loop.period=15ms", &["period", "physics step"]);
 }
 

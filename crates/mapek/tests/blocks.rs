@@ -57,7 +57,7 @@ fn a_robot_has_one_plan_one_execute_and_one_knowledge() {
 fn ports_that_may_be_linked_have_the_same_role() {
     let role = |plugin: Plugin, port: &str| {
         let setup = Setup { name: "test", seed: 0, period: 20_000_000, section: None };
-        let description = (plugin.table.describe)(&setup).unwrap();
+        let description = (plugin.table().describe)(&setup).unwrap();
         description.ports.iter().find(|description| description.name == port).map(|port| port.role).unwrap()
     };
     use slate_mapek::{analyze, execute, monitor, plan, reactive};

@@ -114,4 +114,6 @@ impl Flags {
     pub const ALIVE: u32 = 4;
     /// Output: was written in this tick.
     pub const SET: u32 = 8;
+    /// Output: is just being written in place.
+    pub const BUSY: u32 = 16;
 }

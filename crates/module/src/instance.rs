@@ -36,7 +36,7 @@ pub trait Instance: Sized + Send + 'static {
     fn create(setup: &Setup<'_>, params: &[u8]) -> Result<Self, Refusal>;
 
     /// One step; `params` holds a value of the parameter interface.
-    fn tick(&mut self, ports: PortCursor, params: &[u8], now: &Tick) -> Outcome;
+    fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome;
 
     /// The state as CBOR with field names.
     ///
@@ -76,7 +76,7 @@ impl<M: Module> Instance for Authored<M> {
         Ok(Self { state: M::create(setup, &params)?, module: PhantomData })
     }
 
-    fn tick(&mut self, mut ports: PortCursor, params: &[u8], now: &Tick) -> Outcome {
+    fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {
         // SAFETY: the host passes a whole, aligned value of the parameter interface.
         let params = unsafe { M::Params::from_raw(params.as_ptr(), 0) };
         ports.with(|io: &M::Io| M::tick(&mut self.state, io, params, now))

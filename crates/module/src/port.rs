@@ -297,7 +297,28 @@ impl<T: Interface + ?Sized> Inbox<T> {
     }
 }
 
+/// Says that an output is being written in place, so that nobody else gets at it from inside.
+struct Busy<'a>(&'a PortSlot);
+
+impl<'a> Busy<'a> {
+    fn new(slot: &'a PortSlot) -> Self {
+        assert!(
+            slot.flags.get() & Flags::BUSY == 0,
+            "an output can't be written while it is being written in place"
+        );
+        slot.flags.set(slot.flags.get() | Flags::BUSY);
+        Self(slot)
+    }
+}
+
+impl Drop for Busy<'_> {
+    fn drop(&mut self) {
+        self.0.flags.set(self.0.flags.get() & !Flags::BUSY);
+    }
+}
+
 fn put<T: Interface>(slot: &PortSlot, value: T) {
+    let _busy = Busy::new(slot);
     // SAFETY: the host lends the working slot to this tick alone, and it fits the interface.
     unsafe { slot.data.cast::<T>().write(value) };
     slot.flags.set(slot.flags.get() | Flags::SET);
@@ -307,6 +328,7 @@ fn fill<T: Interface + ?Sized>(slot: &PortSlot, items: usize, write: impl FnOnce
     if items > slot.capacity {
         return false;
     }
+    let _busy = Busy::new(slot);
     slot.items.set(items);
     // SAFETY: the working slot has room for `capacity` items and nobody else refers to it. Zeros, as what an earlier
     // tick left there depends on the readers.

@@ -32,8 +32,7 @@ pub struct Plugin {
     pub name: &'static str,
     /// What it does.
     pub doc: &'static str,
-    /// Its calls.
-    pub table: Table,
+    table: Table,
 }
 
 impl std::fmt::Debug for Plugin {
@@ -43,6 +42,11 @@ impl std::fmt::Debug for Plugin {
 }
 
 impl Plugin {
+    /// Its calls.
+    pub fn table(&self) -> Table {
+        self.table
+    }
+
     /// A module that is linked into the program.
     pub fn linked<M: Module>() -> Self {
         let spec = M::spec();
@@ -78,7 +82,7 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
     let step = || unsafe {
         let frame = &*frame;
         let params = std::slice::from_raw_parts(frame.params, frame.params_size);
-        (*instance.cast::<I>()).tick(PortCursor::new(frame), params, &Tick::new(frame))
+        (*instance.cast::<I>()).tick(&mut PortCursor::new(frame), params, &Tick::new(frame))
     };
     match catch_unwind(AssertUnwindSafe(step)) {
         Ok(outcome) => outcome as i32,

@@ -220,7 +220,7 @@ impl<M: Module> Fixture<M> {
         // SAFETY: the frame, its slots and the parameters live during the call.
         let outcome = unsafe {
             let params = std::slice::from_raw_parts(frame.params, frame.params_size);
-            self.instance.tick(PortCursor::new(&frame), params, &Tick::new(&frame))
+            self.instance.tick(&mut PortCursor::new(&frame), params, &Tick::new(&frame))
         };
         self.last = self.now;
         let results: Vec<_> = slots

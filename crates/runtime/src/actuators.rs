@@ -74,7 +74,9 @@ impl Actuator {
 
     /// A commander's command.
     pub fn offer(&self, commander: u32, priority: Priority, command: &[u8], now: u64) {
-        let Some(mut inner) = self.free() else { return };
+        // A reflex must not be lost, whatever else is in the gate for some nanoseconds.
+        let inner = if priority == Priority::Reflex { Some(self.locked()) } else { self.free() };
+        let Some(mut inner) = inner else { return };
         let verdict = inner.gate.offer(commander, priority, command, now);
         if matches!(verdict, Verdict::Passed | Verdict::Limited) {
             inner.fresh = true;
@@ -84,7 +86,8 @@ impl Actuator {
 
     /// A commander commands no longer.
     pub fn withdraw(&self, commander: u32, now: u64) {
-        let Some(mut inner) = self.free() else { return };
+        // Nor must the end of a command.
+        let mut inner = self.locked();
         inner.gate.withdraw(commander, now);
         inner.publish(now);
     }

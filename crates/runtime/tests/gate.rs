@@ -76,3 +76,10 @@ fn a_limit_on_a_field_that_is_not_there_is_refused() {
     let text = complaint(&DRIVE.replace("value = [", "speed = ["));
     assert!(text.contains("test.toml") && text.contains("speed") && text.contains("value"), "{text}");
 }
+
+#[test]
+fn nobody_gets_a_command_past_its_gate() {
+    let text =
+        complaint(&DRIVE.replace(r#""relay/input" = "wheel/command""#, r#""relay/input" = "driver/wheel""#));
+    assert!(text.contains("has not passed its gate") && text.contains("<actuator>/command"), "{text}");
+}

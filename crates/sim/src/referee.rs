@@ -100,10 +100,9 @@ impl Instance for Referee {
         Ok(Self { goal: scenario.goal, shortest, course })
     }
 
-    fn tick(&mut self, mut ports: PortCursor, params: &[u8], now: &Tick) -> Outcome {
+    fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {
         let Ok(params) = slate_module::read_params::<Params>(params) else { return Outcome::Failed };
-        ports.with(|io: &Io| self.judge(io, &params, now));
-        Outcome::Ok
+        ports.with(|io: &Io| self.judge(io, &params, now))
     }
 
     fn save(&self) -> Result<Vec<u8>, Refusal> {
@@ -117,16 +116,26 @@ impl Instance for Referee {
 }
 
 impl Referee {
-    fn judge(&mut self, io: &Io, params: &Params, now: &Tick) {
+    fn judge(&mut self, io: &Io, params: &Params, now: &Tick) -> Outcome {
         let course = &mut self.course;
         if course.decided {
-            return;
+            return Outcome::Ok;
         }
-        let place = Point::new(io.truth.x, io.truth.y);
+        let late = now.seconds() >= params.time_limit;
+        let verdict = |state, reason: &str| Verdict { state, reserved: [0; 3], reason: Text::new(reason) };
+        let (Some(truth), Some(clearance)) = (io.truth.fresh(), io.clearance.fresh()) else {
+            // Without a truth there is nothing to judge, and no robot arrives anywhere.
+            if late {
+                course.decided = true;
+                io.verdict.set(verdict(MissionState::FAILED, "the robot was never seen to arrive in time"));
+            }
+            return Outcome::Degraded;
+        };
+        let place = Point::new(truth.x, truth.y);
         if let Some(last) = course.last.replace(place) {
             course.length += place.minus(last).norm();
         }
-        course.clearance = math::min(course.clearance, io.clearance.distance);
+        course.clearance = math::min(course.clearance, clearance.distance);
         for contacts in io.contacts.iter() {
             for contact in contacts.list.iter() {
                 let own = contact.robot.as_str() == params.robot.as_str();
@@ -137,11 +146,10 @@ impl Referee {
                 }
             }
         }
-        let verdict = |state, reason: &str| Verdict { state, reserved: [0; 3], reason: Text::new(reason) };
         let reached = place.minus(self.goal).norm() <= params.tolerance;
         let verdict = if reached {
             verdict(MissionState::SUCCEEDED, "goal reached")
-        } else if now.seconds() >= params.time_limit {
+        } else if late {
             verdict(MissionState::FAILED, "time is up")
         } else {
             verdict(MissionState::RUNNING, "on the way")
@@ -155,5 +163,6 @@ impl Referee {
             collisions: course.collisions,
             collisions_caused: course.caused,
         });
+        Outcome::Ok
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use slate_module::Random;
 use slate_module::blackboard::interface::Value;
-use slate_module::{Random, decode, encode};
 
 use crate::geometry::{Point, Polygon, Pose};
 use crate::layout;
@@ -93,8 +93,9 @@ impl Scenario {
     /// What is missing or does not fit.
     pub fn new(table: &Value, seed: u64) -> Result<Self, DescriptionError> {
         let wrong = |message: String| DescriptionError::new("[world]", message);
-        let bytes = encode(table).map_err(|error| wrong(error.to_string()))?;
-        let section: Section = decode(&bytes).map_err(|error| wrong(error.to_string()))?;
+        // JSON's numbers are whole or not as they like, as people write them.
+        let table = serde_json::to_value(table).map_err(|error| wrong(error.to_string()))?;
+        let section: Section = serde_json::from_value(table).map_err(|error| wrong(error.to_string()))?;
         let mut world = World::named(&section.arena)
             .unwrap_or_else(|| Err(wrong(format!("no arena `{}`; there is rocs_arena", section.arena))))?;
         let mut descriptions = BTreeMap::new();

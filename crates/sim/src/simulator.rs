@@ -86,7 +86,7 @@ impl Instance for Simulator {
         Ok(Self { simulation, rings, started: false })
     }
 
-    fn tick(&mut self, mut ports: PortCursor, _: &[u8], now: &Tick) -> Outcome {
+    fn tick(&mut self, ports: &mut PortCursor, _: &[u8], now: &Tick) -> Outcome {
         if self.started {
             self.advance((now.elapsed() * 1e9 + 0.5) as u64);
         }

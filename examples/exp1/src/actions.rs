@@ -32,10 +32,12 @@ pub struct PioneerBody {
 }
 
 impl PioneerBody {
-    /// Where the robot is, unless its sensors have stopped.
+    /// Where the robot is, unless its sensors have stopped or say what is not a number: an action that remembered that
+    /// would never end.
     fn pose(&self) -> Option<(f64, f64, f64)> {
         let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
-        Some((position.x, position.y, orientation.theta))
+        let (x, y, theta) = (position.x, position.y, orientation.theta);
+        (x.is_finite() && y.is_finite() && theta.is_finite()).then_some((x, y, theta))
     }
 
     /// The wheels for a speed forward (m/s) and a turn (rad/s).

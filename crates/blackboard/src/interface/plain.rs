@@ -140,7 +140,10 @@ impl<const N: usize> fmt::Display for Text<N> {
 
 // SAFETY: a length and bytes without padding, as `N` is a multiple of 4; a length beyond `N` is clamped on reading.
 unsafe impl<const N: usize> Plain for Text<N> {
-    const KIND: Kind = Kind::Text(N);
+    const KIND: Kind = {
+        let () = Self::NO_PADDING;
+        Kind::Text(N)
+    };
 }
 
 /// At most `N` items, stored in place.
@@ -191,7 +194,10 @@ impl<T: Plain + fmt::Debug, const N: usize> fmt::Debug for Sequence<T, N> {
 
 // SAFETY: two lengths and plain items; `new` asserts that nothing pads them, and no value exists without it.
 unsafe impl<T: Plain, const N: usize> Plain for Sequence<T, N> {
-    const KIND: Kind = Kind::Sequence(&T::KIND, N);
+    const KIND: Kind = {
+        assert!(size_of::<Self>() == 8 + N * size_of::<T>(), "a Sequence must not have padding");
+        Kind::Sequence(&T::KIND, N)
+    };
 }
 
 /// A value that may be missing: a flag and the value.
@@ -238,5 +244,8 @@ impl<T: Plain + PartialEq> PartialEq for Optional<T> {
 
 // SAFETY: a flag and a plain value, without padding as the constructors assert.
 unsafe impl<T: Plain> Plain for Optional<T> {
-    const KIND: Kind = Kind::Optional(&T::KIND);
+    const KIND: Kind = {
+        assert!(size_of::<Self>() == 8 + size_of::<T>(), "an Optional must not have padding");
+        Kind::Optional(&T::KIND)
+    };
 }

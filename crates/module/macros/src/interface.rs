@@ -32,6 +32,9 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
     let root = root();
     let name = input.ident.clone();
     let name_text = name.to_string();
+    if let Some(repr) = input.attrs.iter().find(|attribute| attribute.path().is_ident("repr")) {
+        return Err(Error::new_spanned(repr, "the macro lays an interface out; it has no `repr` of its own"));
+    }
     let doc = documentation(&input.attrs);
     let Data::Struct(data) = &mut input.data else {
         return Err(Error::new(name.span(), "expected a struct"));
@@ -102,6 +105,10 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
             }
         },
         None => quote! {
+            const _: () = assert!(
+                ::core::mem::size_of::<#name>() == ::core::mem::size_of::<#head>()
+                    && ::core::mem::align_of::<#name>() == ::core::mem::align_of::<#head>(), #message);
+
             // SAFETY: `repr(C)` with plain fields that leave no padding, as asserted above.
             unsafe impl interface::Interface for #name {
                 const DESCRIPTOR: &'static interface::Descriptor = DESCRIPTOR;

@@ -205,7 +205,7 @@ impl Agent {
 
     /// Lets commands through to the actuators; false when one is still stopped.
     pub fn arm(&self) -> bool {
-        self.actuators.iter().all(|actuator| actuator.arm())
+        self.actuators.iter().filter(|actuator| !actuator.arm()).count() == 0
     }
 
     /// What ends a run from another thread.

@@ -132,9 +132,9 @@ fn survey_module<'a>(
         section,
     };
     // The description says which section the module wants, and may itself depend on that section.
-    let first = (plugin.table.section)();
+    let first = (plugin.table().section)();
     let section = if first.is_empty() { None } else { configuration.table(first).map(Value::from) };
-    let description = match (plugin.table.describe)(&setup(section.as_ref())) {
+    let description = match (plugin.table().describe)(&setup(section.as_ref())) {
         Ok(description) => description,
         Err(refusal) => {
             complaints.add(
@@ -342,6 +342,11 @@ fn find_target<'a>(
     let source = |port: &&PortDescription| {
         !matches!(port.direction, Direction::Input | Direction::Queue | Direction::Outbox)
     };
+    if ports.iter().any(|port| port.name == name && port.direction == Direction::Command) {
+        let help = "link to the command that passed its gate: `<actuator>/command`";
+        complaints.add(link.from.span, format!("`/{from}` is a command that has not passed its gate"), help);
+        return None;
+    }
     match ports.iter().position(|port| port.name == name) {
         Some(port) if source(&&ports[port]) => Some(Target::Port(module, port)),
         Some(_) => {

@@ -97,7 +97,7 @@ const PANIC_LIMIT: u32 = 5;
 impl Runner {
     /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
     pub fn call(&self) -> StepCall {
-        StepCall { tick: self.plugin.table.tick, instance: self.instance, frame: &raw const *self.frame }
+        StepCall { tick: self.plugin.table().tick, instance: self.instance, frame: &raw const *self.frame }
     }
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
@@ -179,7 +179,7 @@ impl Runner {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
-            unsafe { (self.plugin.table.destroy)(instance) }
+            unsafe { (self.plugin.table().destroy)(instance) }
         }
     }
 }

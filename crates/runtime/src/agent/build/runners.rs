@@ -96,7 +96,7 @@ impl Builder<'_, '_> {
         let setup_name = name.to_string();
         let (seed, period) = (self.configuration.seed().value, self.configuration.period().value);
         let (section, bytes, table) =
-            (surveyed.section.clone(), surveyed.params.clone(), surveyed.plugin.table);
+            (surveyed.section.clone(), surveyed.params.clone(), surveyed.plugin.table());
         let create = move || {
             (table.create)(&Setup { name: &setup_name, seed, period, section: section.as_ref() }, &bytes)
         };

@@ -1,0 +1,440 @@
+//! What EXP1's robot does when its sensors lie, stop, hang or crash, and when its own blocks do: the wheels stand
+//! still or go on safely, and the robot comes back and reaches its goal.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use slate::blackboard::Board;
+use slate::blackboard::interface::Value;
+use slate::interfaces::{Echo, Orientation, Point2, Position, SonarScan};
+use slate::mapek::prelude::*;
+use slate::mapek::{ExecuteStatus, PlanBlock, PlanStep, Planned};
+use slate::module::Plugin;
+use slate::module::testing::Fixture;
+use slate::prelude::*;
+use slate::runtime::configuration::{self, Configuration};
+use slate::runtime::{Agent, Control, Cycle, End, Mode, Options, Rate};
+use slate_exp1::actions::GoToOrigin;
+use slate_exp1::analyzes::Surroundings;
+use slate_exp1::avoid_obstacle::{AvoidObstacleModel, AvoidObstacleSensors};
+use slate_exp1::planner::{GoToOriginPlanner, Noticing};
+
+/// What stands between the simulator and the robot.
+#[ports]
+struct TroubleIo {
+    position_in: Input<Position>,
+    orientation_in: Input<Orientation>,
+    sonar_in: Input<SonarScan>,
+    position: Output<Position>,
+    orientation: Output<Orientation>,
+    sonar: Output<SonarScan>,
+}
+
+/// What goes wrong, and when.
+#[params]
+struct TroubleParams {
+    #[param(default = 0, doc = "what goes wrong: see `Trouble`")]
+    kind: u64,
+    #[param(default = 2.0, unit = "s", doc = "when it begins")]
+    from: f64,
+    #[param(default = 4.0, unit = "s", doc = "when it ends")]
+    until: f64,
+}
+
+const NAN_POSITION: u64 = 1;
+const NAN_ORIENTATION: u64 = 2;
+const NAN_SONAR: u64 = 3;
+const SILENT: u64 = 4;
+const PANICKING: u64 = 5;
+const HANGING: u64 = 6;
+const SILENT_SONAR: u64 = 7;
+
+/// Passes on what the sensors say, until something goes wrong.
+struct Trouble;
+
+#[module(stage = SensorProcess)]
+impl Module for Trouble {
+    type Io = TroubleIo;
+    type Params = TroubleParams;
+    type State = bool;
+
+    fn tick(happened: &mut bool, io: &TroubleIo, params: &TroubleParams, now: &Tick) -> Outcome {
+        let (mut position, mut orientation, mut scan) = (*io.position_in, *io.orientation_in, *io.sonar_in);
+        let kind = if (params.from..params.until).contains(&now.seconds()) { params.kind } else { 0 };
+        match kind {
+            NAN_POSITION => position.x = f64::NAN,
+            NAN_ORIENTATION => orientation.theta = f64::NAN,
+            NAN_SONAR => {
+                let echo = Echo { range: f64::NAN, heard: true.into(), reserved: [0; 7] };
+                scan.echoes = Sequence::new(&[echo; 16]);
+            }
+            SILENT => return Outcome::Ok,
+            PANICKING if now.number() % 40 == 0 => panic!("as the test wants"),
+            PANICKING => return Outcome::Ok,
+            HANGING if !std::mem::replace(happened, true) => std::thread::sleep(Duration::from_millis(600)),
+            _ => {}
+        }
+        io.position.set(position);
+        io.orientation.set(orientation);
+        if kind != SILENT_SONAR {
+            io.sonar.set(scan);
+        }
+        Outcome::Ok
+    }
+}
+
+/// When a block of the robot goes wrong.
+#[params]
+struct CrashParams {
+    #[param(default = 0, doc = "panics in that run of the block; 0 for never")]
+    panic_at: u64,
+    #[param(default = 0, doc = "panics when a plan is needed after so many changes of route; 0 for never")]
+    panic_when_needed: u64,
+    #[param(default = 0, doc = "hangs in that run of the block; 0 for never")]
+    hang_at: u64,
+}
+
+impl CrashParams {
+    fn strike(&self, now: &Tick) {
+        assert!(now.number() != self.panic_at, "as the test wants");
+        if now.number() == self.hang_at {
+            std::thread::sleep(Duration::from_millis(600));
+        }
+    }
+}
+
+/// Whether the planner has crashed when it was needed; it does so once.
+static CRASHED: AtomicBool = AtomicBool::new(false);
+
+/// EXP1's planner, which crashes.
+struct CrashingPlanner;
+
+impl Plan for CrashingPlanner {
+    const NAME: &'static str = "crashing_planner";
+    type Noticed = Noticing;
+    type Params = CrashParams;
+    type State = <GoToOriginPlanner as Plan>::State;
+
+    fn run(
+        memory: &mut Self::State,
+        noticed: &Noticing,
+        situation: &Situation<'_>,
+        params: &CrashParams,
+        now: &Tick,
+        plan: &mut Agenda<'_>,
+    ) {
+        params.strike(now);
+        // Its memory is lost in the moment in which it is needed.
+        let after = params.panic_when_needed;
+        let needed = after > 0 && situation.route_switches == after && situation.needs_plan();
+        assert!(!(needed && !CRASHED.swap(true, Ordering::Relaxed)), "as the test wants");
+        GoToOriginPlanner::run(memory, noticed, situation, &Default::default(), now, plan);
+    }
+}
+
+/// EXP1's reflex, which crashes.
+struct CrashingReflex;
+
+impl ReactiveModel for CrashingReflex {
+    const NAME: &'static str = "crashing_reflex";
+    type Sensors = AvoidObstacleSensors;
+    type Params = CrashParams;
+    type State = <AvoidObstacleModel as ReactiveModel>::State;
+
+    fn run(
+        avoider: &mut Self::State,
+        sensors: &AvoidObstacleSensors,
+        params: &CrashParams,
+        now: &Tick,
+    ) -> Option<ActionRequest> {
+        params.strike(now);
+        AvoidObstacleModel::run(avoider, sensors, &Default::default(), now)
+    }
+}
+
+/// EXP1 with the troublemaker between simulator and robot.
+fn agent(sets: &[&str]) -> Agent {
+    agent_in(STAGED, sets)
+}
+
+fn agent_in((mode, rate): (Mode, Rate), sets: &[&str]) -> Agent {
+    let mut text = slate_exp1::CONFIGURATION.to_owned();
+    for sensor in ["position", "orientation", "sonar"] {
+        text = text.replace(&format!("/simulator/r2/{sensor}"), &format!("/trouble/{sensor}"));
+    }
+    let links = ["position", "orientation", "sonar"]
+        .map(|sensor| format!("\"trouble/{sensor}_in\" = \"simulator/r2/{sensor}\"\n"))
+        .concat();
+    let text = text.replacen("[links]\n", &format!("[modules.trouble]\n[links]\n{links}"), 1);
+    let options = configuration::Options {
+        sets: sets.iter().map(|set| (*set).to_owned()).collect(),
+        extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+        ..configuration::Options::default()
+    };
+    let configuration = Configuration::from_text("exp1.toml", &text, &options).unwrap();
+    let mut plugins = slate::sim::plugins();
+    plugins.extend(slate_exp1::plugins());
+    plugins.push(Plugin::linked::<Trouble>());
+    plugins.push(slate::mapek::plan::<CrashingPlanner>());
+    plugins.push(slate::mapek::reactive::<CrashingReflex>());
+    let options = Options { mode, rate, armed: true, ..Options::default() };
+    Agent::load(&configuration, &plugins, options).unwrap()
+}
+
+fn number(board: &Board, path: &str) -> f64 {
+    board.read(path).unwrap().and_then(|(value, _)| value.as_f64()).unwrap()
+}
+
+fn wheels(board: &Board) -> [f64; 2] {
+    ["left", "right"].map(|side| number(board, &format!("r2/wheels/command/{side}")))
+}
+
+/// The judge's verdict.
+fn verdict(board: &Board) -> String {
+    let state = board.read("referee/verdict/state").unwrap().map(|(value, _)| value);
+    state.as_ref().and_then(Value::as_str).unwrap_or("RUNNING").to_owned()
+}
+
+/// Runs to the verdict; every command on the way is finite.
+fn finish(agent: &mut Agent) {
+    while verdict(agent.board()) == "RUNNING" {
+        agent.step();
+        assert!(wheels(agent.board()).iter().all(|speed| speed.is_finite()));
+    }
+    assert_eq!(verdict(agent.board()), "SUCCEEDED", "at {} s", agent.now() as f64 * 1e-9);
+    assert_eq!(number(agent.board(), "referee/metrics/collisions_caused"), 0.0);
+}
+
+/// The robot stands from half a second after the beginning of what goes wrong to its end, and then reaches its goal.
+fn stands_and_comes_back(kind: u64) {
+    for seed in 0..5 {
+        let mut agent =
+            agent(&[&format!("modules.trouble.params.kind={kind}"), &format!("agent.seed={seed}")]);
+        let mut moved = false;
+        while agent.now() < 3_980_000_000 {
+            agent.step();
+            let (now, wheels) = (agent.now(), wheels(agent.board()));
+            assert!(wheels.iter().all(|speed| speed.is_finite()), "{wheels:?} at {now}");
+            moved |= wheels != [0.0; 2];
+            if now > 2_500_000_000 {
+                assert_eq!(wheels, [0.0; 2], "kind {kind}, seed {seed}, at {now} ns");
+            }
+        }
+        assert!(moved, "it drove before");
+        finish(&mut agent);
+    }
+}
+
+#[test]
+fn without_trouble_the_detour_changes_nothing() {
+    finish(&mut agent(&[]));
+}
+
+#[test]
+fn a_position_that_is_not_a_number_stops_the_wheels() {
+    stands_and_comes_back(NAN_POSITION);
+}
+
+#[test]
+fn an_orientation_that_is_not_a_number_stops_the_wheels() {
+    stands_and_comes_back(NAN_ORIENTATION);
+}
+
+#[test]
+fn sensors_that_stop_stop_the_wheels() {
+    stands_and_comes_back(SILENT);
+}
+
+#[test]
+fn sensors_that_crash_stop_the_wheels() {
+    stands_and_comes_back(PANICKING);
+}
+
+#[test]
+fn sonars_that_lie_send_no_command_that_is_not_a_number() {
+    for kind in [NAN_SONAR, SILENT_SONAR] {
+        for seed in 0..5 {
+            let sets = [&*format!("modules.trouble.params.kind={kind}"), &*format!("agent.seed={seed}")];
+            let mut agent = agent(&sets);
+            while verdict(agent.board()) == "RUNNING" {
+                agent.step();
+                assert!(wheels(agent.board()).iter().all(|speed| speed.is_finite()));
+            }
+            assert_eq!(verdict(agent.board()), "SUCCEEDED", "kind {kind}, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn trouble_at_any_time_is_survived() {
+    for kind in [NAN_POSITION, NAN_ORIENTATION, SILENT, PANICKING] {
+        for step in 0..12 {
+            let from = f64::from(step) * 0.73;
+            let sets = [
+                format!("modules.trouble.params.kind={kind}"),
+                format!("modules.trouble.params.from={from:.2}"),
+                format!("modules.trouble.params.until={:.2}", from + 0.7),
+                "agent.seed=1".into(),
+            ];
+            let mut agent = agent(&sets.each_ref().map(String::as_str));
+            while verdict(agent.board()) == "RUNNING" {
+                agent.step();
+                assert!(wheels(agent.board()).iter().all(|speed| speed.is_finite()));
+            }
+            assert_eq!(verdict(agent.board()), "SUCCEEDED", "kind {kind} from {from:.2} s");
+        }
+    }
+}
+
+/// Runs under the watchdog, ten times as fast as the wall clock when it has threads; in how many cycles the wheels
+/// stood, and how the run ended.
+fn run(agent: &mut Agent) -> (u64, End) {
+    let stood = Arc::new(AtomicU64::new(0));
+    let counter = Arc::clone(&stood);
+    let observer = move |cycle: &Cycle<'_>| {
+        let has_command = cycle.board.read("r2/wheels/command/left").unwrap().is_some();
+        if has_command && wheels(cycle.board) == [0.0; 2] {
+            counter.fetch_add(1, Ordering::Relaxed);
+        }
+        if verdict(cycle.board) == "RUNNING" { Control::Continue } else { Control::Stop }
+    };
+    let end = agent.run(Box::new(observer)).unwrap();
+    (stood.load(Ordering::Relaxed), end)
+}
+
+const STAGED: (Mode, Rate) = (Mode::Staged, Rate::Max);
+const THREADED: (Mode, Rate) = (Mode::Threaded, Rate::Times(10.0));
+
+/// Each block that hangs, the settings that make it, and the actuator's command when it hangs.
+fn hanging() -> [(&'static str, [String; 2]); 3] {
+    let block = |block: &str, plugin: &str, strike: &str| {
+        let of = format!("robots.r2.modules.{block}");
+        [format!("{of}.plugin={plugin}"), format!("{of}.params.{strike}")]
+    };
+    [
+        ("trouble", [format!("modules.trouble.params.kind={HANGING}"), "agent.seed=0".into()]),
+        ("r2/planner", block("planner", "crashing_planner", "hang_at=5")),
+        ("r2/avoid_obstacle", block("avoid_obstacle", "crashing_reflex", "hang_at=40")),
+    ]
+}
+
+#[test]
+fn who_hangs_in_lockstep_ends_the_run_by_name() {
+    for (module, [first, second]) in hanging() {
+        let mut agent = agent_in(STAGED, &[&first, &second, "loop.hang=100ms"]);
+        let (_, end) = run(&mut agent);
+        assert_eq!(end, End::Hung { module: module.into() });
+        assert_eq!(verdict(agent.board()), "RUNNING", "no verdict is made up");
+    }
+}
+
+#[test]
+fn who_hangs_on_threads_returns_and_the_goal_is_reached() {
+    for (module, [first, second]) in hanging() {
+        let mut agent = agent_in(THREADED, &[&first, &second, "loop.hang=100ms"]);
+        let (stood, end) = run(&mut agent);
+        assert_eq!((end, &*verdict(agent.board())), (End::Stopped, "SUCCEEDED"), "{module}");
+        assert!(agent.counts(module).unwrap().0 > 60 || module == "r2/planner", "{module} works again");
+        // It sleeps for 6 s of the agent's time, 300 cycles.
+        assert!(stood > 150 || module != "trouble", "without sensors it stood in {stood} cycles");
+    }
+}
+
+#[test]
+fn a_planner_that_crashes_begins_anew() {
+    for crash in ["panic_at=2", "panic_at=20", "panic_when_needed=1"] {
+        for seed in 0..4 {
+            let setting = format!("robots.r2.modules.planner.params.{crash}");
+            let seed = format!("agent.seed={seed}");
+            let plugin = "robots.r2.modules.planner.plugin=crashing_planner";
+            let mut agent = agent(&[plugin, &setting, &seed]);
+            CRASHED.store(false, Ordering::Relaxed);
+            finish(&mut agent);
+            assert!(agent.counts("r2/planner").unwrap().2 > 0, "{crash}, {seed}: it did not panic");
+        }
+    }
+}
+
+#[test]
+fn a_reflex_that_crashes_begins_anew() {
+    let plugin = "robots.r2.modules.avoid_obstacle.plugin=crashing_reflex";
+    for seed in 0..4 {
+        let seed = format!("agent.seed={seed}");
+        let mut agent = agent(&[plugin, "robots.r2.modules.avoid_obstacle.params.panic_at=40", &seed]);
+        while verdict(agent.board()) == "RUNNING" {
+            agent.step();
+        }
+        assert_eq!(verdict(agent.board()), "SUCCEEDED");
+        let (ticks, _, panics) = agent.counts("r2/avoid_obstacle").unwrap();
+        assert!(ticks > 100 && panics == 1, "{ticks} ticks, {panics} panics");
+        assert!(number(agent.board(), "r2/execute/status/reflexes") > 0.0);
+    }
+}
+
+#[test]
+fn without_reflexes_the_robot_drives_into_the_box_as_its_plan_knows_no_obstacle() {
+    let mut hits = 0;
+    for seed in 0..10 {
+        let sets = ["robots.r2.modules.avoid_obstacle.enabled=false", &*format!("agent.seed={seed}")];
+        let mut agent = agent(&sets);
+        while verdict(agent.board()) == "RUNNING" && agent.now() < 20_000_000_000 {
+            agent.step();
+        }
+        assert_eq!(number(agent.board(), "r2/execute/status/reflexes"), 0.0);
+        hits += u64::from(number(agent.board(), "referee/metrics/collisions_caused") > 0.0);
+    }
+    assert!(hits >= 5, "{hits} of 10 met the box beside the straight way");
+}
+
+/// A planner that was told where the robot is.
+fn planner(x: f64, y: f64) -> Fixture<PlanBlock<GoToOriginPlanner>> {
+    let mut planner = Fixture::new();
+    planner.set("goal", Point2 { x: 0.0, y: 0.0 });
+    planner.set("situation", ExecuteStatus::default());
+    planner.push("position", Position { x, y, z: 0.0 });
+    planner.push("orientation", Orientation { theta: 0.0 });
+    planner
+}
+
+#[test]
+fn the_plan_is_the_same_whatever_stands_around() {
+    for nearest in [0.05, 0.3, 0.7, 1.0, f64::NAN] {
+        for crowded in [false, true] {
+            let mut planner = planner(1.0, 2.0);
+            planner.push("range", Surroundings { nearest, crowded: crowded.into(), reserved: [0; 7] });
+            planner.tick();
+            let [planned]: [Planned; 1] = planner.sent("plan").try_into().unwrap();
+            assert_eq!(planned.action.kind.as_str(), GoToOrigin::KIND);
+            // Only the speed may differ.
+            assert_eq!(planned.action.arguments[..2], [0.0, 0.0]);
+            assert!(planned.action.arguments[2] > 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_plan_that_a_reflex_cleared_is_made_anew_in_the_new_epoch() {
+    let mut planner = planner(1.0, 2.0);
+    planner.tick();
+    let [first]: [Planned; 1] = planner.sent("plan").try_into().unwrap();
+    assert_eq!((first.epoch, first.step), (0, PlanStep::REPLACE));
+    let driving = ExecuteStatus { ticket: first.ticket, route: Route::DELIBERATIVE, ..Default::default() };
+    planner.set("situation", driving);
+    planner.advance(20_000_000);
+    planner.tick();
+    assert_eq!(
+        planner.sent::<Planned>("plan").len(),
+        0,
+        "while the plan is carried out there is nothing to do"
+    );
+    // A reflex took the robot elsewhere.
+    planner.push("position", Position { x: 1.5, y: 1.5, z: 0.0 });
+    let cleared = ExecuteStatus { epoch: 1, ticket: first.ticket, replan: true.into(), ..Default::default() };
+    planner.set("situation", cleared);
+    planner.advance(20_000_000);
+    planner.tick();
+    let [second]: [Planned; 1] = planner.sent("plan").try_into().unwrap();
+    assert_eq!((second.epoch, second.ticket), (1, first.ticket + 1));
+    assert_eq!(second.action, first.action, "to the same goal");
+}
