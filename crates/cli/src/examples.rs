@@ -56,9 +56,7 @@ pub struct Application {
 
 /// The modules that are linked into the command.
 fn plugins() -> Vec<Plugin> {
-    let mut plugins = slate::sim::plugins();
-    plugins.extend(slate_exp1::plugins());
-    plugins
+    vec![slate::sim::plugin(), slate_exp1::plugin()]
 }
 
 /// Finds an example by name, from any directory, or reads a configuration file.

@@ -4,7 +4,7 @@ use slate_module::{
     Input, Interface, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger, ports,
 };
 
-use crate::block::{BlockState, RENEWAL, distinct, spec};
+use crate::block::{BlockState, RENEWAL, distinct};
 
 /// A device that acts on the world. Sensors and Actuators are what differs between a simulated and a real robot;
 /// nothing else does.
@@ -51,9 +51,13 @@ impl<A: Actuator> Module for ActuatorBlock<A> {
     type Params = A::Params;
     type State = A::State;
 
+    const NAME: &'static str = A::NAME;
+    const DOC: &'static str = A::DOC;
+    const STAGE: Stage = Stage::ActExec;
+
     fn spec() -> Spec {
         let trigger = Trigger::On { ports: vec!["command".into()], timeout: Some(RENEWAL) };
-        spec(A::NAME, A::DOC, Stage::ActExec, trigger, "")
+        Spec { trigger: trigger, deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &A::Params) -> Result<A::State, Refusal> {

@@ -2,7 +2,7 @@ use std::marker::PhantomData;
 
 use slate_module::{Interface, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports};
 
-use crate::block::{BlockState, distinct, on, spec};
+use crate::block::{BlockState, distinct, on};
 use crate::port::{Change, role};
 
 /// Filters, processes and aggregates what Monitors tell, and notifies the Plan when something relevant changed
@@ -45,9 +45,13 @@ impl<A: Analyze> Module for AnalyzeBlock<A> {
     type Params = A::Params;
     type State = A::State;
 
+    const NAME: &'static str = A::NAME;
+    const DOC: &'static str = A::DOC;
+    const STAGE: Stage = Stage::WorldState;
+
     fn spec() -> Spec {
         let trigger = on(&A::Observed::describe(), |port| port.role == role::PERCEPT);
-        spec(A::NAME, A::DOC, Stage::WorldState, trigger, "")
+        Spec { trigger: trigger, deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &A::Params) -> Result<A::State, Refusal> {

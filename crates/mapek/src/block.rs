@@ -1,7 +1,7 @@
 //! What all blocks have in common.
 
 use serde::{Serialize, de::DeserializeOwned};
-use slate_module::{Direction, PortDescription, Ports, Refusal, Spec, Stage, Trigger};
+use slate_module::{Direction, PortDescription, Ports, Refusal, Trigger};
 
 /// What a block remembers from step to step; the host saves, restores and forks it.
 pub trait BlockState: Default + Serialize + DeserializeOwned + Send + 'static {}
@@ -10,16 +10,6 @@ impl<T: Default + Serialize + DeserializeOwned + Send + 'static> BlockState for 
 
 /// How often a block that commands something runs at least, nanoseconds.
 pub(crate) const RENEWAL: u64 = 20_000_000;
-
-pub(crate) fn spec(
-    name: &'static str,
-    doc: &'static str,
-    stage: Stage,
-    trigger: Trigger,
-    unique: &'static str,
-) -> Spec {
-    Spec { name, doc, stage, trigger, deadline: None, unique }
-}
 
 /// Runs when one of the chosen ports has something new, and so often that a value is noticed to be stale; in every
 /// cycle when there are none.

@@ -336,12 +336,12 @@ mod actuator;
 mod analyze;
 mod block;
 mod execute;
+mod kind;
 mod knowledge;
 mod message;
 mod monitor;
 mod pipeline;
 mod plan;
-mod plugin;
 mod port;
 mod reactive;
 mod repertoire;
@@ -356,6 +356,7 @@ pub use actuator::{Actuator, ActuatorBlock, ActuatorPorts};
 pub use analyze::{Analyze, AnalyzeBlock, AnalyzePorts};
 pub use block::BlockState;
 pub use execute::{ExecuteBlock, ExecutePorts, Execution};
+pub use kind::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
 pub use knowledge::{
     Device, Fact, Facts, Knowledge, KnowledgeBlock, Live, Merge, MostCertain, Newest, RobotModel, StoredPlan,
     StrategyModel, StrategyRecord, StrategyReport, Union, Version, WorldModel,
@@ -364,7 +365,6 @@ pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason}
 pub use monitor::{Monitor, MonitorBlock, MonitorPorts};
 pub use pipeline::{Admission, Entry, Origin, Pipeline};
 pub use plan::{Agenda, Plan, PlanBlock, PlanMemory, PlanPorts, Situation};
-pub use plugin::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
 pub use port::{Change, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn, ReflexOut, role};
 pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};
 pub use repertoire::{Repertoire, RequestError, read_arguments};

@@ -2,7 +2,7 @@ use std::marker::PhantomData;
 
 use slate_module::{Interface, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports};
 
-use crate::block::{BlockState, distinct, on, spec};
+use crate::block::{BlockState, distinct, on};
 use crate::port::Percept;
 
 /// Organises and interprets the data of sensors and forwards them to Analyzes (RoCS, 4.2). It is woken by its sensors.
@@ -44,8 +44,12 @@ impl<M: Monitor> Module for MonitorBlock<M> {
     type Params = M::Params;
     type State = M::State;
 
+    const NAME: &'static str = M::NAME;
+    const DOC: &'static str = M::DOC;
+    const STAGE: Stage = Stage::SensorProcess;
+
     fn spec() -> Spec {
-        spec(M::NAME, M::DOC, Stage::SensorProcess, on(&M::Sensors::describe(), |_| true), "")
+        Spec { trigger: on(&M::Sensors::describe(), |_| true), deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &M::Params) -> Result<M::State, Refusal> {

@@ -4,7 +4,7 @@ use std::ops::Deref;
 use serde::{Deserialize, Serialize};
 use slate_module::{Input, Module, Outbox, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports};
 
-use crate::block::{BlockState, distinct, on, spec};
+use crate::block::{BlockState, distinct, on};
 use crate::port::{PlanOut, role};
 use crate::{ActionRequest, Ended, ExecuteStatus, PlanStep, Planned, Route};
 
@@ -146,9 +146,13 @@ impl<P: Plan> Module for PlanBlock<P> {
     type Params = P::Params;
     type State = PlanMemory<P::State>;
 
+    const NAME: &'static str = P::NAME;
+    const DOC: &'static str = P::DOC;
+    const STAGE: Stage = Stage::Think;
+
     fn spec() -> Spec {
         let trigger = on(&Self::Io::describe(), |port| port.role == role::CHANGE || port.name == "situation");
-        spec(P::NAME, P::DOC, Stage::Think, trigger, "plan")
+        Spec { trigger: trigger, deadline: None, unique: "plan" }
     }
 
     fn create(_: &Setup<'_>, _: &P::Params) -> Result<Self::State, Refusal> {

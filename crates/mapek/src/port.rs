@@ -3,8 +3,9 @@
 
 use std::ops::Deref;
 
+use slate_module::blackboard::interface::Descriptor;
 use slate_module::{
-    Inbox, Input, Interface, Outbox, Output, Port, PortCursor, PortDescription, Queue, Received,
+    Direction, Inbox, Input, Interface, Outbox, Output, Port, PortCursor, PortDescription, Queue, Received,
 };
 
 use crate::{Planned, Reflex};
@@ -28,8 +29,10 @@ macro_rules! carrying {
         pub struct $name<T: Interface>(pub(crate) $inner<T>);
 
         impl<T: Interface> Port for $name<T> {
+            const CARRIES: (Direction, &'static Descriptor) = $inner::<T>::CARRIES;
+
             fn describe(name: &str, doc: &str) -> PortDescription {
-                PortDescription { role: $role, ..$inner::<T>::describe(name, doc) }
+                PortDescription { role: $role.into(), ..$inner::<T>::describe(name, doc) }
             }
 
             unsafe fn bind(cursor: &mut PortCursor) -> Self {
@@ -110,8 +113,10 @@ macro_rules! fixed {
         pub struct $name(pub(crate) $inner);
 
         impl Port for $name {
+            const CARRIES: (Direction, &'static Descriptor) = <$inner>::CARRIES;
+
             fn describe(name: &str, doc: &str) -> PortDescription {
-                PortDescription { role: $role, ..<$inner>::describe(name, doc) }
+                PortDescription { role: $role.into(), ..<$inner>::describe(name, doc) }
             }
 
             unsafe fn bind(cursor: &mut PortCursor) -> Self {

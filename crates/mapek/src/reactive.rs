@@ -2,7 +2,7 @@ use std::marker::PhantomData;
 
 use slate_module::{Input, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports};
 
-use crate::block::{BlockState, distinct, on, spec};
+use crate::block::{BlockState, distinct, on};
 use crate::port::ReflexOut;
 use crate::{ActionRequest, Rank, Reflex};
 
@@ -50,8 +50,12 @@ impl<R: ReactiveModel> Module for ReactiveBlock<R> {
     type Params = R::Params;
     type State = R::State;
 
+    const NAME: &'static str = R::NAME;
+    const DOC: &'static str = R::DOC;
+    const STAGE: Stage = Stage::SensorProcess;
+
     fn spec() -> Spec {
-        spec(R::NAME, R::DOC, Stage::SensorProcess, on(&R::Sensors::describe(), |_| true), "")
+        Spec { trigger: on(&R::Sensors::describe(), |_| true), deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &R::Params) -> Result<R::State, Refusal> {

@@ -2,10 +2,10 @@ use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::rc::Rc;
 
-use slate_module::{HasPort, Input, Interface, Plugin};
+use slate_module::{HasPort, Input, Interface, ModuleKind};
 
 use crate::{
-    Actuator, Analyze, Knowledge, Monitor, Noticed, Observed, Plan, ReactiveModel, Repertoire, Sensor, plugin,
+    Actuator, Analyze, Knowledge, Monitor, Noticed, Observed, Plan, ReactiveModel, Repertoire, Sensor, kind,
 };
 
 /// Puts a robot together: its blocks and what is attached to what.
@@ -20,7 +20,7 @@ pub struct Robot {
 #[derive(Debug, Default)]
 struct Parts {
     name: String,
-    modules: Vec<(String, Plugin)>,
+    modules: Vec<(String, ModuleKind)>,
     links: Vec<(String, String)>,
     plan: Option<String>,
     execute: Option<String>,
@@ -35,8 +35,8 @@ struct Parts {
 pub struct Wiring {
     /// The robot's name.
     pub name: String,
-    /// Each module's name and plugin.
-    pub modules: Vec<(String, Plugin)>,
+    /// Each module's name and kind.
+    pub modules: Vec<(String, ModuleKind)>,
     /// Each link: the reader's or sender's port, and what it reads or where it sends, such as
     /// `("pass_range/range", "range_monitor/percept")`.
     pub links: Vec<(String, String)>,
@@ -263,57 +263,57 @@ impl Robot {
         Self { parts: Rc::new(RefCell::new(Parts { name: name.to_owned(), ..Parts::default() })) }
     }
 
-    fn add<B>(&self, name: &str, plugin: Plugin) -> BlockHandle<B> {
+    fn add<B>(&self, name: &str, kind: ModuleKind) -> BlockHandle<B> {
         let mut parts = self.parts.borrow_mut();
         if parts.modules.iter().any(|(other, _)| other == name) {
             parts.fail(|robot| BuildError::SameName { robot, name: name.to_owned() });
         }
-        parts.modules.push((name.to_owned(), plugin));
+        parts.modules.push((name.to_owned(), kind));
         BlockHandle { parts: Rc::clone(&self.parts), name: name.to_owned(), block: PhantomData }
     }
 
     /// Adds a sensor.
     pub fn sensor<S: Sensor>(&self, name: &str) -> SensorHandle<S> {
-        SensorHandle(self.add(name, plugin::sensor::<S>()))
+        SensorHandle(self.add(name, kind::sensor::<S>()))
     }
 
     /// Adds an actuator.
     pub fn actuator<A: Actuator>(&self, name: &str) -> ActuatorHandle<A> {
-        ActuatorHandle(self.add(name, plugin::actuator::<A>()))
+        ActuatorHandle(self.add(name, kind::actuator::<A>()))
     }
 
     /// Adds a Monitor.
     pub fn monitor<M: Monitor>(&self, name: &str) -> MonitorHandle<M> {
-        MonitorHandle(self.add(name, plugin::monitor::<M>()))
+        MonitorHandle(self.add(name, kind::monitor::<M>()))
     }
 
     /// Adds an Analyze.
     pub fn analyze<A: Analyze>(&self, name: &str) -> AnalyzeHandle<A> {
-        AnalyzeHandle(self.add(name, plugin::analyze::<A>()))
+        AnalyzeHandle(self.add(name, kind::analyze::<A>()))
     }
 
     /// Adds the Plan; a second one is an error when the robot is built.
     pub fn plan<P: Plan>(&self, name: &str) -> PlanHandle<P> {
         self.parts.borrow_mut().only("Plan", |parts| &mut parts.plan, name);
-        PlanHandle(self.add(name, plugin::plan::<P>()))
+        PlanHandle(self.add(name, kind::plan::<P>()))
     }
 
     /// Adds the Execute; a second one is an error when the robot is built.
     pub fn execute<R: Repertoire>(&self, name: &str) -> ExecuteHandle<R> {
         self.parts.borrow_mut().only("Execute", |parts| &mut parts.execute, name);
-        ExecuteHandle(self.add(name, plugin::execute::<R>()))
+        ExecuteHandle(self.add(name, kind::execute::<R>()))
     }
 
     /// Adds a ReactiveModel.
     pub fn reactive<R: ReactiveModel>(&self, name: &str) -> ReactiveHandle<R> {
         self.parts.borrow_mut().reactive.push(name.to_owned());
-        ReactiveHandle(self.add(name, plugin::reactive::<R>()))
+        ReactiveHandle(self.add(name, kind::reactive::<R>()))
     }
 
     /// Adds the Knowledge; a second one is an error when the robot is built.
     pub fn knowledge<K: Knowledge>(&self, name: &str) -> KnowledgeHandle<K> {
         self.parts.borrow_mut().only("Knowledge", |parts| &mut parts.knowledge, name);
-        KnowledgeHandle(self.add(name, plugin::knowledge::<K>()))
+        KnowledgeHandle(self.add(name, kind::knowledge::<K>()))
     }
 
     /// The robot's modules and links, with those from Plan and ReactiveModels to Execute.

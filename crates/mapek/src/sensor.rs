@@ -4,7 +4,7 @@ use slate_module::{
     Interface, Module, Outcome, Output, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports,
 };
 
-use crate::block::{BlockState, distinct, on, spec};
+use crate::block::{BlockState, distinct, on};
 
 /// A source of data. Sensors and Actuators are what differs between a simulated and a real robot; nothing else does.
 pub trait Sensor: 'static {
@@ -45,8 +45,12 @@ impl<S: Sensor> Module for SensorBlock<S> {
     type Params = S::Params;
     type State = S::State;
 
+    const NAME: &'static str = S::NAME;
+    const DOC: &'static str = S::DOC;
+    const STAGE: Stage = Stage::SensorAcquire;
+
     fn spec() -> Spec {
-        spec(S::NAME, S::DOC, Stage::SensorAcquire, on(&S::Io::describe(), |_| true), "")
+        Spec { trigger: on(&S::Io::describe(), |_| true), deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &S::Params) -> Result<S::State, Refusal> {

@@ -51,6 +51,9 @@ impl<M: Module> Module for Watched<M> {
     type Params = M::Params;
     type State = M::State;
 
+    const NAME: &'static str = M::NAME;
+    const STAGE: slate_module::Stage = M::STAGE;
+
     fn spec() -> Spec {
         M::spec()
     }

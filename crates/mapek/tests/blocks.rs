@@ -10,7 +10,7 @@ use slate_mapek::{
 };
 use slate_module::prelude::*;
 use slate_module::testing::Fixture;
-use slate_module::{Plugin, Sequence, Spec, Stage, Trigger};
+use slate_module::{ModuleKind, Sequence, Stage, Trigger};
 
 use common::{Actions, AvoidNear, Drive, Free, Near, NearMonitor, Wanderer, WayIsFree};
 
@@ -23,8 +23,7 @@ fn on(ports: &[&str], timeout: Option<u64>) -> Trigger {
 }
 
 fn when<M: Module>() -> (Stage, Trigger) {
-    let Spec { stage, trigger, .. } = M::spec();
-    (stage, trigger)
+    (M::STAGE, M::spec().trigger)
 }
 
 #[test]
@@ -55,10 +54,15 @@ fn a_robot_has_one_plan_one_execute_and_one_knowledge() {
 
 #[test]
 fn ports_that_may_be_linked_have_the_same_role() {
-    let role = |plugin: Plugin, port: &str| {
+    let role = |kind: ModuleKind, port: &str| {
         let setup = Setup { name: "test", seed: 0, period: 20_000_000, section: None };
-        let description = (plugin.table().describe)(&setup).unwrap();
-        description.ports.iter().find(|description| description.name == port).map(|port| port.role).unwrap()
+        let description = kind.describe(&setup).unwrap();
+        description
+            .ports
+            .iter()
+            .find(|description| description.name == port)
+            .map(|port| port.role.clone())
+            .unwrap()
     };
     use slate_mapek::{analyze, execute, monitor, plan, reactive};
     assert_eq!(role(monitor::<NearMonitor>(), "percept"), role(analyze::<WayIsFree>(), "near"));
@@ -187,7 +191,7 @@ fn a_reflex_is_sent_with_the_rank_of_its_model_or_the_one_that_was_set() {
     assert_eq!(ranks(&model), [-1]);
     model.set("range", near(1.0));
     model.tick();
-    assert_eq!(ranks(&model), []);
+    assert!(ranks(&model).is_empty());
 }
 
 /// Counts up.

@@ -7,7 +7,7 @@ use slate_mapek::{BuildError, Robot, Wiring};
 use common::{Actions, AvoidNear, NearMonitor, Wanderer, WayIsFree};
 
 fn names(wiring: &Wiring) -> Vec<(&str, &str)> {
-    wiring.modules.iter().map(|(name, plugin)| (name.as_str(), plugin.name)).collect()
+    wiring.modules.iter().map(|(name, kind)| (name.as_str(), kind.name())).collect()
 }
 
 #[test]

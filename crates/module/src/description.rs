@@ -1,3 +1,4 @@
+use serde::{Deserialize, Serialize};
 use slate_blackboard::interface::Descriptor;
 
 use crate::Parameter;
@@ -18,7 +19,7 @@ pub struct Description {
     /// How long a tick may take, nanoseconds; beyond it a miss is counted.
     pub deadline: Option<u64>,
     /// What only one module of a robot may be, such as `plan`; empty for nothing.
-    pub unique: &'static str,
+    pub unique: String,
 }
 
 /// A port, as the host sees it.
@@ -33,7 +34,7 @@ pub struct PortDescription {
     /// What it carries.
     pub descriptor: &'static Descriptor,
     /// The part it plays in an architecture; only matching roles may be linked. Empty for none.
-    pub role: &'static str,
+    pub role: String,
     /// Input: nanoseconds after which the value counts as stale.
     pub stale_after: Option<u64>,
     /// Output: the value that the host sets after a hang, panic, crash or unload.
@@ -45,7 +46,7 @@ pub struct PortDescription {
 }
 
 /// Which way a port goes, and how it delivers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u32)]
 pub enum Direction {
     /// Reads the newest value.
@@ -64,8 +65,23 @@ pub enum Direction {
     Outbox,
 }
 
+impl Direction {
+    /// The name as in the source.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Input => "Input",
+            Self::Queue => "Queue",
+            Self::Output => "Output",
+            Self::Debug => "Debug",
+            Self::Command => "Command",
+            Self::Inbox => "Inbox",
+            Self::Outbox => "Outbox",
+        }
+    }
+}
+
 /// The steps of the main loop (Fawkes, 4.3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Stage {
     /// Before everything.
     PreLoop,
@@ -127,7 +143,7 @@ impl Stage {
 }
 
 /// When a module runs.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Trigger {
     /// In every cycle of the main loop, in its stage.
     Stage,
@@ -138,6 +154,7 @@ pub enum Trigger {
         /// Names of the ports.
         ports: Vec<String>,
         /// Runs at least this often, nanoseconds.
+        #[serde(default)]
         timeout: Option<u64>,
     },
 }

@@ -49,6 +49,14 @@ pub trait Instance: Sized + Send + 'static {
     /// # Errors
     /// What doesn't fit; the state is unchanged then.
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal>;
+
+    /// Whether it may be unloaded now; a refusal is a veto.
+    ///
+    /// # Errors
+    /// The reason of the veto.
+    fn may_unload(&self) -> Result<(), Refusal> {
+        Ok(())
+    }
 }
 
 /// The instance of a [`Module`].
@@ -64,10 +72,10 @@ impl<M: Module> Instance for Authored<M> {
             ports: M::Io::describe(),
             params: M::Params::DESCRIPTOR,
             parameters: M::Params::parameters(),
-            stage: spec.stage,
+            stage: M::STAGE,
             trigger: spec.trigger,
             deadline: spec.deadline,
-            unique: spec.unique,
+            unique: spec.unique.into(),
         })
     }
 
@@ -89,6 +97,10 @@ impl<M: Module> Instance for Authored<M> {
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
         self.state = decode(state)?;
         Ok(())
+    }
+
+    fn may_unload(&self) -> Result<(), Refusal> {
+        M::may_unload(&self.state)
     }
 }
 

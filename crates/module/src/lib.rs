@@ -59,7 +59,7 @@
 //!
 //! // What the crate brings, for the program that links it in.
 //! plugin!(Follower);
-//! assert_eq!(plugins()[0].name, "follower");
+//! assert_eq!(plugin().kinds()[0].name(), "follower");
 //!
 //! // No agent and no thread is needed to test it.
 //! let mut follower = slate_module::testing::Fixture::<Follower>::new();
@@ -72,14 +72,18 @@
 extern crate self as slate_module;
 
 mod description;
+mod export;
 mod frame;
 mod instance;
 pub mod math;
 mod module;
+mod outline;
 mod parameters;
+mod plugin;
 mod port;
+mod portable;
 mod random;
-mod table;
+pub mod table;
 pub mod testing;
 mod tick;
 
@@ -87,16 +91,19 @@ pub use description::{Description, Direction, PortDescription, Stage, Trigger, p
 pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
 pub use instance::{Instance, Setup, decode, encode, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
+pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};
 pub use parameters::{Parameter, Params};
+pub use plugin::{ModuleKind, Plugin};
 pub use port::{
     Command, Debug, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority, Queue, Received,
 };
+pub use portable::PortableDescription;
 pub use random::Random;
 pub use slate_blackboard as blackboard;
 pub use slate_blackboard::Stamp;
 pub use slate_blackboard::interface::{Bool, Interface, Optional, Plain, Sequence, Text};
 pub use slate_module_macros::{interface, module, params, ports};
-pub use table::{Plugin, Table};
+pub use table::{ModuleTable, PluginTable};
 pub use tick::Tick;
 
 /// What a module's file imports.
@@ -108,13 +115,43 @@ pub mod prelude {
     };
 }
 
-/// Makes a function `plugins` that returns the modules of a crate, for programs that link it in.
+/// Makes a crate a plugin that brings those modules: `plugin!(Follower, Mapper)`, and when other plugins must be there
+/// before it, `plugin!(Follower; depends = ["drivers"])`.
+///
+/// A program that links the crate in gets it from the function `plugin` that this makes. Built as a shared library
+/// (`crate-type = ["cdylib"]`) the crate can be loaded by an agent that runs; what it offers and needs stands in the
+/// section `.slate` of the file, where it is read before the library is opened.
 #[macro_export]
 macro_rules! plugin {
-    ($($module:ty),+ $(,)?) => {
+    ($($module:ty),+ $(,)? $(; depends = [$($depends:literal),* $(,)?])?) => {
         /// The modules that this crate brings.
-        pub fn plugins() -> Vec<$crate::Plugin> {
-            vec![$($crate::Plugin::linked::<$module>()),+]
+        pub fn plugin() -> $crate::Plugin {
+            $crate::Plugin::new(env!("CARGO_PKG_NAME"), [$($crate::ModuleKind::linked::<$module>()),+])
+                .version(env!("CARGO_PKG_VERSION"))
+                .depends(&[$($($depends),*)?])
         }
+
+        #[allow(unsafe_code)]
+        const _: () = {
+            static MODULES: &[$crate::ModuleTable] = &[$($crate::ModuleTable::of::<$module>()),+];
+
+            #[used]
+            #[unsafe(export_name = concat!("slate_plugin_", env!("CARGO_CRATE_NAME")))]
+            static PLUGIN: $crate::PluginTable = $crate::PluginTable::new(MODULES);
+
+            const OUTLINES: &[$crate::ModuleOutline] = &[$($crate::ModuleOutline::of::<$module>()),+];
+            const OUTLINE: $crate::Outline = $crate::Outline::of(&$crate::PluginOutline {
+                symbol: concat!("slate_plugin_", env!("CARGO_CRATE_NAME")),
+                name: env!("CARGO_PKG_NAME"),
+                version: env!("CARGO_PKG_VERSION"),
+                panic: if cfg!(panic = "unwind") { "unwind" } else { "abort" },
+                depends: &[$($($depends),*)?],
+                modules: OUTLINES,
+            });
+
+            #[used]
+            #[unsafe(link_section = ".slate")]
+            static SECTION: [u8; OUTLINE.length()] = OUTLINE.bytes();
+        };
     };
 }

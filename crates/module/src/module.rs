@@ -4,7 +4,7 @@ use crate::{Params, Ports, Setup, Stage, Tick, Trigger};
 
 /// A unit of behaviour: a pure step over inputs, outputs and parameters that the host owns, and a state.
 ///
-/// Write the implementation under the `#[module]` macro, which supplies [`spec`](Module::spec) and, when the state
+/// Write the implementation under the `#[module]` macro, which supplies name, stage and [`spec`](Module::spec) and, when the state
 /// has a default, [`create`](Module::create).
 pub trait Module: Sized + 'static {
     /// What it reads and writes.
@@ -14,7 +14,14 @@ pub trait Module: Sized + 'static {
     /// What it remembers from step to step; the host saves, restores and forks it.
     type State: Serialize + DeserializeOwned + Send + 'static;
 
-    /// Name, stage, trigger and deadline.
+    /// The name by which configuration finds it, in snake case.
+    const NAME: &'static str;
+    /// What it does.
+    const DOC: &'static str = "";
+    /// The step of the main loop that it belongs to.
+    const STAGE: Stage;
+
+    /// Trigger and deadline.
     fn spec() -> Spec;
 
     /// The state before the first tick.
@@ -25,17 +32,19 @@ pub trait Module: Sized + 'static {
 
     /// One step. It must not wait, and knows the time only from `now`.
     fn tick(state: &mut Self::State, io: &Self::Io, params: &Self::Params, now: &Tick) -> Outcome;
+
+    /// Whether the module may be unloaded now. A refusal is a veto: the arm would fall.
+    ///
+    /// # Errors
+    /// The reason of the veto.
+    fn may_unload(_: &Self::State) -> Result<(), Refusal> {
+        Ok(())
+    }
 }
 
-/// Name, stage, trigger and deadline of a module.
+/// Trigger and deadline of a module.
 #[derive(Clone, Debug)]
 pub struct Spec {
-    /// The name by which configuration finds the plugin.
-    pub name: &'static str,
-    /// What it does.
-    pub doc: &'static str,
-    /// The step of the main loop that it belongs to.
-    pub stage: Stage,
     /// When it runs.
     pub trigger: Trigger,
     /// How long a tick may take, nanoseconds.

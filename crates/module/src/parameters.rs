@@ -4,7 +4,7 @@ use slate_blackboard::interface::{Interface, Value};
 #[derive(Clone, Debug)]
 pub struct Parameter {
     /// The field of the parameter interface.
-    pub name: &'static str,
+    pub name: String,
     /// Its value unless configuration says otherwise.
     pub default: Value,
     /// The least and the greatest value allowed.

@@ -4,10 +4,13 @@ use std::ops::Deref;
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Descriptor, Interface};
 
-use crate::{Direction, Entry, Flags, Frame, PortDescription, PortSlot};
+use crate::{Direction, Entry, Flags, Frame, PortDescription, PortList, PortSlot};
 
 /// The ports of a module, made by the `#[ports]` macro.
 pub trait Ports: Sized {
+    /// What a library says of the ports before it is opened.
+    const OUTLINE: PortList;
+
     /// The ports in the order in which they are bound.
     fn describe() -> Vec<PortDescription>;
 
@@ -20,6 +23,8 @@ pub trait Ports: Sized {
 
 /// No ports.
 impl Ports for () {
+    const OUTLINE: PortList = PortList::Ports(&[]);
+
     fn describe() -> Vec<PortDescription> {
         Vec::new()
     }
@@ -29,6 +34,8 @@ impl Ports for () {
 
 /// Two groups of ports after each other, so that a framework can add its own to an author's.
 impl<A: Ports, B: Ports> Ports for (A, B) {
+    const OUTLINE: PortList = PortList::Both(&A::OUTLINE, &B::OUTLINE);
+
     fn describe() -> Vec<PortDescription> {
         let mut ports = A::describe();
         ports.extend(B::describe());
@@ -43,6 +50,9 @@ impl<A: Ports, B: Ports> Ports for (A, B) {
 
 /// A field of a `#[ports]` struct: one port or several.
 pub trait Port: Sized {
+    /// Its direction and what it carries.
+    const CARRIES: (Direction, &'static Descriptor);
+
     /// The port under that name.
     fn describe(name: &str, doc: &str) -> PortDescription;
 
@@ -105,7 +115,7 @@ fn described<T: Interface + ?Sized>(name: &str, doc: &str, direction: Direction)
         doc: doc.into(),
         direction,
         descriptor: T::DESCRIPTOR,
-        role: "",
+        role: String::new(),
         stale_after: None,
         safe: None,
         capacity: default_capacity(T::DESCRIPTOR),
@@ -129,6 +139,8 @@ macro_rules! handle {
         }
 
         impl<T: Interface + ?Sized> Port for $name<T> {
+            const CARRIES: (Direction, &'static Descriptor) = (Direction::$direction, T::DESCRIPTOR);
+
             fn describe(name: &str, doc: &str) -> PortDescription {
                 described::<T>(name, doc, Direction::$direction)
             }

@@ -1,126 +1,134 @@
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+//! The calls by which a host drives modules: a C interface, the same for code that is linked in, loaded, isolated, or
+//! written in another language. `include/slate.h` is made from this file and [`frame`](crate::frame).
 
-use crate::instance::Authored;
-use crate::{Description, Frame, Instance, Module, PortCursor, Refusal, Setup, Tick};
+use crate::Frame;
 
-/// The calls by which the host drives an instance of a module, over memory and threads of the host.
+/// The version of this interface; a host refuses what was built for another one.
+pub const ABI: u32 = 1;
+
+/// Bytes that stay as they are during a call; those of a table, as long as its library is open.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Bytes {
+    /// The first one; anything when there are none.
+    pub data: *const u8,
+    /// How many.
+    pub length: usize,
+}
+
+impl Bytes {
+    /// None.
+    pub const NONE: Self = Self { data: std::ptr::null(), length: 0 };
+
+    /// The bytes of a text.
+    pub const fn of(text: &str) -> Self {
+        Self { data: text.as_ptr(), length: text.len() }
+    }
+
+    /// As a slice.
+    ///
+    /// # Safety
+    /// They are readable and unchanged during `'a`.
+    pub unsafe fn as_slice<'a>(self) -> &'a [u8] {
+        if self.data.is_null() || self.length == 0 {
+            return &[];
+        }
+        // SAFETY: passed on to the caller.
+        unsafe { std::slice::from_raw_parts(self.data, self.length) }
+    }
+}
+
+/// Takes bytes from a module: a description, a state, or the reason of a refusal. What is written adds up.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Sink {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// Takes bytes, which may be gone after the call.
+    pub write: unsafe extern "C" fn(*mut (), *const u8, usize),
+}
+
+/// What a module is told when it is set up.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct SetupTable {
+    /// The module's name in the agent, such as `r2/planner`.
+    pub name: Bytes,
+    /// The run's seed.
+    pub seed: u64,
+    /// The period of the main loop, nanoseconds.
+    pub period: u64,
+    /// The configuration table that the module asked for, as CBOR; none when it is not there.
+    pub section: Bytes,
+}
+
+/// A call went as it should.
+pub const DONE: i32 = 0;
+/// A call was refused; the sink has the reason.
+pub const REFUSED: i32 = 1;
+/// What `tick` returns after a panic.
+pub const PANICKED: i32 = -1;
+
+/// The calls of a kind of module, over memory and threads of the host. None of them unwinds.
 ///
-/// No call unwinds: a panic is caught inside, as a host can't catch what another library throws.
+/// The host makes one call at a time to an instance, from any thread.
+#[repr(C)]
 #[derive(Clone, Copy)]
-pub struct Table {
-    /// The configuration table that sets it up; empty for none.
-    pub section: fn() -> &'static str,
-    /// Ports, parameters and trigger under a setup.
-    pub describe: fn(&Setup<'_>) -> Result<Description, Refusal>,
-    /// Makes an instance.
-    pub create: fn(&Setup<'_>, &[u8]) -> Result<*mut (), Refusal>,
-    /// One step: 0, 1, 2 as [`Outcome`](crate::Outcome), or -1 after a panic.
+pub struct ModuleTable {
+    /// The name by which configuration finds it, in snake case.
+    pub name: Bytes,
+    /// What it does.
+    pub doc: Bytes,
+    /// The configuration table that sets it up; none for most.
+    pub section: Bytes,
+    /// Writes ports, parameters and trigger under a setup, as CBOR or JSON, or the reason of a refusal.
+    pub describe: unsafe extern "C" fn(*const SetupTable, *const Sink) -> i32,
+    /// Makes an instance; the bytes are a value of the parameter interface.
+    pub create: unsafe extern "C" fn(*const SetupTable, Bytes, *mut *mut (), *const Sink) -> i32,
+    /// One step: 0 as intended, 1 degraded, 2 failed, -1 after a panic.
     pub tick: unsafe extern "C" fn(*mut (), *const Frame) -> i32,
-    /// The state as CBOR.
-    pub save: unsafe fn(*const ()) -> Result<Vec<u8>, Refusal>,
-    /// Takes over a saved state.
-    pub restore: unsafe fn(*mut (), &[u8]) -> Result<(), Refusal>,
+    /// Writes the state.
+    pub save: unsafe extern "C" fn(*const (), *const Sink) -> i32,
+    /// Takes over a saved state; it is refused, and the present state kept, when it doesn't fit.
+    pub restore: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
+    /// Refuses when the module can't be unloaded now, with the reason.
+    pub may_unload: unsafe extern "C" fn(*const (), *const Sink) -> i32,
     /// Ends an instance.
     pub destroy: unsafe extern "C" fn(*mut ()),
 }
 
-/// A kind of module, ready to be instantiated.
+// SAFETY: a table is constant; its texts are read only.
+unsafe impl Send for ModuleTable {}
+// SAFETY: as above.
+unsafe impl Sync for ModuleTable {}
+
+/// What a library exports as `slate_plugin_<crate>`.
+#[repr(C)]
 #[derive(Clone, Copy)]
-pub struct Plugin {
-    /// The name by which configuration finds it.
-    pub name: &'static str,
-    /// What it does.
-    pub doc: &'static str,
-    table: Table,
+pub struct PluginTable {
+    /// [`ABI`] when it was built.
+    pub abi: u32,
+    /// Bytes of a [`ModuleTable`] when it was built.
+    pub module_size: u32,
+    /// The kinds of modules.
+    pub modules: *const ModuleTable,
+    /// How many.
+    pub module_count: usize,
 }
 
-impl std::fmt::Debug for Plugin {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Plugin").field("name", &self.name).finish_non_exhaustive()
-    }
-}
+// SAFETY: a table is constant.
+unsafe impl Send for PluginTable {}
+// SAFETY: as above.
+unsafe impl Sync for PluginTable {}
 
-impl Plugin {
-    /// Its calls.
-    pub fn table(&self) -> Table {
-        self.table
-    }
-
-    /// A module that is linked into the program.
-    pub fn linked<M: Module>() -> Self {
-        let spec = M::spec();
-        Self { name: spec.name, doc: spec.doc, table: Table::of::<Authored<M>>() }
-    }
-
-    /// An instance type that is linked into the program.
-    pub fn instance<I: Instance>(name: &'static str, doc: &'static str) -> Self {
-        Self { name, doc, table: Table::of::<I>() }
-    }
-}
-
-impl Table {
-    /// The calls of an instance type.
-    pub const fn of<I: Instance>() -> Self {
+impl PluginTable {
+    /// The table of a library that brings those modules.
+    pub const fn new(modules: &'static [ModuleTable]) -> Self {
         Self {
-            section: || I::SECTION,
-            describe: |setup| contained(|| I::describe(setup)),
-            create: |setup, params| {
-                contained(|| Ok(Box::into_raw(Box::new(I::create(setup, params)?)).cast()))
-            },
-            tick: tick::<I>,
-            save: save::<I>,
-            restore: restore::<I>,
-            destroy: destroy::<I>,
+            abi: ABI,
+            module_size: size_of::<ModuleTable>() as u32,
+            modules: modules.as_ptr(),
+            module_count: modules.len(),
         }
     }
-}
-
-unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -> i32 {
-    // SAFETY: the host passes what `create` returned, to one thread at a time, and a frame that lives during the call
-    // and was filled for this instance.
-    let step = || unsafe {
-        let frame = &*frame;
-        let params = std::slice::from_raw_parts(frame.params, frame.params_size);
-        (*instance.cast::<I>()).tick(&mut PortCursor::new(frame), params, &Tick::new(frame))
-    };
-    match catch_unwind(AssertUnwindSafe(step)) {
-        Ok(outcome) => outcome as i32,
-        Err(payload) => {
-            // The message was printed or logged by the panic hook; dropping the payload may itself panic.
-            let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
-            -1
-        }
-    }
-}
-
-unsafe fn save<I: Instance>(instance: *const ()) -> Result<Vec<u8>, Refusal> {
-    // SAFETY: as for `tick`.
-    contained(|| unsafe { (*instance.cast::<I>()).save() })
-}
-
-unsafe fn restore<I: Instance>(instance: *mut (), state: &[u8]) -> Result<(), Refusal> {
-    // SAFETY: as for `tick`.
-    contained(|| unsafe { (*instance.cast::<I>()).restore(state) })
-}
-
-unsafe extern "C" fn destroy<I: Instance>(instance: *mut ()) {
-    // SAFETY: the host passes what `create` returned, once.
-    let drop_instance = || drop(unsafe { Box::from_raw(instance.cast::<I>()) });
-    if let Err(payload) = catch_unwind(AssertUnwindSafe(drop_instance)) {
-        let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
-    }
-}
-
-fn contained<T>(call: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
-    catch_unwind(AssertUnwindSafe(call))
-        .unwrap_or_else(|payload| Err(Refusal(panic_message(payload.as_ref()))))
-}
-
-fn panic_message(payload: &(dyn Any + Send)) -> String {
-    let text = payload
-        .downcast_ref::<&str>()
-        .copied()
-        .or_else(|| payload.downcast_ref::<String>().map(String::as_str));
-    format!("panicked: {}", text.unwrap_or("without a message"))
 }

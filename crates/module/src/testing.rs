@@ -56,7 +56,7 @@ impl<M: Module> Fixture<M> {
     /// # Errors
     /// The module's refusal.
     pub fn with(params: M::Params) -> Result<Self, Refusal> {
-        let setup = Setup { name: M::spec().name, seed: 0, period: 20_000_000, section: None };
+        let setup = Setup { name: M::NAME, seed: 0, period: 20_000_000, section: None };
         // SAFETY: parameters are an interface: plain memory without padding.
         let bytes = unsafe {
             std::slice::from_raw_parts(std::ptr::from_ref(&params).cast::<u8>(), size_of::<M::Params>())

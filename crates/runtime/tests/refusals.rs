@@ -12,8 +12,9 @@ mod common;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
 use common::{Number, configuration, load};
+use slate_module::blackboard::interface::Descriptor;
 use slate_module::prelude::*;
-use slate_module::{Plugin, Port, PortCursor, PortDescription, Spec, Stage, Trigger};
+use slate_module::{Direction, Plugin, Port, PortCursor, PortDescription, Spec, Stage, Trigger};
 use slate_runtime::{Options, StartError};
 
 /// Instances of [`Counted`] that live, and that were ever made.
@@ -80,8 +81,10 @@ pub struct FromMonitor(Input<Number>);
 
 #[allow(unsafe_code, reason = "a port is bound to the host's memory")]
 impl Port for FromMonitor {
+    const CARRIES: (Direction, &'static Descriptor) = <Input<Number> as Port>::CARRIES;
+
     fn describe(name: &str, doc: &str) -> PortDescription {
-        PortDescription { role: "monitor", ..<Input<Number> as Port>::describe(name, doc) }
+        PortDescription { role: "monitor".into(), ..<Input<Number> as Port>::describe(name, doc) }
     }
 
     unsafe fn bind(cursor: &mut PortCursor) -> Self {
@@ -105,15 +108,11 @@ impl Module for Plan {
     type Params = ();
     type State = ();
 
+    const NAME: &'static str = "plan";
+    const STAGE: Stage = Stage::Think;
+
     fn spec() -> Spec {
-        Spec {
-            name: "plan",
-            doc: "Plans.",
-            stage: Stage::Think,
-            trigger: Trigger::Stage,
-            deadline: None,
-            unique: "Plan",
-        }
+        Spec { trigger: Trigger::Stage, deadline: None, unique: "Plan" }
     }
 
     fn create(_: &Setup<'_>, _: &()) -> Result<(), Refusal> {

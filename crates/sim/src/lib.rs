@@ -17,6 +17,8 @@ mod simulator;
 pub mod sonar;
 pub mod world;
 
+use slate_module::{ModuleKind, Plugin};
+
 pub use error::DescriptionError;
 pub use referee::{Metrics, Referee};
 pub use scenario::Scenario;
@@ -24,15 +26,15 @@ pub use simulation::{Placement, Simulation};
 pub use simulator::Simulator;
 
 /// The modules that the simulator brings.
-pub fn plugins() -> Vec<slate_module::Plugin> {
-    vec![
-        slate_module::Plugin::instance::<Simulator>(
-            "simulator",
-            "Lets a world go on, and shows what its robots' sensors measure.",
-        ),
-        slate_module::Plugin::instance::<Referee>(
-            "referee",
-            "Judges whether a robot reaches its goal in time.",
-        ),
-    ]
+pub fn plugin() -> Plugin {
+    Plugin::new(
+        "simulation",
+        [
+            ModuleKind::instance::<Simulator>(
+                "simulator",
+                "Lets a world go on, and shows what its robots' sensors measure.",
+            ),
+            ModuleKind::instance::<Referee>("referee", "Judges whether a robot reaches its goal in time."),
+        ],
+    )
 }

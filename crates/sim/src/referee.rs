@@ -80,7 +80,7 @@ impl Instance for Referee {
             stage: Stage::PostLoop,
             trigger: Trigger::Stage,
             deadline: None,
-            unique: "",
+            unique: String::new(),
         })
     }
 

@@ -67,7 +67,7 @@ impl Instance for Simulator {
             stage: Stage::PreLoop,
             trigger: Trigger::Stage,
             deadline: None,
-            unique: "",
+            unique: String::new(),
         })
     }
 

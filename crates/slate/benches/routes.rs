@@ -137,9 +137,9 @@ fn agent(text: &str, mode: Mode, rate: Rate) -> Agent {
         Configuration::from_text("bench.toml", text, &configuration::Options::default()).unwrap();
     let plugins: Vec<Plugin> = vec![
         Plugin::linked::<RangeSensor>(),
-        slate::mapek::reactive::<Avoid>(),
-        slate::mapek::execute::<Actions>(),
-        slate::mapek::plan::<Busy>(),
+        slate::mapek::reactive::<Avoid>().into(),
+        slate::mapek::execute::<Actions>().into(),
+        slate::mapek::plan::<Busy>().into(),
     ];
     Agent::load(&configuration, &plugins, Options { mode, rate, armed: true, ..Options::default() }).unwrap()
 }

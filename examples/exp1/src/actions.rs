@@ -9,9 +9,9 @@
 //! | `TurnToOrigin` | `TurnAngle` |
 
 use serde::{Deserialize, Serialize};
-use slate::interfaces::{Orientation, Position, WheelSpeeds};
-use slate::mapek::prelude::*;
-use slate::prelude::*;
+use slate_plugin::interfaces::{Orientation, Position, WheelSpeeds};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
 
 use crate::knowledge::PioneerP3dxModel;
 

@@ -1,9 +1,9 @@
 //! What changed: each Analyze tells the Plan only what is worth planning anew.
 
 use serde::{Deserialize, Serialize};
-use slate::interfaces::{Orientation, Position, SonarScan};
-use slate::mapek::prelude::*;
-use slate::prelude::*;
+use slate_plugin::interfaces::{Orientation, Position, SonarScan};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
 
 /// How much room the robot has.
 #[interface]

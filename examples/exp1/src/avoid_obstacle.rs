@@ -1,9 +1,9 @@
 //! The reactive behaviour: round what the sonars hear, towards the goal.
 
-use slate::interfaces::{Orientation, Point2, Pose2, Position, SonarScan};
-use slate::mapek::prelude::*;
-use slate::prelude::*;
 use slate_avoidance::{Avoider, Decision, Footprint, Parameters};
+use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, SonarScan};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::PioneerP3dxModel;

@@ -1,9 +1,9 @@
 //! What the robot knows: its goal, and its own body.
 
-use slate::interfaces::{Orientation, Point2, Pose2, Position};
-use slate::mapek::prelude::*;
-use slate::mapek::{Device, RobotModel};
-use slate::prelude::*;
+use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::mapek::{Device, RobotModel};
+use slate_plugin::prelude::*;
 
 /// The body of a Pioneer P3-DX.
 #[interface]

@@ -20,8 +20,10 @@ pub mod monitors;
 pub mod planner;
 pub mod rocs;
 
-use slate::mapek;
-use slate::module::Plugin;
+use slate_plugin::mapek::{
+    AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock,
+};
+use slate_plugin::prelude::*;
 
 /// What the example is called.
 pub const NAME: &str = "exp1";
@@ -57,19 +59,16 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// The blocks of the robot.
-pub fn plugins() -> Vec<Plugin> {
-    vec![
-        mapek::monitor::<monitors::RangeMonitor>(),
-        mapek::monitor::<monitors::PositionMonitor>(),
-        mapek::monitor::<monitors::OrientationMonitor>(),
-        mapek::analyze::<analyzes::PassRange>(),
-        mapek::analyze::<analyzes::PassPosition>(),
-        mapek::analyze::<analyzes::PassOrientation>(),
-        mapek::plan::<planner::GoToOriginPlanner>(),
-        mapek::execute::<actions::PioneerActions>(),
-        mapek::knowledge::<knowledge::PioneerKnowledge>(),
-        mapek::reactive::<avoid_obstacle::AvoidObstacleModel>(),
-        mapek::reactive::<rocs::AvoidWallModel>(),
-    ]
-}
+plugin!(
+    MonitorBlock<monitors::RangeMonitor>,
+    MonitorBlock<monitors::PositionMonitor>,
+    MonitorBlock<monitors::OrientationMonitor>,
+    AnalyzeBlock<analyzes::PassRange>,
+    AnalyzeBlock<analyzes::PassPosition>,
+    AnalyzeBlock<analyzes::PassOrientation>,
+    PlanBlock<planner::GoToOriginPlanner>,
+    ExecuteBlock<actions::PioneerActions>,
+    KnowledgeBlock<knowledge::PioneerKnowledge>,
+    ReactiveBlock<avoid_obstacle::AvoidObstacleModel>,
+    ReactiveBlock<rocs::AvoidWallModel>,
+);

@@ -1,8 +1,8 @@
 //! What the sensors say, one Monitor for each type of sensor.
 
-use slate::interfaces::{Orientation, Position, SonarScan};
-use slate::mapek::prelude::*;
-use slate::prelude::*;
+use slate_plugin::interfaces::{Orientation, Position, SonarScan};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
 
 /// The ring of sonars.
 #[ports]

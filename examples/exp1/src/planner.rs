@@ -1,8 +1,8 @@
 //! The deliberative behaviour: straight to the goal, as if nothing stood in the way.
 
-use slate::interfaces::{Orientation, Point2, Position};
-use slate::mapek::prelude::*;
-use slate::prelude::*;
+use slate_plugin::interfaces::{Orientation, Point2, Position};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
 
 use crate::actions::{GoToOrigin, Leg};
 use crate::analyzes::Surroundings;
@@ -72,7 +72,7 @@ impl Plan for GoToOriginPlanner {
         };
         // The Analyze tells steps of some centimetres, so an arrival is known from the action's end.
         let arrived = situation.ended().any(|ended| {
-            ended.kind.as_str() == GoToOrigin::KIND && ended.ending == slate::mapek::Ending::COMPLETED
+            ended.kind.as_str() == GoToOrigin::KIND && ended.ending == slate_plugin::mapek::Ending::COMPLETED
         });
         if arrived {
             memory.position = Some((goal.x, goal.y));

@@ -1,9 +1,9 @@
 //! The reactive law that the authors of RoCS ran, from its published constants: the baseline.
 
-use slate::interfaces::SonarScan;
-use slate::mapek::prelude::*;
-use slate::prelude::*;
 use slate_avoidance::{Rocs, RocsVariant};
+use slate_plugin::interfaces::SonarScan;
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 

@@ -174,11 +174,13 @@ fn agent_in((mode, rate): (Mode, Rate), sets: &[&str]) -> Agent {
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp1.toml", &text, &options).unwrap();
-    let mut plugins = slate::sim::plugins();
-    plugins.extend(slate_exp1::plugins());
-    plugins.push(Plugin::linked::<Trouble>());
-    plugins.push(slate::mapek::plan::<CrashingPlanner>());
-    plugins.push(slate::mapek::reactive::<CrashingReflex>());
+    let plugins = [
+        slate::sim::plugin(),
+        slate_exp1::plugin(),
+        Plugin::linked::<Trouble>(),
+        slate::mapek::plan::<CrashingPlanner>().into(),
+        slate::mapek::reactive::<CrashingReflex>().into(),
+    ];
     let options = Options { mode, rate, armed: true, ..Options::default() };
     Agent::load(&configuration, &plugins, options).unwrap()
 }

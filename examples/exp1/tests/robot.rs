@@ -27,8 +27,7 @@ fn configuration(sets: &[&str]) -> Configuration {
 }
 
 fn agent(sets: &[&str]) -> Agent {
-    let mut plugins = slate::sim::plugins();
-    plugins.extend(slate_exp1::plugins());
+    let plugins = [slate::sim::plugin(), slate_exp1::plugin()];
     let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
     Agent::load(&configuration(sets), &plugins, options).unwrap()
 }

@@ -115,6 +115,27 @@ impl Kind {
         }
     }
 
+    /// Alignment in bytes.
+    pub const fn align(&self) -> usize {
+        match self {
+            Self::Bool | Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::U32 | Self::I32 | Self::F32 | Self::Text(_) => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+            Self::Enumeration(enumeration) => enumeration.carrier.align(),
+            // After a 32-bit length or flag.
+            Self::Optional(item) | Self::Sequence(item, _) => {
+                if item.align() > 4 {
+                    item.align()
+                } else {
+                    4
+                }
+            }
+            Self::Array(item, _) | Self::Tail(item) => item.align(),
+            Self::Nested(descriptor) => descriptor.align,
+        }
+    }
+
     /// What a reader of a message calls it: `f64`, `text of at most 32 bytes`, `Pose2`.
     pub fn describe(&self) -> String {
         match self {

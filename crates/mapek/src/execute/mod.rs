@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 pub use execution::Execution;
 use slate_module::{Module, Outcome, Output, Refusal, Setup, Spec, Stage, Tick, Trigger, ports};
 
-use crate::block::{RENEWAL, distinct, spec};
+use crate::block::{RENEWAL, distinct};
 use crate::port::{PlanIn, ReflexIn};
 use crate::{ExecuteStatus, Repertoire};
 
@@ -35,9 +35,13 @@ impl<R: Repertoire> Module for ExecuteBlock<R> {
     type Params = ();
     type State = Execution<R>;
 
+    const NAME: &'static str = R::NAME;
+    const DOC: &'static str = "Performs the actions of Plan and ReactiveModels.";
+    const STAGE: Stage = Stage::Act;
+
     fn spec() -> Spec {
         let trigger = Trigger::On { ports: vec!["plan".into(), "reflexes".into()], timeout: Some(RENEWAL) };
-        spec(R::NAME, "Performs the actions of Plan and ReactiveModels.", Stage::Act, trigger, "execute")
+        Spec { trigger: trigger, deadline: None, unique: "execute" }
     }
 
     fn create(_: &Setup<'_>, (): &()) -> Result<Self::State, Refusal> {

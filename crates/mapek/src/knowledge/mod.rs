@@ -13,7 +13,7 @@ use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, 
 pub use strategy::{StoredPlan, StrategyModel, StrategyRecord, StrategyReport};
 pub use world::WorldModel;
 
-use crate::block::{BlockState, distinct, spec};
+use crate::block::{BlockState, distinct};
 
 /// What the robot knows of the world, itself and its strategies (RoCS, 4.2), as properties that every block may read.
 /// A robot has one.
@@ -44,8 +44,12 @@ impl<K: Knowledge> Module for KnowledgeBlock<K> {
     type Params = K::Params;
     type State = K::State;
 
+    const NAME: &'static str = K::NAME;
+    const DOC: &'static str = K::DOC;
+    const STAGE: Stage = Stage::WorldState;
+
     fn spec() -> Spec {
-        spec(K::NAME, K::DOC, Stage::WorldState, Trigger::Stage, "knowledge")
+        Spec { trigger: Trigger::Stage, deadline: None, unique: "knowledge" }
     }
 
     fn create(_: &Setup<'_>, _: &K::Params) -> Result<K::State, Refusal> {

@@ -51,7 +51,7 @@ fn expand(result: syn::Result<Tokens>) -> TokenStream {
     result.unwrap_or_else(|error| error.to_compile_error()).into()
 }
 
-/// The path of slate-module in the crate that uses the macro, which may know it only through the facade.
+/// The path of slate-module in the crate that uses the macro, which may know it only through a facade.
 fn root() -> Tokens {
     let path = |name: &str| Ident::new(name, Span::call_site());
     if let Ok(found) = crate_name("slate-module") {
@@ -61,11 +61,11 @@ fn root() -> Tokens {
         };
         return quote!(::#name);
     }
-    match crate_name("slate") {
-        Ok(FoundCrate::Name(name)) => {
+    for facade in ["slate-plugin", "slate"] {
+        if let Ok(FoundCrate::Name(name)) = crate_name(facade) {
             let name = path(&name);
-            quote!(::#name::module)
+            return quote!(::#name::module);
         }
-        _ => quote!(::slate::module),
     }
+    quote!(::slate::module)
 }

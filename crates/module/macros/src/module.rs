@@ -67,14 +67,18 @@ pub fn expand(arguments: Tokens, item: Tokens) -> Result<Tokens> {
         (None, None) => quote!(#root::Trigger::Stage),
     };
     let doc = documentation(&input.attrs);
-    input.items.push(syn::parse2::<ImplItem>(quote! {
-        fn spec() -> #root::Spec {
-            #root::Spec {
-                name: #name, doc: #doc, stage: #root::Stage::#stage, trigger: #trigger, deadline: #deadline,
-                unique: #unique,
+    for item in [
+        quote!(const NAME: &'static str = #name;),
+        quote!(const DOC: &'static str = #doc;),
+        quote!(const STAGE: #root::Stage = #root::Stage::#stage;),
+        quote! {
+            fn spec() -> #root::Spec {
+                #root::Spec { trigger: #trigger, deadline: #deadline, unique: #unique }
             }
-        }
-    })?);
+        },
+    ] {
+        input.items.push(syn::parse2::<ImplItem>(item)?);
+    }
     let creates = input
         .items
         .iter()

@@ -58,7 +58,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
         let text = field_name.to_string();
         parameters.push(quote! {
             #root::Parameter {
-                name: #text,
+                name: ::std::string::String::from(#text),
                 default: default.get(#text).cloned().unwrap_or(#root::blackboard::interface::Value::Null),
                 range: #range,
             }

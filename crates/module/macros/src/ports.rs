@@ -18,6 +18,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
         return Err(Error::new(name.span(), "ports have names"));
     };
     let mut descriptions = Vec::new();
+    let mut outlines = Vec::new();
     let mut bindings = Vec::new();
     let types: Vec<_> = fields.named.iter().map(|field| field.ty.to_token_stream().to_string()).collect();
     let mut has = Vec::new();
@@ -27,6 +28,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
         let doc = documentation(&field.attrs);
         let options = options(field)?;
         let kind = &field.ty;
+        outlines.push(quote!(#root::PortOutline { name: #text, carries: <#kind as #root::Port>::CARRIES }));
         descriptions.push(quote! {{
             #[allow(unused_mut)]
             let mut port = <#kind as #root::Port>::describe(#text, #doc);
@@ -49,6 +51,8 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
 
         #[allow(unsafe_code)]
         impl #implementation #root::Ports for #name #generics #conditions {
+            const OUTLINE: #root::PortList = #root::PortList::Ports(&[#(#outlines),*]);
+
             fn describe() -> ::std::vec::Vec<#root::PortDescription> {
                 #[allow(unused_mut)]
                 let mut ports = ::std::vec::Vec::new();

@@ -59,11 +59,11 @@ pub(super) fn bytes(description: &Description, table: &Table, complaints: &mut C
     let mut bytes = vec![0; descriptor.size];
     for parameter in &description.parameters {
         // The default comes from a value of the interface itself.
-        let _ = edit(descriptor, &mut bytes, 0, parameter.name, &parameter.default);
+        let _ = edit(descriptor, &mut bytes, 0, &parameter.name, &parameter.default);
     }
     for (name, entry) in table.iter() {
         let Some(parameter) = description.parameters.iter().find(|parameter| parameter.name == name) else {
-            let names = description.parameters.iter().map(|parameter| parameter.name);
+            let names = description.parameters.iter().map(|parameter| parameter.name.as_str());
             let near = slate_blackboard::nearest_names(name, names.clone());
             let help = match (near.first(), description.parameters.is_empty()) {
                 (_, true) => "this module has no parameters".to_owned(),

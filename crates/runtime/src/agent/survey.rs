@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::nearest_names;
-use slate_module::{Description, Direction, Plugin, PortDescription, Setup, Stage, Trigger};
+use slate_module::{Description, Direction, ModuleKind, Plugin, PortDescription, Setup, Stage, Trigger};
 
 use super::order::{CycleFound, levels};
 use super::parameters;
@@ -16,7 +16,7 @@ pub(super) const RESERVED: [&str; 4] = ["params", "enabled", "state", "timing"];
 /// A module that will be made.
 pub(super) struct Surveyed<'a> {
     pub module: &'a Module,
-    pub plugin: Plugin,
+    pub kind: ModuleKind,
     pub description: Description,
     pub stage: Stage,
     pub trigger: Trigger,
@@ -116,8 +116,10 @@ fn survey_module<'a>(
     plugins: &[Plugin],
     complaints: &mut Complaints<'a>,
 ) -> Option<Surveyed<'a>> {
-    let Some(plugin) = plugins.iter().find(|plugin| plugin.name == module.plugin.value) else {
-        let help = suggest(&module.plugin.value, plugins.iter().map(|plugin| plugin.name));
+    let mut kinds = plugins.iter().flat_map(Plugin::kinds);
+    let Some(kind) = kinds.find(|kind| kind.name() == module.plugin.value) else {
+        let help =
+            suggest(&module.plugin.value, plugins.iter().flat_map(Plugin::kinds).map(ModuleKind::name));
         complaints.add(
             module.plugin.span,
             format!("no plugin brings a module `{}`", module.plugin.value),
@@ -132,9 +134,9 @@ fn survey_module<'a>(
         section,
     };
     // The description says which section the module wants, and may itself depend on that section.
-    let first = (plugin.table().section)();
+    let first = kind.section();
     let section = if first.is_empty() { None } else { configuration.table(first).map(Value::from) };
-    let description = match (plugin.table().describe)(&setup(section.as_ref())) {
+    let description = match kind.describe(&setup(section.as_ref())) {
         Ok(description) => description,
         Err(refusal) => {
             complaints.add(
@@ -147,7 +149,7 @@ fn survey_module<'a>(
     };
     if let Some(port) = description.ports.iter().find(|port| RESERVED.contains(&port.name.as_str())) {
         let message =
-            format!("module type `{}` names a port `{}`, which every module has", plugin.name, port.name);
+            format!("module type `{}` names a port `{}`, which every module has", kind.name(), port.name);
         complaints.add(module.plugin.span, message, "rename the port");
         return None;
     }
@@ -191,7 +193,17 @@ fn survey_module<'a>(
         return None;
     }
     let deadline = module.deadline.as_ref().map(|deadline| deadline.value).or(description.deadline);
-    Some(Surveyed { module, plugin: *plugin, description, stage, trigger, deadline, params, section, inputs })
+    Some(Surveyed {
+        module,
+        kind: kind.clone(),
+        description,
+        stage,
+        trigger,
+        deadline,
+        params,
+        section,
+        inputs,
+    })
 }
 
 /// The time source is one of the modules.
@@ -217,7 +229,7 @@ fn check_unique(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
     let mut seen: BTreeMap<(&str, &str), &str> = BTreeMap::new();
     for surveyed in modules {
         let name = surveyed.module.name.value.as_str();
-        let part = surveyed.description.unique;
+        let part = surveyed.description.unique.as_str();
         if part.is_empty() {
             continue;
         }
@@ -424,7 +436,7 @@ fn check_joint<'a>(
     }
     if own.role != target.role {
         let name = |role: &str| if role.is_empty() { "plain".to_owned() } else { format!("a {role}") };
-        let message = format!("`{to}` is {} but `/{from}` is {}", name(own.role), name(target.role));
+        let message = format!("`{to}` is {} but `/{from}` is {}", name(&own.role), name(&target.role));
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
         complaints.add(link.from.span, message, help);
         return false;

@@ -13,7 +13,7 @@ use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::commit::CommitWord;
 use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
-use slate_module::{Frame, Host, Plugin, PortSlot, Random, Refusal, Trigger};
+use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Trigger};
 
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
@@ -31,7 +31,7 @@ pub(crate) struct Group {
 /// A module, its state, its ports and its frame.
 pub(crate) struct Runner {
     pub name: Arc<str>,
-    pub plugin: Plugin,
+    pub kind: ModuleKind,
     pub trigger: Trigger,
     pub deadline: Option<u64>,
     pub health: Arc<Health>,
@@ -97,7 +97,7 @@ const PANIC_LIMIT: u32 = 5;
 impl Runner {
     /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
     pub fn call(&self) -> StepCall {
-        StepCall { tick: self.plugin.table().tick, instance: self.instance, frame: &raw const *self.frame }
+        StepCall { tick: self.kind.table().tick, instance: self.instance, frame: &raw const *self.frame }
     }
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
@@ -179,7 +179,7 @@ impl Runner {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
-            unsafe { (self.plugin.table().destroy)(instance) }
+            unsafe { self.kind.destroy(instance) }
         }
     }
 }

@@ -95,14 +95,14 @@ impl Builder<'_, '_> {
         });
         let setup_name = name.to_string();
         let (seed, period) = (self.configuration.seed().value, self.configuration.period().value);
-        let (section, bytes, table) =
-            (surveyed.section.clone(), surveyed.params.clone(), surveyed.plugin.table());
+        let (section, bytes, kind) =
+            (surveyed.section.clone(), surveyed.params.clone(), surveyed.kind.clone());
         let create = move || {
-            (table.create)(&Setup { name: &setup_name, seed, period, section: section.as_ref() }, &bytes)
+            kind.create(&Setup { name: &setup_name, seed, period, section: section.as_ref() }, &bytes)
         };
         let mut runner = Runner {
             name,
-            plugin: surveyed.plugin,
+            kind: surveyed.kind.clone(),
             trigger: surveyed.trigger.clone(),
             deadline: surveyed.deadline,
             health: Arc::clone(&parts.health[m]),

@@ -1,0 +1,155 @@
+//! The module's side of its table: from C calls to an [`Instance`]. A panic ends here, as a host can't catch what
+//! another library throws.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::instance::Authored;
+use crate::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
+use crate::{Frame, Instance, Module, ModuleTable, PortCursor, Refusal, Setup, Tick, decode, portable};
+
+impl ModuleTable {
+    /// The calls of a module.
+    pub const fn of<M: Module>() -> Self {
+        Self::of_instance::<Authored<M>>(M::NAME, M::DOC)
+    }
+
+    /// The calls of an instance type.
+    pub const fn of_instance<I: Instance>(name: &'static str, doc: &'static str) -> Self {
+        Self {
+            name: Bytes::of(name),
+            doc: Bytes::of(doc),
+            section: Bytes::of(I::SECTION),
+            describe: describe::<I>,
+            create: create::<I>,
+            tick: tick::<I>,
+            save: save::<I>,
+            restore: restore::<I>,
+            may_unload: may_unload::<I>,
+            destroy: destroy::<I>,
+        }
+    }
+}
+
+impl Sink {
+    /// # Safety
+    /// The sink is as the host made it.
+    unsafe fn take(&self, bytes: &[u8]) {
+        // SAFETY: the bytes live during the call; the rest is passed on to the caller.
+        unsafe { (self.write)(self.context, bytes.as_ptr(), bytes.len()) }
+    }
+}
+
+/// Runs a call and writes what comes of it.
+///
+/// # Safety
+/// The sink is as the host made it.
+unsafe fn answer(sink: *const Sink, call: impl FnOnce() -> Result<Vec<u8>, Refusal>) -> i32 {
+    let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
+        let reason = panic_message(payload.as_ref());
+        discard(payload);
+        Err(Refusal(reason))
+    });
+    // SAFETY: passed on to the caller.
+    let sink = unsafe { &*sink };
+    match result {
+        Ok(bytes) => {
+            // SAFETY: as above.
+            unsafe { sink.take(&bytes) };
+            DONE
+        }
+        Err(refusal) => {
+            // SAFETY: as above.
+            unsafe { sink.take(refusal.0.as_bytes()) };
+            REFUSED
+        }
+    }
+}
+
+/// # Safety
+/// The table and its texts live during `work`.
+unsafe fn with_setup<R>(
+    table: *const SetupTable,
+    work: impl FnOnce(&Setup<'_>) -> Result<R, Refusal>,
+) -> Result<R, Refusal> {
+    // SAFETY: passed on to the caller.
+    let (table, name, section) = unsafe { (&*table, (*table).name.as_slice(), (*table).section.as_slice()) };
+    let name = std::str::from_utf8(name).map_err(|error| Refusal(format!("the module's name: {error}")))?;
+    let section = if section.is_empty() { None } else { Some(decode(section)?) };
+    work(&Setup { name, seed: table.seed, period: table.period, section: section.as_ref() })
+}
+
+unsafe extern "C" fn describe<I: Instance>(setup: *const SetupTable, sink: *const Sink) -> i32 {
+    // SAFETY: the host passes a setup and a sink that live during the call.
+    unsafe { answer(sink, || with_setup(setup, |setup| portable::encode_description(&I::describe(setup)?))) }
+}
+
+unsafe extern "C" fn create<I: Instance>(
+    setup: *const SetupTable,
+    params: Bytes,
+    instance: *mut *mut (),
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: the host passes what lives during the call, and a place for the instance.
+    unsafe {
+        answer(sink, || {
+            let made = with_setup(setup, |setup| I::create(setup, params.as_slice()))?;
+            instance.write(Box::into_raw(Box::new(made)).cast());
+            Ok(Vec::new())
+        })
+    }
+}
+
+unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -> i32 {
+    // SAFETY: the host passes what `create` returned, to one thread at a time, and a frame that lives during the call
+    // and was filled for this instance.
+    let step = || unsafe {
+        let frame = &*frame;
+        let params = std::slice::from_raw_parts(frame.params, frame.params_size);
+        (*instance.cast::<I>()).tick(&mut PortCursor::new(frame), params, &Tick::new(frame))
+    };
+    match catch_unwind(AssertUnwindSafe(step)) {
+        Ok(outcome) => outcome as i32,
+        Err(payload) => {
+            // The message was printed or logged by the panic hook.
+            discard(payload);
+            PANICKED
+        }
+    }
+}
+
+unsafe extern "C" fn save<I: Instance>(instance: *const (), sink: *const Sink) -> i32 {
+    // SAFETY: as for `tick`.
+    unsafe { answer(sink, || (*instance.cast::<I>()).save()) }
+}
+
+unsafe extern "C" fn restore<I: Instance>(instance: *mut (), state: Bytes, sink: *const Sink) -> i32 {
+    // SAFETY: as for `tick`, and the state lives during the call.
+    unsafe { answer(sink, || (*instance.cast::<I>()).restore(state.as_slice()).map(|()| Vec::new())) }
+}
+
+unsafe extern "C" fn may_unload<I: Instance>(instance: *const (), sink: *const Sink) -> i32 {
+    // SAFETY: as for `tick`.
+    unsafe { answer(sink, || (*instance.cast::<I>()).may_unload().map(|()| Vec::new())) }
+}
+
+unsafe extern "C" fn destroy<I: Instance>(instance: *mut ()) {
+    // SAFETY: the host passes what `create` returned, once.
+    let drop_instance = || drop(unsafe { Box::from_raw(instance.cast::<I>()) });
+    if let Err(payload) = catch_unwind(AssertUnwindSafe(drop_instance)) {
+        discard(payload);
+    }
+}
+
+/// Drops what a panic carried, which may itself panic.
+fn discard(payload: Box<dyn Any + Send>) {
+    let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
+}
+
+fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    format!("panicked: {}", text.unwrap_or("without a message"))
+}

@@ -1,0 +1,242 @@
+//! The host's side of a table: kinds of modules, and the plugins that bring them.
+
+use std::any::Any;
+use std::fmt;
+use std::sync::Arc;
+
+use crate::table::{Bytes, DONE, SetupTable, Sink};
+use crate::{Description, Instance, Module, ModuleTable, Refusal, Setup, encode, portable};
+
+/// A kind of module, ready to be instantiated.
+#[derive(Clone)]
+pub struct ModuleKind {
+    name: Arc<str>,
+    doc: Arc<str>,
+    section: Arc<str>,
+    table: ModuleTable,
+    /// Keeps the library open while anything of it may be called.
+    library: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+impl fmt::Debug for ModuleKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ModuleKind").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl ModuleKind {
+    /// A module that is linked into the program.
+    pub fn linked<M: Module>() -> Self {
+        // SAFETY: the table of a module keeps the contract.
+        unsafe { Self::from_table(ModuleTable::of::<M>(), None) }
+    }
+
+    /// An instance type that is linked into the program.
+    pub fn instance<I: Instance>(name: &'static str, doc: &'static str) -> Self {
+        // SAFETY: as above.
+        unsafe { Self::from_table(ModuleTable::of_instance::<I>(name, doc), None) }
+    }
+
+    /// A kind by its calls; `library` is kept as long as they may be made.
+    ///
+    /// # Safety
+    /// The calls keep the contract of [`ModuleTable`], and the table's texts live as long as `library`.
+    pub unsafe fn from_table(table: ModuleTable, library: Option<Arc<dyn Any + Send + Sync>>) -> Self {
+        // SAFETY: the texts live as the caller says; they are copied.
+        let text = |bytes: Bytes| Arc::from(String::from_utf8_lossy(unsafe { bytes.as_slice() }));
+        Self { name: text(table.name), doc: text(table.doc), section: text(table.section), table, library }
+    }
+
+    /// The name by which configuration finds it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it does.
+    pub fn doc(&self) -> &str {
+        &self.doc
+    }
+
+    /// The configuration table that sets it up; empty for none.
+    pub fn section(&self) -> &str {
+        &self.section
+    }
+
+    /// Its calls.
+    pub fn table(&self) -> &ModuleTable {
+        &self.table
+    }
+
+    /// Whether it is the same code, loaded in one go.
+    pub fn is(&self, other: &Self) -> bool {
+        let library = |kind: &Self| kind.library.as_ref().map(|library| Arc::as_ptr(library).cast::<()>());
+        std::ptr::fn_addr_eq(self.table.tick, other.table.tick) && library(self) == library(other)
+    }
+
+    /// Ports, parameters and trigger under a setup.
+    ///
+    /// # Errors
+    /// The module's refusal, or what is wrong with its description.
+    pub fn describe(&self, setup: &Setup<'_>) -> Result<Description, Refusal> {
+        let section = section_bytes(setup)?;
+        let table = setup_table(setup, &section);
+        // SAFETY: setup and sink live during the call.
+        let bytes = call(|sink| unsafe { (self.table.describe)(&raw const table, sink) })?;
+        portable::decode_description(&bytes)
+    }
+
+    /// Makes an instance; `params` holds a value of the parameter interface.
+    ///
+    /// # Errors
+    /// The module's refusal.
+    pub fn create(&self, setup: &Setup<'_>, params: &[u8]) -> Result<*mut (), Refusal> {
+        let section = section_bytes(setup)?;
+        let table = setup_table(setup, &section);
+        let params = Bytes { data: params.as_ptr(), length: params.len() };
+        let mut instance = std::ptr::null_mut();
+        // SAFETY: everything lives during the call.
+        call(|sink| unsafe { (self.table.create)(&raw const table, params, &raw mut instance, sink) })?;
+        if instance.is_null() { Err("it made no instance, and gave no reason".into()) } else { Ok(instance) }
+    }
+
+    /// The state of an instance.
+    ///
+    /// # Errors
+    /// What can't be written.
+    ///
+    /// # Safety
+    /// The instance is of this kind, lives, and nobody else uses it during the call.
+    pub unsafe fn save(&self, instance: *const ()) -> Result<Vec<u8>, Refusal> {
+        // SAFETY: passed on to the caller.
+        call(|sink| unsafe { (self.table.save)(instance, sink) })
+    }
+
+    /// Gives an instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit; the state is unchanged then.
+    ///
+    /// # Safety
+    /// As for [`save`](ModuleKind::save).
+    pub unsafe fn restore(&self, instance: *mut (), state: &[u8]) -> Result<(), Refusal> {
+        let state = Bytes { data: state.as_ptr(), length: state.len() };
+        // SAFETY: passed on to the caller.
+        call(|sink| unsafe { (self.table.restore)(instance, state, sink) }).map(drop)
+    }
+
+    /// Whether an instance may be unloaded now.
+    ///
+    /// # Errors
+    /// Its veto.
+    ///
+    /// # Safety
+    /// As for [`save`](ModuleKind::save).
+    pub unsafe fn may_unload(&self, instance: *const ()) -> Result<(), Refusal> {
+        // SAFETY: passed on to the caller.
+        call(|sink| unsafe { (self.table.may_unload)(instance, sink) }).map(drop)
+    }
+
+    /// Ends an instance.
+    ///
+    /// # Safety
+    /// As for [`save`](ModuleKind::save), and it is not used any more.
+    pub unsafe fn destroy(&self, instance: *mut ()) {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.table.destroy)(instance) }
+    }
+}
+
+fn section_bytes(setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
+    setup.section.map_or(Ok(Vec::new()), encode)
+}
+
+fn setup_table(setup: &Setup<'_>, section: &[u8]) -> SetupTable {
+    SetupTable {
+        name: Bytes::of(setup.name),
+        seed: setup.seed,
+        period: setup.period,
+        section: Bytes { data: section.as_ptr(), length: section.len() },
+    }
+}
+
+/// Makes a call with a sink; what it wrote, or the reason of its refusal.
+fn call(call: impl FnOnce(*const Sink) -> i32) -> Result<Vec<u8>, Refusal> {
+    let mut written = Vec::new();
+    let sink = Sink { context: (&raw mut written).cast(), write: append };
+    match call(&raw const sink) {
+        DONE => Ok(written),
+        _ => Err(Refusal(String::from_utf8_lossy(&written).into_owned())),
+    }
+}
+
+unsafe extern "C" fn append(context: *mut (), data: *const u8, length: usize) {
+    // SAFETY: the context is the vector of `call`, which waits; the module passes bytes that live during the call.
+    unsafe { (*context.cast::<Vec<u8>>()).extend_from_slice(Bytes { data, length }.as_slice()) }
+}
+
+/// The binary unit that brings modules: linked into the program, or a shared library.
+#[derive(Clone, Debug)]
+pub struct Plugin {
+    name: Arc<str>,
+    version: Arc<str>,
+    kinds: Vec<ModuleKind>,
+    depends: Vec<String>,
+}
+
+/// A kind of module as a plugin of its name.
+impl From<ModuleKind> for Plugin {
+    fn from(kind: ModuleKind) -> Self {
+        Self::new(&kind.name.clone(), [kind])
+    }
+}
+
+impl Plugin {
+    /// A plugin of that name with those kinds of modules.
+    pub fn new(name: &str, kinds: impl IntoIterator<Item = ModuleKind>) -> Self {
+        Self {
+            name: name.into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            kinds: kinds.into_iter().collect(),
+            depends: Vec::new(),
+        }
+    }
+
+    /// One module that is linked into the program, as a plugin of its name.
+    pub fn linked<M: Module>() -> Self {
+        ModuleKind::linked::<M>().into()
+    }
+
+    /// The same with a version.
+    #[must_use]
+    pub fn version(mut self, version: &str) -> Self {
+        self.version = version.into();
+        self
+    }
+
+    /// The same, to be loaded after those plugins, and unloaded before them.
+    #[must_use]
+    pub fn depends(mut self, plugins: &[&str]) -> Self {
+        self.depends = plugins.iter().map(|name| (*name).into()).collect();
+        self
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its version.
+    pub fn version_text(&self) -> &str {
+        &self.version
+    }
+
+    /// The kinds of modules that it brings.
+    pub fn kinds(&self) -> &[ModuleKind] {
+        &self.kinds
+    }
+
+    /// The plugins that must be there before it.
+    pub fn dependencies(&self) -> &[String] {
+        &self.depends
+    }
+}

@@ -1,0 +1,407 @@
+//! A description as it crosses the boundary of a library: without pointers, as CBOR from Rust, or as JSON from a C
+//! author's hand. The host makes interfaces of its own from it, so nothing of the library stays behind.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Value, schema_hash};
+
+use crate::{Description, Direction, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode};
+
+/// A [`Description`] without pointers. What is left out of it has the usual value.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PortableDescription {
+    stage: Stage,
+    #[serde(default)]
+    ports: Vec<PortablePort>,
+    #[serde(default)]
+    params: Option<PortableInterface>,
+    #[serde(default)]
+    parameters: Vec<PortableParameter>,
+    #[serde(default)]
+    trigger: Option<Trigger>,
+    #[serde(default)]
+    deadline: Option<u64>,
+    #[serde(default)]
+    unique: String,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PortablePort {
+    name: String,
+    #[serde(default)]
+    doc: String,
+    direction: Direction,
+    interface: PortableInterface,
+    #[serde(default)]
+    role: String,
+    #[serde(default)]
+    stale_after: Option<u64>,
+    #[serde(default)]
+    safe: Option<Vec<u8>>,
+    #[serde(default)]
+    capacity: Option<usize>,
+    #[serde(default)]
+    window: Option<usize>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PortableParameter {
+    name: String,
+    default: Value,
+    #[serde(default)]
+    range: Option<(f64, f64)>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PortableInterface {
+    name: String,
+    #[serde(default)]
+    doc: String,
+    #[serde(default)]
+    ros: String,
+    fields: Vec<PortableField>,
+    /// What the author's code takes the schema to be; it is checked.
+    #[serde(default)]
+    hash: Option<u64>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PortableField {
+    name: String,
+    #[serde(default)]
+    doc: String,
+    #[serde(default)]
+    unit: String,
+    kind: PortableKind,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum PortableKind {
+    Bool,
+    U8,
+    U16,
+    U32,
+    U64,
+    I8,
+    I16,
+    I32,
+    I64,
+    F32,
+    F64,
+    Enumeration { name: String, carrier: Box<PortableKind>, constants: Vec<(String, i64, String)> },
+    Text(usize),
+    Optional(Box<PortableKind>),
+    Array(Box<PortableKind>, usize),
+    Sequence(Box<PortableKind>, usize),
+    Nested(PortableInterface),
+    Tail(Box<PortableKind>),
+}
+
+/// A description as CBOR.
+pub(crate) fn encode_description(description: &Description) -> Result<Vec<u8>, Refusal> {
+    encode(&PortableDescription {
+        stage: description.stage,
+        ports: description.ports.iter().map(portable_port).collect(),
+        params: Some(portable_interface(description.params)),
+        parameters: description
+            .parameters
+            .iter()
+            .map(|parameter| PortableParameter {
+                name: parameter.name.clone(),
+                default: parameter.default.clone(),
+                range: parameter.range,
+            })
+            .collect(),
+        trigger: Some(description.trigger.clone()),
+        deadline: description.deadline,
+        unique: description.unique.clone(),
+    })
+}
+
+/// A description from CBOR or JSON, with interfaces that belong to this program.
+pub(crate) fn decode_description(bytes: &[u8]) -> Result<Description, Refusal> {
+    let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());
+    let portable: PortableDescription = match first {
+        Some(b'{') => serde_json::from_slice(bytes)
+            .map_err(|error| Refusal(format!("its description is no JSON that fits: {error}")))?,
+        _ => decode(bytes).map_err(|error| Refusal(format!("its description can't be read: {error}")))?,
+    };
+    portable.try_into()
+}
+
+fn portable_port(port: &PortDescription) -> PortablePort {
+    PortablePort {
+        name: port.name.clone(),
+        doc: port.doc.clone(),
+        direction: port.direction,
+        interface: portable_interface(port.descriptor),
+        role: port.role.clone(),
+        stale_after: port.stale_after,
+        safe: port.safe.clone(),
+        capacity: Some(port.capacity),
+        window: Some(port.window),
+    }
+}
+
+fn portable_interface(descriptor: &Descriptor) -> PortableInterface {
+    let field = |field: &Field| PortableField {
+        name: field.name.into(),
+        doc: field.doc.into(),
+        unit: field.unit.into(),
+        kind: portable_kind(&field.kind),
+    };
+    PortableInterface {
+        name: descriptor.name.into(),
+        doc: descriptor.doc.into(),
+        ros: descriptor.ros.into(),
+        fields: descriptor.fields.iter().map(field).collect(),
+        hash: Some(descriptor.hash),
+    }
+}
+
+fn portable_kind(kind: &Kind) -> PortableKind {
+    let item = |kind: &Kind| Box::new(portable_kind(kind));
+    match kind {
+        Kind::Bool => PortableKind::Bool,
+        Kind::U8 => PortableKind::U8,
+        Kind::U16 => PortableKind::U16,
+        Kind::U32 => PortableKind::U32,
+        Kind::U64 => PortableKind::U64,
+        Kind::I8 => PortableKind::I8,
+        Kind::I16 => PortableKind::I16,
+        Kind::I32 => PortableKind::I32,
+        Kind::I64 => PortableKind::I64,
+        Kind::F32 => PortableKind::F32,
+        Kind::F64 => PortableKind::F64,
+        Kind::Enumeration(enumeration) => PortableKind::Enumeration {
+            name: enumeration.name.into(),
+            carrier: item(&enumeration.carrier),
+            constants: enumeration
+                .constants
+                .iter()
+                .map(|constant| (constant.name.into(), constant.value, constant.doc.into()))
+                .collect(),
+        },
+        Kind::Text(capacity) => PortableKind::Text(*capacity),
+        Kind::Optional(kind) => PortableKind::Optional(item(kind)),
+        Kind::Array(kind, length) => PortableKind::Array(item(kind), *length),
+        Kind::Sequence(kind, capacity) => PortableKind::Sequence(item(kind), *capacity),
+        Kind::Nested(descriptor) => PortableKind::Nested(portable_interface(descriptor)),
+        Kind::Tail(kind) => PortableKind::Tail(item(kind)),
+    }
+}
+
+impl TryFrom<PortableDescription> for Description {
+    type Error = Refusal;
+
+    fn try_from(portable: PortableDescription) -> Result<Self, Refusal> {
+        let nothing = || PortableInterface {
+            name: "Nothing".into(),
+            doc: "No value.".into(),
+            ros: "std_msgs/msg/Empty".into(),
+            fields: Vec::new(),
+            hash: None,
+        };
+        let params = interned(&portable.params.unwrap_or_else(nothing))?;
+        for parameter in &portable.parameters {
+            if params.field(&parameter.name).is_none() {
+                return Err(
+                    format!("its parameter `{}` is no field of {}", parameter.name, params.name).into()
+                );
+            }
+        }
+        Ok(Self {
+            ports: portable.ports.into_iter().map(port).collect::<Result<_, _>>()?,
+            params,
+            parameters: portable
+                .parameters
+                .into_iter()
+                .map(|parameter| Parameter {
+                    name: parameter.name,
+                    default: parameter.default,
+                    range: parameter.range,
+                })
+                .collect(),
+            stage: portable.stage,
+            trigger: portable.trigger.unwrap_or(Trigger::Stage),
+            deadline: portable.deadline,
+            unique: portable.unique,
+        })
+    }
+}
+
+/// More than any module can mean.
+const LARGEST_WINDOW: usize = 4096;
+
+fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
+    let descriptor = interned(&port.interface)?;
+    if port.safe.as_ref().is_some_and(|safe| safe.len() != descriptor.size) {
+        return Err(format!("the safe value of `{}` is not {} bytes long", port.name, descriptor.size).into());
+    }
+    let window = port.window.unwrap_or(16);
+    if !(1..=LARGEST_WINDOW).contains(&window) {
+        return Err(format!("the window of `{}` is {window}, not 1 to {LARGEST_WINDOW}", port.name).into());
+    }
+    let usual = if descriptor.tail().is_some() { 1024 } else { 0 };
+    Ok(PortDescription {
+        name: port.name,
+        doc: port.doc,
+        direction: port.direction,
+        descriptor,
+        role: port.role,
+        stale_after: port.stale_after,
+        safe: port.safe,
+        capacity: port.capacity.unwrap_or(usual),
+        window,
+    })
+}
+
+/// Interfaces made so far. They are never freed, as values and readers refer to them; the same one is made once.
+static INTERNED: Mutex<BTreeMap<PortableInterface, &'static Descriptor>> = Mutex::new(BTreeMap::new());
+
+fn interned(interface: &PortableInterface) -> Result<&'static Descriptor, Refusal> {
+    if let Some(known) = INTERNED.lock().unwrap_or_else(PoisonError::into_inner).get(interface) {
+        return Ok(known);
+    }
+    let made = Box::leak(Box::new(descriptor(interface)?));
+    let mut all = INTERNED.lock().unwrap_or_else(PoisonError::into_inner);
+    Ok(all.entry(interface.clone()).or_insert(made))
+}
+
+fn leaked(text: &str) -> &'static str {
+    if text.is_empty() { "" } else { Box::leak(text.into()) }
+}
+
+/// Lays the interface out, as the compiler does: fields in order, each at its alignment, without padding.
+fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
+    let name = &interface.name;
+    let mut fields = Vec::new();
+    let (mut size, mut align) = (0_usize, 1);
+    for (i, field) in interface.fields.iter().enumerate() {
+        let wrong = |reason: &str| Refusal(format!("field `{}` of {name}: {reason}", field.name));
+        let kind = kind(&field.kind)?;
+        if matches!(kind, Kind::Tail(_)) && i + 1 < interface.fields.len() {
+            return Err(wrong("only the last field may be a tail"));
+        }
+        if !size.is_multiple_of(kind.align()) {
+            return Err(wrong(
+                "it would need padding before it: order the fields by size or add reserved ones",
+            ));
+        }
+        let own = Field {
+            name: leaked(&field.name),
+            doc: leaked(&field.doc),
+            unit: leaked(&field.unit),
+            offset: size,
+            kind,
+        };
+        size = size
+            .checked_add(kind.size())
+            .filter(|size| *size <= LARGEST)
+            .ok_or_else(|| wrong("too large"))?;
+        align = align.max(kind.align());
+        fields.push(own);
+    }
+    if !size.is_multiple_of(align) {
+        return Err(format!("{name} would need padding at its end: add a reserved field").into());
+    }
+    let fields: &'static [Field] = Box::leak(fields.into_boxed_slice());
+    let hash = schema_hash(name, fields);
+    if let Some(claimed) = interface.hash.filter(|claimed| *claimed != hash) {
+        return Err(format!(
+            "{name} has schema {claimed:016x} in the library, but its fields make {hash:016x}: it was built with \
+             another version of slate-module"
+        )
+        .into());
+    }
+    let (doc, ros) = (leaked(&interface.doc), leaked(&interface.ros));
+    Ok(Descriptor { name: leaked(name), doc, ros, fields, size, align, hash })
+}
+
+/// No value is larger than this, bytes; a big payload is a tail.
+const LARGEST: usize = 1 << 28;
+
+fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
+    let item = |kind_of: &PortableKind| -> Result<&'static Kind, Refusal> {
+        let made = kind(kind_of)?;
+        if matches!(made, Kind::Tail(_)) || matches!(made, Kind::Nested(nested) if nested.tail().is_some()) {
+            return Err("a tail can't be inside another type".into());
+        }
+        Ok(Box::leak(Box::new(made)))
+    };
+    let counted = |kind: Kind, item: &Kind, count: usize| {
+        let fits = item.size().checked_mul(count).is_some_and(|size| size <= LARGEST);
+        let padded = !kind.size().is_multiple_of(kind.align());
+        if fits && !padded {
+            Ok(kind)
+        } else {
+            Err(Refusal("a type is too large or would need padding".into()))
+        }
+    };
+    Ok(match portable {
+        PortableKind::Bool => Kind::Bool,
+        PortableKind::U8 => Kind::U8,
+        PortableKind::U16 => Kind::U16,
+        PortableKind::U32 => Kind::U32,
+        PortableKind::U64 => Kind::U64,
+        PortableKind::I8 => Kind::I8,
+        PortableKind::I16 => Kind::I16,
+        PortableKind::I32 => Kind::I32,
+        PortableKind::I64 => Kind::I64,
+        PortableKind::F32 => Kind::F32,
+        PortableKind::F64 => Kind::F64,
+        PortableKind::Enumeration { name, carrier, constants } => {
+            let carrier = match kind(carrier)? {
+                integer @ (Kind::U8
+                | Kind::U16
+                | Kind::U32
+                | Kind::U64
+                | Kind::I8
+                | Kind::I16
+                | Kind::I32
+                | Kind::I64) => integer,
+                _ => return Err(format!("the enumeration {name} is carried by no integer").into()),
+            };
+            let constants = constants
+                .iter()
+                .map(|(name, value, doc)| Constant { name: leaked(name), value: *value, doc: leaked(doc) })
+                .collect::<Vec<_>>();
+            let constants = Box::leak(constants.into_boxed_slice());
+            Kind::Enumeration(Box::leak(Box::new(Enumeration { name: leaked(name), carrier, constants })))
+        }
+        PortableKind::Text(capacity) => {
+            if !capacity.is_multiple_of(4) || *capacity > LARGEST {
+                return Err("the capacity of a text is a multiple of 4 bytes".into());
+            }
+            Kind::Text(*capacity)
+        }
+        PortableKind::Optional(of) => {
+            let of = item(of)?;
+            counted(Kind::Optional(of), of, 1)?
+        }
+        PortableKind::Array(of, length) => {
+            let of = item(of)?;
+            counted(Kind::Array(of, *length), of, *length)?
+        }
+        PortableKind::Sequence(of, capacity) => {
+            let of = item(of)?;
+            counted(Kind::Sequence(of, *capacity), of, *capacity)?
+        }
+        PortableKind::Nested(interface) => {
+            let nested = interned(interface)?;
+            if nested.tail().is_some() {
+                return Err(format!("{} has a tail, so it can't be inside another type", nested.name).into());
+            }
+            Kind::Nested(nested)
+        }
+        PortableKind::Tail(of) => Kind::Tail(item(of)?),
+    })
+}

@@ -1,0 +1,53 @@
+//! What a crate depends on to be a plugin of Slate: modules, interfaces and the blocks of MAPE-K, without a run time,
+//! so that it builds in seconds.
+//!
+//! ```toml
+//! [lib]
+//! crate-type = ["cdylib"]
+//!
+//! [dependencies]
+//! slate-plugin = "0.1"
+//! ```
+//! ```
+//! use slate_plugin::prelude::*;
+//!
+//! /// A number.
+//! #[interface]
+//! pub struct Number {
+//!     /// The number.
+//!     pub value: f64,
+//! }
+//!
+//! #[ports]
+//! pub struct Io {
+//!     input: Input<Number>,
+//!     doubled: Output<Number>,
+//! }
+//!
+//! /// Doubles a number.
+//! pub struct Doubler;
+//!
+//! #[module(stage = Think)]
+//! impl Module for Doubler {
+//!     type Io = Io;
+//!     type Params = ();
+//!     type State = ();
+//!
+//!     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
+//!         io.doubled.set(Number { value: 2.0 * io.input.value });
+//!         Outcome::Ok
+//!     }
+//! }
+//!
+//! plugin!(Doubler);
+//! # assert_eq!(plugin().kinds()[0].name(), "doubler");
+//! ```
+
+pub use slate_interfaces as interfaces;
+pub use slate_mapek as mapek;
+pub use slate_module as module;
+
+/// What a module's file imports.
+pub mod prelude {
+    pub use slate_module::prelude::*;
+}
