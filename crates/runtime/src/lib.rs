@@ -12,6 +12,7 @@ pub mod configuration;
 mod digest;
 pub mod log;
 mod main_loop;
+pub mod plugin;
 mod runner;
 
 pub use agent::{Agent, Mode, Options, StartError, Stopper};

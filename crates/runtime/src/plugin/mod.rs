@@ -1,0 +1,22 @@
+//! Plugins as shared libraries: what a file says of itself before it is opened, and opening it.
+
+mod library;
+mod outline;
+
+use std::path::PathBuf;
+
+pub use library::{Residence, load};
+pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
+
+/// Why a file can't be used as a plugin.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[error("{}: {problem}", file.display())]
+#[diagnostic(help("{help}"))]
+pub struct LibraryError {
+    /// The file.
+    pub file: PathBuf,
+    /// What was found, and what was expected.
+    pub problem: String,
+    /// What to do.
+    pub help: String,
+}
