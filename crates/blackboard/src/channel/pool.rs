@@ -1,7 +1,8 @@
-use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+use std::alloc::{Layout, alloc_zeroed, dealloc};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
 
+use super::memory::Memory;
 use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
 use crate::{Shape, Stamp};
 
@@ -27,7 +28,7 @@ pub(super) const fn pins_of(word: u64) -> u64 {
     word & ((1 << INDEX_SHIFT) - 1)
 }
 
-/// A place for one value; its bytes follow in the same allocation.
+/// A place for one value. It is private to this process, wherever the bytes are.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(super) struct Slot {
@@ -35,6 +36,8 @@ pub(super) struct Slot {
     pub returned: AtomicU64,
     /// Guards the bytes too, so a checker that watches it watches the value.
     pub header: Guarded<Header>,
+    /// The bytes of the value; never changed.
+    pub data: NonNull<u8>,
 }
 
 /// What goes with a value.
@@ -44,29 +47,35 @@ pub(super) struct Header {
     pub stamp: Stamp,
 }
 
-/// The bytes of a slot's value.
-#[inline]
-pub(super) fn data(slot: NonNull<Slot>) -> *mut u8 {
-    slot.as_ptr().wrapping_add(1).cast()
-}
-
 /// Slots, made when handles are linked and never while a value is written.
 #[derive(Debug)]
 pub(super) struct Pool {
-    layout: Layout,
+    /// Where the bytes are when they don't follow their slots.
+    memory: Memory,
+    /// Of a slot, and of the bytes that follow it.
+    slot: Layout,
+    /// Of the bytes that are elsewhere.
+    bytes: Layout,
     table: Box<[AtomicPtr<Slot>]>,
     ready: AtomicU32,
 }
 
 impl Pool {
-    pub fn new(shape: Shape, limit: usize) -> Self {
-        let bytes = shape.bytes(shape.capacity).saturating_add(size_of::<Slot>());
-        // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
-        let align = if shape.bytes(0) > 0 { 128 } else { 64 };
+    pub fn new(shape: Shape, limit: usize, memory: Memory) -> Self {
+        let bytes = shape.bytes(shape.capacity);
         // What exceeds the address space fails when it is allocated.
-        let layout = Layout::from_size_align(bytes, align).unwrap_or(IMPOSSIBLE);
+        let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(IMPOSSIBLE);
+        let slot = match memory {
+            // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
+            Memory::Heap => {
+                layout(bytes.saturating_add(size_of::<Slot>()), if shape.bytes(0) > 0 { 128 } else { 64 })
+            }
+            Memory::Given(_) => Layout::new::<Slot>(),
+        };
+        // No line is shared by two values, as their writers may differ.
+        let bytes = layout(bytes.max(1).saturating_add(63) & !63, 64);
         let table = (0..limit).map(|_| AtomicPtr::new(std::ptr::null_mut())).collect();
-        Self { layout, table, ready: AtomicU32::new(0) }
+        Self { memory, slot, bytes, table, ready: AtomicU32::new(0) }
     }
 
     /// How many slots there can be.
@@ -74,23 +83,45 @@ impl Pool {
         self.table.len()
     }
 
-    /// Makes slots until there are `count`. Called under the channel's lock.
-    pub fn provide(&self, count: usize) {
+    /// Makes slots until there are `count`; false when the memory is spent. Called under the channel's lock.
+    pub fn provide(&self, count: usize) -> bool {
         for index in self.ready()..count {
+            let Some(slot) = self.make() else { return false };
             // What the slot holds is published with the count, and to readers with the cell that names it.
-            self.table[index].store(self.make(0).as_ptr(), Ordering::Relaxed);
+            self.table[index].store(slot.as_ptr(), Ordering::Relaxed);
             self.ready.store(index as u32 + 1, Ordering::Release);
+        }
+        true
+    }
+
+    /// How many bytes a slot takes.
+    pub fn slot_size(&self) -> usize {
+        match self.memory {
+            Memory::Heap => self.slot.size(),
+            Memory::Given(_) => self.bytes.size(),
         }
     }
 
-    fn make(&self, returned: u64) -> NonNull<Slot> {
+    fn make(&self) -> Option<NonNull<Slot>> {
         // SAFETY: the layout is that of a slot and more, so not empty.
-        let memory = unsafe { alloc_zeroed(self.layout) }.cast::<Slot>();
-        let Some(slot) = NonNull::new(memory) else { handle_alloc_error(self.layout) };
+        let slot = NonNull::new(unsafe { alloc_zeroed(self.slot) })?.cast::<Slot>();
+        let data = match &self.memory {
+            // SAFETY: if nothing follows, this is the end of the allocation.
+            Memory::Heap => Some(unsafe { slot.add(1) }.cast()),
+            Memory::Given(memory) => memory.allocate(self.bytes).inspect(|data| {
+                // SAFETY: the memory promises that many bytes, which nobody else has. Readers may look at all of them.
+                unsafe { data.write_bytes(0, self.bytes.size()) };
+            }),
+        };
+        let Some(data) = data else {
+            // SAFETY: allocated above with this layout.
+            unsafe { dealloc(slot.as_ptr().cast(), self.slot) };
+            return None;
+        };
         let header = Guarded::new(Header { items: 0, stamp: Stamp::default() });
         // SAFETY: fresh memory of this layout.
-        unsafe { slot.write(Slot { returned: AtomicU64::new(returned), header }) };
-        slot
+        unsafe { slot.write(Slot { returned: AtomicU64::new(0), header, data }) };
+        Some(slot)
     }
 
     #[inline]
@@ -105,27 +136,6 @@ impl Pool {
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
         // SAFETY: set before the index became ready, and whoever has the index learned it after that.
         unsafe { NonNull::new_unchecked(slot) }
-    }
-
-    /// Puts a fresh slot in the place of a draft, which nobody has pinned, and returns the draft.
-    pub fn replace(&self, index: u16) -> NonNull<Slot> {
-        let old = self.slot(index);
-        // SAFETY: the slot lives; the writer sees every pin of it given back.
-        let returned = unsafe { old.as_ref() }.returned.load(Ordering::Relaxed);
-        self.table[usize::from(index)].store(self.make(returned).as_ptr(), Ordering::Relaxed);
-        old
-    }
-
-    /// Frees a slot.
-    ///
-    /// # Safety
-    /// It was made by this pool, is in its table no more, and nobody uses it.
-    pub unsafe fn free(&self, slot: NonNull<Slot>) {
-        // SAFETY: made with this layout, and passed on to the caller.
-        unsafe {
-            slot.drop_in_place();
-            dealloc(slot.as_ptr().cast(), self.layout);
-        }
     }
 
     /// Pins the slot that is in the cell, whichever that is.
@@ -144,8 +154,15 @@ const IMPOSSIBLE: Layout = match Layout::from_size_align(isize::MAX as usize, 1)
 impl Drop for Pool {
     fn drop(&mut self) {
         for index in 0..self.ready() {
-            // SAFETY: no handle is left, as each keeps the channel alive.
-            unsafe { self.free(self.slot(index as u16)) };
+            let slot = self.slot(index as u16);
+            // SAFETY: no handle is left, as each keeps the channel alive; allocated with these layouts.
+            unsafe {
+                if let Memory::Given(memory) = &self.memory {
+                    memory.free(slot.as_ref().data, self.bytes);
+                }
+                slot.drop_in_place();
+                dealloc(slot.as_ptr().cast(), self.slot);
+            }
         }
     }
 }
@@ -161,6 +178,11 @@ unsafe impl Send for Held {}
 unsafe impl Sync for Held {}
 
 impl Held {
+    /// A pin that was counted already.
+    pub fn new(slot: NonNull<Slot>) -> Self {
+        Self(slot)
+    }
+
     /// Gives the pin back.
     #[inline]
     pub fn give_back(self) {
@@ -206,7 +228,8 @@ impl<'a> Loan<'a> {
     /// The beginning of the value.
     #[inline]
     pub fn as_ptr(&self) -> *const u8 {
-        data(self.slot)
+        // SAFETY: the slot is pinned, so it lives.
+        unsafe { self.slot.as_ref() }.data.as_ptr()
     }
 
     /// The value.

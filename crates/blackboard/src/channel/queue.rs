@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::pool::{Held, Loan};
-use super::{Channel, IDLE};
+use super::{Channel, IDLE, Link};
 use crate::sync::{Ordering, order};
 
 /// What happens to a reader that the writer has overtaken.
@@ -157,5 +157,6 @@ impl Drop for QueueReader {
             self.channel.cursors[self.place].store(IDLE, order::RELEASE);
         }
         self.channel.desk().queues[self.place] = false;
+        self.channel.hook.call(Link::ReaderLeft);
     }
 }
