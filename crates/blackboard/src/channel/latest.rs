@@ -36,7 +36,7 @@ impl Latest {
     #[inline]
     pub fn value(&self) -> Option<Loan<'_>> {
         // SAFETY: the pin is not given back until `self` is used mutably.
-        self.held.map(|held| unsafe { held.lend(self.channel.shape) })
+        self.held.map(|held| unsafe { held.lend() })
     }
 
     /// Copies the value held, as much of it as fits; says how many items its tail has, and its stamp.

@@ -36,13 +36,13 @@ pub(super) struct Slot {
     pub returned: AtomicU64,
     /// Guards the bytes too, so a checker that watches it watches the value.
     pub header: Guarded<Header>,
-    /// The bytes of the value; never changed.
-    pub data: NonNull<u8>,
 }
 
 /// What goes with a value.
 #[derive(Debug)]
 pub(super) struct Header {
+    /// How many bytes the value has: what readers need at every look, so the writer works it out once.
+    pub length: usize,
     pub items: usize,
     pub stamp: Stamp,
 }
@@ -56,8 +56,34 @@ pub(super) struct Pool {
     slot: Layout,
     /// Of the bytes that are elsewhere.
     bytes: Layout,
-    table: Box<[AtomicPtr<Slot>]>,
+    table: Box<[Entry]>,
     ready: AtomicU32,
+}
+
+/// Where a slot is. Written once, so all cores keep it in their caches, and fetch a slot and its bytes at once.
+#[derive(Debug)]
+struct Entry {
+    slot: AtomicPtr<Slot>,
+    data: AtomicPtr<u8>,
+}
+
+/// A slot that is ready.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    slot: NonNull<Slot>,
+    data: NonNull<u8>,
+}
+
+impl Place {
+    /// What goes with the bytes.
+    ///
+    /// # Safety
+    /// The pool lives as long as the reference.
+    #[inline]
+    unsafe fn slot<'a>(self) -> &'a Slot {
+        // SAFETY: a slot lives as long as its pool, and is changed through its cells only.
+        unsafe { self.slot.as_ref() }
+    }
 }
 
 impl Pool {
@@ -74,7 +100,11 @@ impl Pool {
         };
         // No line is shared by two values, as their writers may differ.
         let bytes = layout(bytes.max(1).saturating_add(63) & !63, 64);
-        let table = (0..limit).map(|_| AtomicPtr::new(std::ptr::null_mut())).collect();
+        let entry = || Entry {
+            slot: AtomicPtr::new(std::ptr::null_mut()),
+            data: AtomicPtr::new(std::ptr::null_mut()),
+        };
+        let table = (0..limit).map(|_| entry()).collect();
         Self { memory, slot, bytes, table, ready: AtomicU32::new(0) }
     }
 
@@ -86,9 +116,10 @@ impl Pool {
     /// Makes slots until there are `count`; false when the memory is spent. Called under the channel's lock.
     pub fn provide(&self, count: usize) -> bool {
         for index in self.ready()..count {
-            let Some(slot) = self.make() else { return false };
+            let Some(place) = self.make() else { return false };
             // What the slot holds is published with the count, and to readers with the cell that names it.
-            self.table[index].store(slot.as_ptr(), Ordering::Relaxed);
+            self.table[index].slot.store(place.slot.as_ptr(), Ordering::Relaxed);
+            self.table[index].data.store(place.data.as_ptr(), Ordering::Relaxed);
             self.ready.store(index as u32 + 1, Ordering::Release);
         }
         true
@@ -102,7 +133,7 @@ impl Pool {
         }
     }
 
-    fn make(&self) -> Option<NonNull<Slot>> {
+    fn make(&self) -> Option<Place> {
         // SAFETY: the layout is that of a slot and more, so not empty.
         let slot = NonNull::new(unsafe { alloc_zeroed(self.slot) })?.cast::<Slot>();
         let data = match &self.memory {
@@ -118,10 +149,10 @@ impl Pool {
             unsafe { dealloc(slot.as_ptr().cast(), self.slot) };
             return None;
         };
-        let header = Guarded::new(Header { items: 0, stamp: Stamp::default() });
+        let header = Guarded::new(Header { length: 0, items: 0, stamp: Stamp::default() });
         // SAFETY: fresh memory of this layout.
-        unsafe { slot.write(Slot { returned: AtomicU64::new(0), header, data }) };
-        Some(slot)
+        unsafe { slot.write(Slot { returned: AtomicU64::new(0), header }) };
+        Some(Place { slot, data })
     }
 
     #[inline]
@@ -131,17 +162,31 @@ impl Pool {
 
     /// The slot of an index below the number of those that are ready.
     #[inline]
-    pub fn slot(&self, index: u16) -> NonNull<Slot> {
-        let slot = self.table[usize::from(index)].load(Ordering::Relaxed);
+    pub fn slot(&self, index: u16) -> &Slot {
+        let slot = self.table[usize::from(index)].slot.load(Ordering::Relaxed);
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
-        // SAFETY: set before the index became ready, and whoever has the index learned it after that.
-        unsafe { NonNull::new_unchecked(slot) }
+        // SAFETY: set before the index became ready, and whoever has the index learned it after that. A slot lives as
+        // long as its pool, and is changed through its cells only.
+        unsafe { &*slot }
+    }
+
+    /// The bytes of that slot.
+    #[inline]
+    pub fn data(&self, index: u16) -> *mut u8 {
+        self.table[usize::from(index)].data.load(Ordering::Relaxed)
+    }
+
+    /// As [`slot`](Pool::slot) and [`data`](Pool::data) together.
+    #[inline]
+    pub fn place(&self, index: u16) -> Place {
+        // SAFETY: the bytes were set with the slot.
+        Place { slot: self.slot(index).into(), data: unsafe { NonNull::new_unchecked(self.data(index)) } }
     }
 
     /// Pins the slot that is in the cell, whichever that is.
     #[inline]
     pub fn pin(&self, cell: &AtomicU64) -> Held {
-        Held(self.slot(slot_of(cell.fetch_add(1, order::PUBLISH))))
+        Held(self.place(slot_of(cell.fetch_add(1, order::PUBLISH))))
     }
 }
 
@@ -154,11 +199,11 @@ const IMPOSSIBLE: Layout = match Layout::from_size_align(isize::MAX as usize, 1)
 impl Drop for Pool {
     fn drop(&mut self) {
         for index in 0..self.ready() {
-            let slot = self.slot(index as u16);
+            let Place { slot, data } = self.place(index as u16);
             // SAFETY: no handle is left, as each keeps the channel alive; allocated with these layouts.
             unsafe {
                 if let Memory::Given(memory) = &self.memory {
-                    memory.free(slot.as_ref().data, self.bytes);
+                    memory.free(data, self.bytes);
                 }
                 slot.drop_in_place();
                 dealloc(slot.as_ptr().cast(), self.slot);
@@ -169,7 +214,7 @@ impl Drop for Pool {
 
 /// A reader's pin: the slot stays as it is until this is given back, which happens once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held(NonNull<Slot>);
+pub(super) struct Held(Place);
 
 // SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
 // the count of returned pins is atomic.
@@ -179,15 +224,15 @@ unsafe impl Sync for Held {}
 
 impl Held {
     /// A pin that was counted already.
-    pub fn new(slot: NonNull<Slot>) -> Self {
-        Self(slot)
+    pub fn new(place: Place) -> Self {
+        Self(place)
     }
 
     /// Gives the pin back.
     #[inline]
     pub fn give_back(self) {
         // SAFETY: a pinned slot lives.
-        unsafe { self.0.as_ref() }.returned.fetch_add(1, order::RELEASE);
+        unsafe { self.0.slot() }.returned.fetch_add(1, order::RELEASE);
     }
 
     /// Lends the value.
@@ -195,25 +240,24 @@ impl Held {
     /// # Safety
     /// The pin is not given back while the loan lives.
     #[inline]
-    pub unsafe fn lend<'a>(self, shape: Shape) -> Loan<'a> {
+    pub unsafe fn lend<'a>(self) -> Loan<'a> {
         // SAFETY: a pinned slot lives.
-        let header = unsafe { self.0.as_ref() }.header.read();
-        Loan { slot: self.0, shape, header, life: PhantomData }
+        let header = unsafe { self.0.slot() }.header.read();
+        Loan { place: self.0, header, life: PhantomData }
     }
 
     /// The sequence number of the value.
     #[inline]
     pub fn sequence(self) -> u64 {
         // SAFETY: the slot is pinned, so it lives and the writer leaves it alone.
-        unsafe { self.0.as_ref().header.read().get().stamp.sequence }
+        unsafe { self.0.slot().header.read().get().stamp.sequence }
     }
 }
 
 /// A value that is lent: it stays as it is while this lives.
 #[derive(Debug)]
 pub struct Loan<'a> {
-    slot: NonNull<Slot>,
-    shape: Shape,
+    place: Place,
     header: Reading<Header>,
     life: PhantomData<&'a [u8]>,
 }
@@ -228,15 +272,14 @@ impl<'a> Loan<'a> {
     /// The beginning of the value.
     #[inline]
     pub fn as_ptr(&self) -> *const u8 {
-        // SAFETY: the slot is pinned, so it lives.
-        unsafe { self.slot.as_ref() }.data.as_ptr()
+        self.place.data.as_ptr()
     }
 
     /// The value.
     #[inline]
     pub fn bytes(&self) -> &'a [u8] {
-        // SAFETY: a slot has room for every value of the shape, its bytes are initialised, and it is pinned.
-        unsafe { std::slice::from_raw_parts(self.as_ptr(), self.shape.bytes(self.items())) }
+        // SAFETY: the slot has room for that many bytes, its bytes are initialised, and it is pinned.
+        unsafe { std::slice::from_raw_parts(self.as_ptr(), self.header().length) }
     }
 
     /// How many items its tail has.

@@ -115,7 +115,7 @@ impl QueueReader {
     /// The values that the last pull pinned, oldest first.
     pub fn window(&self) -> impl ExactSizeIterator<Item = Loan<'_>> {
         // SAFETY: no pin is given back until `self` is used mutably.
-        self.window.iter().map(|held| unsafe { held.lend(self.channel.shape) })
+        self.window.iter().map(|held| unsafe { held.lend() })
     }
 
     /// How many values the last pull pinned.

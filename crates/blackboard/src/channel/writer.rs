@@ -101,8 +101,7 @@ impl Writer {
     #[inline]
     pub fn draft_ptr(&mut self) -> *mut u8 {
         let index = self.draft_index();
-        // SAFETY: the draft is ready, so it lives.
-        unsafe { self.channel.pool.slot(index).as_ref() }.data.as_ptr()
+        self.channel.pool.data(index)
     }
 
     #[inline]
@@ -122,8 +121,7 @@ impl Writer {
             if entry.in_ring {
                 continue;
             }
-            // SAFETY: the slot is ready, so it lives.
-            let slot = unsafe { self.channel.pool.slot(index as u16).as_ref() };
+            let slot = self.channel.pool.slot(index as u16);
             if slot.returned.load(order::ACQUIRE) == entry.pins || cfg!(feature = "mutant-readers") {
                 self.ledger.hint = index as u16 + 1;
                 return index as u16;
@@ -138,6 +136,13 @@ impl Writer {
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
     #[inline(always)] // A call costs a quarter of the whole.
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
+        let shape = self.channel.shape;
+        let items = items.min(shape.capacity);
+        self.commit(items, shape.bytes(items), time)
+    }
+
+    #[inline(always)]
+    fn commit(&mut self, items: usize, length: usize, time: u64) -> Result<Stamp, Blocked> {
         let index = self.draft_index();
         let (channel, ledger) = (&*self.channel, &mut self.ledger);
         let sequence = ledger.last.sequence + 1;
@@ -145,12 +150,9 @@ impl Writer {
             return Err(Blocked);
         }
         let stamp = Stamp { sequence, time, generation: self.generation };
-        // SAFETY: the draft is ready, so it lives.
-        let slot = unsafe { channel.pool.slot(index).as_ref() };
-        slot.header.write(|header| {
-            let items = items.min(channel.shape.capacity);
+        channel.pool.slot(index).header.write(|header| {
             // SAFETY: the writer alone has the draft.
-            unsafe { header.write(pool::Header { items, stamp }) }
+            unsafe { header.write(pool::Header { length, items, stamp }) }
         });
         let ring = &*channel.ring;
         let (cell, first) = (&ring[ledger.cell], &ring[0]);
@@ -182,7 +184,8 @@ impl Writer {
     #[inline(always)] // So that a copy of known size is no call either.
     pub fn write(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Stamp, Blocked> {
         let shape = self.channel.shape;
-        let size = shape.bytes(items.min(shape.capacity));
+        let items = items.min(shape.capacity);
+        let size = shape.bytes(items);
         let length = bytes.len().min(size);
         let data = self.draft_ptr();
         // SAFETY: the draft has room for that many items, and nobody else has it.
@@ -192,7 +195,7 @@ impl Writer {
                 data.add(length).write_bytes(0, size - length);
             }
         }
-        self.publish(items, time)
+        self.commit(items, size, time)
     }
 
     /// Leaves the draft to a late step that may still write to it, and works in another slot from then on. Nothing is
@@ -208,7 +211,7 @@ impl Writer {
         let entry = self.ledger.entry(usize::from(index));
         entry.pins = entry.pins.wrapping_add(1);
         self.ledger.draft = NO_SLOT;
-        let held = Held::new(self.channel.pool.slot(index));
+        let held = Held::new(self.channel.pool.place(index));
         Some(SetAside { channel: Arc::clone(&self.channel), held })
     }
 
