@@ -16,7 +16,10 @@ mod sync;
 mod url;
 pub mod wake;
 
-pub use board::{Access, Board, BoardError, Carrier, Property, Store, nearest_names};
+pub use board::{
+    Access, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError, Property, Store, Watching,
+    nearest_names,
+};
 pub use channel::Channel;
 pub use shape::Shape;
 pub use stamp::Stamp;

@@ -2,20 +2,20 @@
 
 #[cfg(loom)]
 pub(crate) use loom::{
-    sync::Mutex,
     sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering},
+    sync::{Mutex, RwLock},
     thread::{Thread, current, park},
 };
 #[cfg(all(not(loom), feature = "shuttle"))]
 pub(crate) use shuttle::{
-    sync::Mutex,
     sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering},
+    sync::{Mutex, RwLock},
     thread::{Thread, current, park, park_timeout},
 };
 #[cfg(all(not(loom), not(feature = "shuttle")))]
 pub(crate) use std::{
-    sync::Mutex,
     sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering},
+    sync::{Mutex, RwLock},
     thread::{Thread, current, park, park_timeout},
 };
 

@@ -36,10 +36,7 @@ impl Url {
         } else {
             (None, false, text)
         };
-        let name = |part: &str| {
-            !part.is_empty() && part.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
-        };
-        if !path.split('/').all(name) || agent.is_some_and(|agent| !name(agent)) {
+        if !path.split('/').all(is_name) || agent.is_some_and(|agent| !is_name(agent)) {
             return Err(wrong("names are letters, digits, _ and -, separated by single slashes"));
         }
         Ok(Self { agent: agent.map(Into::into), absolute, path: path.into() })
@@ -64,4 +61,9 @@ impl fmt::Display for Url {
             (None, false) => f.write_str(&self.path),
         }
     }
+}
+
+/// Whether a text can be a part of a path.
+pub(crate) fn is_name(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
 }

@@ -200,11 +200,11 @@ fn looking_takes_one_reader_of_the_budget() {
 fn an_output_knows_whether_anybody_watches() {
     let (state, _) = board().find("drive/state").unwrap();
     assert!(!state.is_watched());
-    state.watch(true);
-    state.watch(true);
-    state.watch(false);
+    let (first, second) = (state.watch(), state.watch());
+    assert_eq!(first.property().path(), "drive/state");
+    drop(first);
     assert!(state.is_watched());
-    state.watch(false);
+    drop(second);
     assert!(!state.is_watched());
 }
 

@@ -125,7 +125,7 @@ proptest! {
         let mut latest = [(); 2].map(|()| channel.latest().unwrap());
         let mut queues = POLICIES.map(|policy| channel.queue(policy, Start::Next).unwrap());
         let mut writer = Some(channel.writer().unwrap());
-        let mut asides: Vec<SetAside> = Vec::new();
+        let mut aside: Option<SetAside> = None;
         let mut stamps: Vec<Stamp> = Vec::new();
         let mut generation = 1;
         let mut latest_models = [LatestModel::default(), LatestModel::default()];
@@ -152,8 +152,12 @@ proptest! {
                     writer = Some(channel.writer().unwrap());
                     generation += 1;
                 }
-                Operation::SetAside => asides.push(writer.as_mut().unwrap().set_aside()),
-                Operation::ReturnAside => drop(asides.pop()),
+                Operation::SetAside => {
+                    let set_aside = writer.as_mut().unwrap().set_aside();
+                    prop_assert_eq!(set_aside.is_some(), aside.is_none(), "one at a time");
+                    aside = set_aside.or(aside);
+                }
+                Operation::ReturnAside => aside = None,
                 Operation::Refresh(i) => {
                     prop_assert_eq!(latest[i].refresh(), tail > latest_models[i].held);
                     latest_models[i] = LatestModel { held: tail, candidate: 0 };

@@ -132,7 +132,7 @@ fn what_a_late_step_writes_reaches_nobody() {
             let mut reader = channel.latest().unwrap();
             let late = {
                 let draft = writer.draft_ptr() as usize;
-                let aside = writer.set_aside();
+                let aside = writer.set_aside().unwrap();
                 thread::spawn(move || {
                     for _ in 0..4 {
                         // SAFETY: the draft was set aside, and has room for a number.

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use super::Channel;
 use super::pool::{Held, Loan};
+use super::{Channel, Link};
 use crate::Stamp;
 
 /// A reader of the newest value. It pins the value that it has seen last, and at times a candidate for the next.
@@ -11,11 +11,13 @@ pub struct Latest {
     held: Option<Held>,
     sequence: u64,
     candidate: Option<Held>,
+    /// Whether it is not counted.
+    probe: bool,
 }
 
 impl Latest {
-    pub(super) fn new(channel: Arc<Channel>) -> Self {
-        Self { channel, held: None, sequence: 0, candidate: None }
+    pub(super) fn new(channel: Arc<Channel>, probe: bool) -> Self {
+        Self { channel, held: None, sequence: 0, candidate: None, probe }
     }
 
     /// Whether a newer value is there than the one held.
@@ -34,7 +36,7 @@ impl Latest {
     #[inline]
     pub fn value(&self) -> Option<Loan<'_>> {
         // SAFETY: the pin is not given back until `self` is used mutably.
-        self.held.map(|held| unsafe { held.lend(self.channel.shape) })
+        self.held.map(|held| unsafe { held.lend() })
     }
 
     /// Copies the value held, as much of it as fits; says how many items its tail has, and its stamp.
@@ -86,6 +88,12 @@ impl Drop for Latest {
         if let Some(held) = self.held.take() {
             held.give_back();
         }
-        self.channel.desk().latest -= 1;
+        let mut desk = self.channel.desk();
+        desk.latest -= 1;
+        desk.probes -= u16::from(self.probe);
+        drop(desk);
+        if !self.probe {
+            self.channel.hook.call(Link::ReaderLeft);
+        }
     }
 }

@@ -7,7 +7,10 @@
 //! queue with history. The pool has a slot for every value kept, one to work in, and one for each pin that a reader
 //! may hold, so the writer's bounded search always finds one.
 
+mod error;
 mod latest;
+mod link;
+mod memory;
 mod pool;
 mod queue;
 mod writer;
@@ -15,13 +18,18 @@ mod writer;
 use std::ops::DerefMut;
 use std::sync::{Arc, PoisonError};
 
+pub use error::LinkError;
 pub use latest::Latest;
+pub(crate) use link::Link;
+pub use memory::ValueMemory;
 pub use pool::Loan;
 pub use queue::{Evicted, Policy, QueueReader, Start};
 pub use writer::{Blocked, Draft, SetAside, Writer};
 
 use crate::Shape;
 use crate::sync::{AtomicU32, AtomicU64, Mutex, Ordering, order};
+use link::Hook;
+use memory::Memory;
 use pool::{NO_SLOT, Pool};
 use writer::Ledger;
 
@@ -34,22 +42,6 @@ pub struct Budget {
     pub queues: u16,
     /// How many values a reader of every value may hold at once.
     pub window: u16,
-}
-
-/// No handle is left for another reader, or no slot for what it may pin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no reader handle is left of {limit}")]
-pub struct BudgetSpent {
-    /// How many the budget has.
-    pub limit: u16,
-}
-
-/// The property has a writer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is a writer already, of generation {generation}")]
-pub struct WriterTaken {
-    /// Which one.
-    pub generation: u64,
 }
 
 /// The values of one property.
@@ -65,6 +57,10 @@ pub struct Channel {
     /// How far readers are that the writer must not overtake; `IDLE` for the others.
     cursors: Box<[AtomicU64]>,
     blockers: AtomicU32,
+    /// 1 while a draft is set aside.
+    aside: AtomicU32,
+    /// Whom to tell that handles come and go.
+    hook: Hook,
     /// Handles given out, and what a writer leaves to the next. Not used on the way of a value.
     desk: Mutex<Desk>,
 }
@@ -73,6 +69,8 @@ pub struct Channel {
 #[derive(Debug)]
 struct Desk {
     latest: u16,
+    /// How many of these look on without being counted.
+    probes: u16,
     queues: Box<[bool]>,
     /// Nothing while a writer has it.
     ledger: Option<Ledger>,
@@ -96,25 +94,38 @@ const MAXIMUM_DEPTH: usize = 32_768;
 impl Channel {
     /// A channel that keeps the last `depth` values: at least 1, and at most 32 768.
     pub fn new(shape: Shape, depth: usize, budget: Budget) -> Arc<Self> {
+        Self::new_in(shape, depth, budget, None)
+    }
+
+    /// As [`new`](Channel::new), with the bytes of the values in that memory. It is asked when handles are linked, so
+    /// that is when it may turn out to be spent.
+    pub fn new_in(
+        shape: Shape,
+        depth: usize,
+        budget: Budget,
+        memory: Option<Arc<dyn ValueMemory>>,
+    ) -> Arc<Self> {
         let depth = depth.clamp(1, MAXIMUM_DEPTH);
         let cell = || Cell { word: AtomicU64::new(pool::word(NO_SLOT)), tail: AtomicU64::new(0) };
         // A budget beyond what an index can name is met by refusing the handles that don't fit.
         let slots = slots(depth, budget, budget.latest.into(), budget.queues.into()).min(NO_SLOT.into());
         let desk = Desk {
             latest: 0,
+            probes: 0,
             queues: vec![false; budget.queues.into()].into(),
             ledger: Some(Ledger::new(slots)),
         };
-        let pool = Pool::new(shape, slots);
-        pool.provide(depth + 1);
+        let memory = memory.map_or(Memory::Heap, Memory::Given);
         Arc::new(Self {
             shape,
             budget,
             ring: (0..depth).map(|_| cell()).collect(),
-            pool,
+            pool: Pool::new(shape, slots, memory),
             writer: AtomicU64::new(0),
             cursors: (0..budget.queues).map(|_| AtomicU64::new(IDLE)).collect(),
             blockers: AtomicU32::new(0),
+            aside: AtomicU32::new(0),
+            hook: Hook::default(),
             desk: Mutex::new(desk),
         })
     }
@@ -145,57 +156,89 @@ impl Channel {
         self.writer.load(Ordering::Acquire) & 1 == 1
     }
 
+    /// How many reader handles are given out.
+    pub fn readers(&self) -> usize {
+        let desk = self.desk();
+        usize::from(desk.latest - desk.probes) + desk.queues_taken()
+    }
+
     /// The writer, with a new generation.
     ///
     /// # Errors
-    /// When there is one.
-    pub fn writer(self: &Arc<Self>) -> Result<Writer, WriterTaken> {
-        Writer::new(self)
+    /// When there is one, or no memory is left for values.
+    pub fn writer(self: &Arc<Self>) -> Result<Writer, LinkError> {
+        let writer = Writer::new(self)?;
+        self.hook.call(Link::WriterCame(writer.generation()));
+        Ok(writer)
     }
 
     /// A reader of the newest value; it may come before the writer.
     ///
     /// # Errors
-    /// When the budget is spent.
-    pub fn latest(self: &Arc<Self>) -> Result<Latest, BudgetSpent> {
+    /// When the budget is spent, or no memory is left for what it may pin.
+    pub fn latest(self: &Arc<Self>) -> Result<Latest, LinkError> {
+        let reader = self.new_latest(false)?;
+        self.hook.call(Link::ReaderCame);
+        Ok(reader)
+    }
+
+    /// As [`latest`](Channel::latest), for tools that look on: nobody is told of it, and it is not counted.
+    pub(crate) fn probe(self: &Arc<Self>) -> Result<Latest, LinkError> {
+        self.new_latest(true)
+    }
+
+    fn new_latest(self: &Arc<Self>, probe: bool) -> Result<Latest, LinkError> {
         let mut desk = self.desk();
-        if desk.latest == self.budget.latest || !self.provide(&desk, 1, 0) {
-            return Err(BudgetSpent { limit: self.budget.latest });
+        let spent = LinkError::BudgetSpent { limit: self.budget.latest };
+        if desk.latest == self.budget.latest {
+            return Err(spent);
         }
+        self.provide(&desk, 1, 0, spent)?;
         desk.latest += 1;
-        Ok(Latest::new(Arc::clone(self)))
+        desk.probes += u16::from(probe);
+        Ok(Latest::new(Arc::clone(self), probe))
     }
 
     /// A reader of every value; it may come before the writer. One that blocks does so from the first write on that
     /// begins after this.
     ///
     /// # Errors
-    /// When the budget is spent.
-    pub fn queue(self: &Arc<Self>, policy: Policy, start: Start) -> Result<QueueReader, BudgetSpent> {
+    /// When the budget is spent, or no memory is left for what it may pin.
+    pub fn queue(self: &Arc<Self>, policy: Policy, start: Start) -> Result<QueueReader, LinkError> {
         let mut desk = self.desk();
-        let spent = BudgetSpent { limit: self.budget.queues };
+        let spent = LinkError::BudgetSpent { limit: self.budget.queues };
         let place = desk.queues.iter().position(|taken| !taken).ok_or(spent)?;
-        if !self.provide(&desk, 0, 1) {
-            return Err(spent);
-        }
+        self.provide(&desk, 0, 1, spent)?;
         desk.queues[place] = true;
-        Ok(QueueReader::new(Arc::clone(self), place, policy, start))
+        let reader = QueueReader::new(Arc::clone(self), place, policy, start);
+        drop(desk);
+        self.hook.call(Link::ReaderCame);
+        Ok(reader)
+    }
+
+    /// Has `hook` called whenever a handle came or went, in the thread that made or dropped it, with no lock of the
+    /// channel held. Only the first hook counts.
+    pub(crate) fn set_hook(&self, hook: impl Fn(Link) + Send + Sync + 'static) {
+        self.hook.set(hook);
     }
 
     fn desk(&self) -> impl DerefMut<Target = Desk> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes the slots for the handles given out and these more; false when there can't be so many.
-    fn provide(&self, desk: &Desk, latest: usize, queues: usize) -> bool {
+    /// Makes the slots for the handles given out and these more. There can't be more than an index can name: then the
+    /// budget is `spent`.
+    fn provide(&self, desk: &Desk, latest: usize, queues: usize, spent: LinkError) -> Result<(), LinkError> {
         let latest = usize::from(desk.latest) + latest;
-        let queues = desk.queues.iter().filter(|taken| **taken).count() + queues;
+        let queues = desk.queues_taken() + queues;
         let slots = slots(self.ring.len(), self.budget, latest, queues);
-        let possible = slots <= self.pool.limit();
-        if possible {
-            self.pool.provide(slots);
+        if slots > self.pool.limit() {
+            return Err(spent);
         }
-        possible
+        if !self.pool.provide(slots) {
+            return Err(LinkError::OutOfMemory { bytes: self.pool.slot_size() });
+        }
+        Ok(())
     }
 
     #[inline]
@@ -205,8 +248,15 @@ impl Channel {
     }
 }
 
-/// The slots for the values kept, one to work in, and every pin that so many readers may hold: a reader of the newest
-/// value that one and a candidate, a reader of every value its window and one that turns out to be too new.
+impl Desk {
+    fn queues_taken(&self) -> usize {
+        self.queues.iter().filter(|taken| **taken).count()
+    }
+}
+
+/// The slots for the values kept, one to work in, one set aside, and every pin that so many readers may hold: a reader
+/// of the newest value that one and a candidate, a reader of every value its window and one that turns out to be too
+/// new.
 fn slots(depth: usize, budget: Budget, latest: usize, queues: usize) -> usize {
-    depth + 1 + 2 * latest + (usize::from(budget.window) + 1) * queues
+    depth + 2 + 2 * latest + (usize::from(budget.window) + 1) * queues
 }

@@ -1,7 +1,8 @@
-use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+use std::alloc::{Layout, alloc_zeroed, dealloc};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
 
+use super::memory::Memory;
 use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
 use crate::{Shape, Stamp};
 
@@ -27,7 +28,7 @@ pub(super) const fn pins_of(word: u64) -> u64 {
     word & ((1 << INDEX_SHIFT) - 1)
 }
 
-/// A place for one value; its bytes follow in the same allocation.
+/// A place for one value. It is private to this process, wherever the bytes are.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(super) struct Slot {
@@ -40,33 +41,71 @@ pub(super) struct Slot {
 /// What goes with a value.
 #[derive(Debug)]
 pub(super) struct Header {
+    /// How many bytes the value has: what readers need at every look, so the writer works it out once.
+    pub length: usize,
     pub items: usize,
     pub stamp: Stamp,
-}
-
-/// The bytes of a slot's value.
-#[inline]
-pub(super) fn data(slot: NonNull<Slot>) -> *mut u8 {
-    slot.as_ptr().wrapping_add(1).cast()
 }
 
 /// Slots, made when handles are linked and never while a value is written.
 #[derive(Debug)]
 pub(super) struct Pool {
-    layout: Layout,
-    table: Box<[AtomicPtr<Slot>]>,
+    /// Where the bytes are when they don't follow their slots.
+    memory: Memory,
+    /// Of a slot, and of the bytes that follow it.
+    slot: Layout,
+    /// Of the bytes that are elsewhere.
+    bytes: Layout,
+    table: Box<[Entry]>,
     ready: AtomicU32,
 }
 
+/// Where a slot is. Written once, so all cores keep it in their caches, and fetch a slot and its bytes at once.
+#[derive(Debug)]
+struct Entry {
+    slot: AtomicPtr<Slot>,
+    data: AtomicPtr<u8>,
+}
+
+/// A slot that is ready.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    slot: NonNull<Slot>,
+    data: NonNull<u8>,
+}
+
+impl Place {
+    /// What goes with the bytes.
+    ///
+    /// # Safety
+    /// The pool lives as long as the reference.
+    #[inline]
+    unsafe fn slot<'a>(self) -> &'a Slot {
+        // SAFETY: a slot lives as long as its pool, and is changed through its cells only.
+        unsafe { self.slot.as_ref() }
+    }
+}
+
 impl Pool {
-    pub fn new(shape: Shape, limit: usize) -> Self {
-        let bytes = shape.bytes(shape.capacity).saturating_add(size_of::<Slot>());
-        // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
-        let align = if shape.bytes(0) > 0 { 128 } else { 64 };
+    pub fn new(shape: Shape, limit: usize, memory: Memory) -> Self {
+        let bytes = shape.bytes(shape.capacity);
         // What exceeds the address space fails when it is allocated.
-        let layout = Layout::from_size_align(bytes, align).unwrap_or(IMPOSSIBLE);
-        let table = (0..limit).map(|_| AtomicPtr::new(std::ptr::null_mut())).collect();
-        Self { layout, table, ready: AtomicU32::new(0) }
+        let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(IMPOSSIBLE);
+        let slot = match memory {
+            // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
+            Memory::Heap => {
+                layout(bytes.saturating_add(size_of::<Slot>()), if shape.bytes(0) > 0 { 128 } else { 64 })
+            }
+            Memory::Given(_) => Layout::new::<Slot>(),
+        };
+        // No line is shared by two values, as their writers may differ.
+        let bytes = layout(bytes.max(1).saturating_add(63) & !63, 64);
+        let entry = || Entry {
+            slot: AtomicPtr::new(std::ptr::null_mut()),
+            data: AtomicPtr::new(std::ptr::null_mut()),
+        };
+        let table = (0..limit).map(|_| entry()).collect();
+        Self { memory, slot, bytes, table, ready: AtomicU32::new(0) }
     }
 
     /// How many slots there can be.
@@ -74,23 +113,46 @@ impl Pool {
         self.table.len()
     }
 
-    /// Makes slots until there are `count`. Called under the channel's lock.
-    pub fn provide(&self, count: usize) {
+    /// Makes slots until there are `count`; false when the memory is spent. Called under the channel's lock.
+    pub fn provide(&self, count: usize) -> bool {
         for index in self.ready()..count {
+            let Some(place) = self.make() else { return false };
             // What the slot holds is published with the count, and to readers with the cell that names it.
-            self.table[index].store(self.make(0).as_ptr(), Ordering::Relaxed);
+            self.table[index].slot.store(place.slot.as_ptr(), Ordering::Relaxed);
+            self.table[index].data.store(place.data.as_ptr(), Ordering::Relaxed);
             self.ready.store(index as u32 + 1, Ordering::Release);
+        }
+        true
+    }
+
+    /// How many bytes a slot takes.
+    pub fn slot_size(&self) -> usize {
+        match self.memory {
+            Memory::Heap => self.slot.size(),
+            Memory::Given(_) => self.bytes.size(),
         }
     }
 
-    fn make(&self, returned: u64) -> NonNull<Slot> {
+    fn make(&self) -> Option<Place> {
         // SAFETY: the layout is that of a slot and more, so not empty.
-        let memory = unsafe { alloc_zeroed(self.layout) }.cast::<Slot>();
-        let Some(slot) = NonNull::new(memory) else { handle_alloc_error(self.layout) };
-        let header = Guarded::new(Header { items: 0, stamp: Stamp::default() });
+        let slot = NonNull::new(unsafe { alloc_zeroed(self.slot) })?.cast::<Slot>();
+        let data = match &self.memory {
+            // SAFETY: if nothing follows, this is the end of the allocation.
+            Memory::Heap => Some(unsafe { slot.add(1) }.cast()),
+            Memory::Given(memory) => memory.allocate(self.bytes).inspect(|data| {
+                // SAFETY: the memory promises that many bytes, which nobody else has. Readers may look at all of them.
+                unsafe { data.write_bytes(0, self.bytes.size()) };
+            }),
+        };
+        let Some(data) = data else {
+            // SAFETY: allocated above with this layout.
+            unsafe { dealloc(slot.as_ptr().cast(), self.slot) };
+            return None;
+        };
+        let header = Guarded::new(Header { length: 0, items: 0, stamp: Stamp::default() });
         // SAFETY: fresh memory of this layout.
-        unsafe { slot.write(Slot { returned: AtomicU64::new(returned), header }) };
-        slot
+        unsafe { slot.write(Slot { returned: AtomicU64::new(0), header }) };
+        Some(Place { slot, data })
     }
 
     #[inline]
@@ -100,38 +162,31 @@ impl Pool {
 
     /// The slot of an index below the number of those that are ready.
     #[inline]
-    pub fn slot(&self, index: u16) -> NonNull<Slot> {
-        let slot = self.table[usize::from(index)].load(Ordering::Relaxed);
+    pub fn slot(&self, index: u16) -> &Slot {
+        let slot = self.table[usize::from(index)].slot.load(Ordering::Relaxed);
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
-        // SAFETY: set before the index became ready, and whoever has the index learned it after that.
-        unsafe { NonNull::new_unchecked(slot) }
+        // SAFETY: set before the index became ready, and whoever has the index learned it after that. A slot lives as
+        // long as its pool, and is changed through its cells only.
+        unsafe { &*slot }
     }
 
-    /// Puts a fresh slot in the place of a draft, which nobody has pinned, and returns the draft.
-    pub fn replace(&self, index: u16) -> NonNull<Slot> {
-        let old = self.slot(index);
-        // SAFETY: the slot lives; the writer sees every pin of it given back.
-        let returned = unsafe { old.as_ref() }.returned.load(Ordering::Relaxed);
-        self.table[usize::from(index)].store(self.make(returned).as_ptr(), Ordering::Relaxed);
-        old
+    /// The bytes of that slot.
+    #[inline]
+    pub fn data(&self, index: u16) -> *mut u8 {
+        self.table[usize::from(index)].data.load(Ordering::Relaxed)
     }
 
-    /// Frees a slot.
-    ///
-    /// # Safety
-    /// It was made by this pool, is in its table no more, and nobody uses it.
-    pub unsafe fn free(&self, slot: NonNull<Slot>) {
-        // SAFETY: made with this layout, and passed on to the caller.
-        unsafe {
-            slot.drop_in_place();
-            dealloc(slot.as_ptr().cast(), self.layout);
-        }
+    /// As [`slot`](Pool::slot) and [`data`](Pool::data) together.
+    #[inline]
+    pub fn place(&self, index: u16) -> Place {
+        // SAFETY: the bytes were set with the slot.
+        Place { slot: self.slot(index).into(), data: unsafe { NonNull::new_unchecked(self.data(index)) } }
     }
 
     /// Pins the slot that is in the cell, whichever that is.
     #[inline]
     pub fn pin(&self, cell: &AtomicU64) -> Held {
-        Held(self.slot(slot_of(cell.fetch_add(1, order::PUBLISH))))
+        Held(self.place(slot_of(cell.fetch_add(1, order::PUBLISH))))
     }
 }
 
@@ -144,15 +199,22 @@ const IMPOSSIBLE: Layout = match Layout::from_size_align(isize::MAX as usize, 1)
 impl Drop for Pool {
     fn drop(&mut self) {
         for index in 0..self.ready() {
-            // SAFETY: no handle is left, as each keeps the channel alive.
-            unsafe { self.free(self.slot(index as u16)) };
+            let Place { slot, data } = self.place(index as u16);
+            // SAFETY: no handle is left, as each keeps the channel alive; allocated with these layouts.
+            unsafe {
+                if let Memory::Given(memory) = &self.memory {
+                    memory.free(data, self.bytes);
+                }
+                slot.drop_in_place();
+                dealloc(slot.as_ptr().cast(), self.slot);
+            }
         }
     }
 }
 
 /// A reader's pin: the slot stays as it is until this is given back, which happens once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held(NonNull<Slot>);
+pub(super) struct Held(Place);
 
 // SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
 // the count of returned pins is atomic.
@@ -161,11 +223,16 @@ unsafe impl Send for Held {}
 unsafe impl Sync for Held {}
 
 impl Held {
+    /// A pin that was counted already.
+    pub fn new(place: Place) -> Self {
+        Self(place)
+    }
+
     /// Gives the pin back.
     #[inline]
     pub fn give_back(self) {
         // SAFETY: a pinned slot lives.
-        unsafe { self.0.as_ref() }.returned.fetch_add(1, order::RELEASE);
+        unsafe { self.0.slot() }.returned.fetch_add(1, order::RELEASE);
     }
 
     /// Lends the value.
@@ -173,25 +240,24 @@ impl Held {
     /// # Safety
     /// The pin is not given back while the loan lives.
     #[inline]
-    pub unsafe fn lend<'a>(self, shape: Shape) -> Loan<'a> {
+    pub unsafe fn lend<'a>(self) -> Loan<'a> {
         // SAFETY: a pinned slot lives.
-        let header = unsafe { self.0.as_ref() }.header.read();
-        Loan { slot: self.0, shape, header, life: PhantomData }
+        let header = unsafe { self.0.slot() }.header.read();
+        Loan { place: self.0, header, life: PhantomData }
     }
 
     /// The sequence number of the value.
     #[inline]
     pub fn sequence(self) -> u64 {
         // SAFETY: the slot is pinned, so it lives and the writer leaves it alone.
-        unsafe { self.0.as_ref().header.read().get().stamp.sequence }
+        unsafe { self.0.slot().header.read().get().stamp.sequence }
     }
 }
 
 /// A value that is lent: it stays as it is while this lives.
 #[derive(Debug)]
 pub struct Loan<'a> {
-    slot: NonNull<Slot>,
-    shape: Shape,
+    place: Place,
     header: Reading<Header>,
     life: PhantomData<&'a [u8]>,
 }
@@ -206,14 +272,14 @@ impl<'a> Loan<'a> {
     /// The beginning of the value.
     #[inline]
     pub fn as_ptr(&self) -> *const u8 {
-        data(self.slot)
+        self.place.data.as_ptr()
     }
 
     /// The value.
     #[inline]
     pub fn bytes(&self) -> &'a [u8] {
-        // SAFETY: a slot has room for every value of the shape, its bytes are initialised, and it is pinned.
-        unsafe { std::slice::from_raw_parts(self.as_ptr(), self.shape.bytes(self.items())) }
+        // SAFETY: the slot has room for that many bytes, its bytes are initialised, and it is pinned.
+        unsafe { std::slice::from_raw_parts(self.as_ptr(), self.header().length) }
     }
 
     /// How many items its tail has.

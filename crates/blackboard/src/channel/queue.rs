@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use super::pool::{Held, Loan};
-use super::{Channel, IDLE};
+use super::{Channel, IDLE, Link};
 use crate::sync::{Ordering, order};
 
 /// What happens to a reader that the writer has overtaken.
@@ -115,7 +115,7 @@ impl QueueReader {
     /// The values that the last pull pinned, oldest first.
     pub fn window(&self) -> impl ExactSizeIterator<Item = Loan<'_>> {
         // SAFETY: no pin is given back until `self` is used mutably.
-        self.window.iter().map(|held| unsafe { held.lend(self.channel.shape) })
+        self.window.iter().map(|held| unsafe { held.lend() })
     }
 
     /// How many values the last pull pinned.
@@ -157,5 +157,6 @@ impl Drop for QueueReader {
             self.channel.cursors[self.place].store(IDLE, order::RELEASE);
         }
         self.channel.desk().queues[self.place] = false;
+        self.channel.hook.call(Link::ReaderLeft);
     }
 }

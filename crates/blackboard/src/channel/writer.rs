@@ -1,9 +1,8 @@
 use std::marker::PhantomData;
-use std::ptr::NonNull;
 use std::sync::Arc;
 
-use super::pool::{self, NO_SLOT, Slot};
-use super::{Channel, IDLE, WriterTaken};
+use super::pool::{self, Held, NO_SLOT};
+use super::{Channel, IDLE, Link, LinkError};
 use crate::Stamp;
 use crate::sync::{Ordering, order};
 
@@ -80,10 +79,14 @@ impl Draft<'_> {
 }
 
 impl Writer {
-    pub(super) fn new(channel: &Arc<Channel>) -> Result<Self, WriterTaken> {
+    pub(super) fn new(channel: &Arc<Channel>) -> Result<Self, LinkError> {
         let mut desk = channel.desk();
         let generation = channel.generation();
-        let Some(ledger) = desk.ledger.take() else { return Err(WriterTaken { generation }) };
+        let taken = LinkError::WriterTaken { generation };
+        if desk.ledger.is_some() {
+            channel.provide(&desk, 0, 0, taken)?;
+        }
+        let ledger = desk.ledger.take().ok_or(taken)?;
         let generation = generation + 1;
         channel.writer.store(generation << 1 | 1, Ordering::Release);
         Ok(Self { channel: Arc::clone(channel), ledger, generation })
@@ -98,7 +101,7 @@ impl Writer {
     #[inline]
     pub fn draft_ptr(&mut self) -> *mut u8 {
         let index = self.draft_index();
-        pool::data(self.channel.pool.slot(index))
+        self.channel.pool.data(index)
     }
 
     #[inline]
@@ -118,8 +121,7 @@ impl Writer {
             if entry.in_ring {
                 continue;
             }
-            // SAFETY: the slot is ready, so it lives.
-            let slot = unsafe { self.channel.pool.slot(index as u16).as_ref() };
+            let slot = self.channel.pool.slot(index as u16);
             if slot.returned.load(order::ACQUIRE) == entry.pins || cfg!(feature = "mutant-readers") {
                 self.ledger.hint = index as u16 + 1;
                 return index as u16;
@@ -134,6 +136,13 @@ impl Writer {
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
     #[inline(always)] // A call costs a quarter of the whole.
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
+        let shape = self.channel.shape;
+        let items = items.min(shape.capacity);
+        self.commit(items, shape.bytes(items), time)
+    }
+
+    #[inline(always)]
+    fn commit(&mut self, items: usize, length: usize, time: u64) -> Result<Stamp, Blocked> {
         let index = self.draft_index();
         let (channel, ledger) = (&*self.channel, &mut self.ledger);
         let sequence = ledger.last.sequence + 1;
@@ -141,12 +150,9 @@ impl Writer {
             return Err(Blocked);
         }
         let stamp = Stamp { sequence, time, generation: self.generation };
-        // SAFETY: the draft is ready, so it lives.
-        let slot = unsafe { channel.pool.slot(index).as_ref() };
-        slot.header.write(|header| {
-            let items = items.min(channel.shape.capacity);
+        channel.pool.slot(index).header.write(|header| {
             // SAFETY: the writer alone has the draft.
-            unsafe { header.write(pool::Header { items, stamp }) }
+            unsafe { header.write(pool::Header { length, items, stamp }) }
         });
         let ring = &*channel.ring;
         let (cell, first) = (&ring[ledger.cell], &ring[0]);
@@ -178,7 +184,8 @@ impl Writer {
     #[inline(always)] // So that a copy of known size is no call either.
     pub fn write(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Stamp, Blocked> {
         let shape = self.channel.shape;
-        let size = shape.bytes(items.min(shape.capacity));
+        let items = items.min(shape.capacity);
+        let size = shape.bytes(items);
         let length = bytes.len().min(size);
         let data = self.draft_ptr();
         // SAFETY: the draft has room for that many items, and nobody else has it.
@@ -188,14 +195,29 @@ impl Writer {
                 data.add(length).write_bytes(0, size - length);
             }
         }
-        self.publish(items, time)
+        self.commit(items, size, time)
     }
 
-    /// Leaves the draft to a late step that may still write to it, and takes a fresh slot in its place: the only
-    /// one that is made after linking.
-    pub fn set_aside(&mut self) -> SetAside {
+    /// Leaves the draft to a late step that may still write to it, and works in another slot from then on. Nothing is
+    /// allocated, as one slot is kept for this: so a second draft is left alone until the first is given back, and
+    /// nothing is returned.
+    pub fn set_aside(&mut self) -> Option<SetAside> {
+        if self.channel.aside.load(order::ACQUIRE) != 0 {
+            return None;
+        }
         let index = self.draft_index();
-        SetAside { slot: self.channel.pool.replace(index), channel: Arc::clone(&self.channel) }
+        self.channel.aside.store(1, Ordering::Relaxed);
+        // To the search for a free slot it is one that a reader has pinned.
+        let entry = self.ledger.entry(usize::from(index));
+        entry.pins = entry.pins.wrapping_add(1);
+        self.ledger.draft = NO_SLOT;
+        let held = Held::new(self.channel.pool.place(index));
+        Some(SetAside { channel: Arc::clone(&self.channel), held })
+    }
+
+    /// Which of the channel's writers this is, from 1.
+    pub fn generation(&self) -> u64 {
+        self.generation
     }
 
     /// The stamp of the last value that this or an earlier writer published.
@@ -217,6 +239,8 @@ impl Drop for Writer {
         let mut desk = self.channel.desk();
         desk.ledger = Some(std::mem::replace(&mut self.ledger, Ledger::new(0)));
         self.channel.writer.store(self.generation << 1, Ordering::Release);
+        drop(desk);
+        self.channel.hook.call(Link::WriterLeft(self.generation));
     }
 }
 
@@ -224,17 +248,13 @@ impl Drop for Writer {
 #[derive(Debug)]
 pub struct SetAside {
     channel: Arc<Channel>,
-    slot: NonNull<Slot>,
+    held: Held,
 }
-
-// SAFETY: the slot belongs to this alone; it is only kept, and freed once.
-unsafe impl Send for SetAside {}
-// SAFETY: as above.
-unsafe impl Sync for SetAside {}
 
 impl Drop for SetAside {
     fn drop(&mut self) {
-        // SAFETY: it was taken out of this pool's table, and its user is gone.
-        unsafe { self.channel.pool.free(self.slot) };
+        self.held.give_back();
+        // Whoever sees this sees the pin given back too.
+        self.channel.aside.store(0, order::RELEASE);
     }
 }

@@ -101,7 +101,7 @@ impl Runner {
                 actuator.withdraw(*commander, now);
             }
             if late && output.aside.is_none() {
-                output.aside = Some(output.writer.set_aside());
+                output.aside = output.writer.set_aside();
             }
             if let Some(safe) = &output.safe
                 && output.writer.write(safe, 0, now).is_ok()

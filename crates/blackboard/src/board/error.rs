@@ -1,0 +1,67 @@
+use crate::channel::LinkError;
+use crate::interface::AccessError;
+
+/// What goes wrong with the address space.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BoardError {
+    /// Nothing is there.
+    #[error("no property at {url}{}", nearest(.near))]
+    Unknown {
+        /// What was asked for.
+        url: String,
+        /// The nearest names there are.
+        near: Vec<String>,
+    },
+    /// Something else is there already.
+    #[error("{url} exists already")]
+    Exists {
+        /// Where.
+        url: String,
+    },
+    /// A module writes it, so nobody else may.
+    #[error("{url} is written by its module; only parameters and inputs without a link can be set")]
+    ReadOnly {
+        /// Which.
+        url: String,
+    },
+    /// The value or the field doesn't fit.
+    #[error("{url}: {error}")]
+    Access {
+        /// Which property.
+        url: String,
+        /// What is wrong.
+        error: AccessError,
+    },
+    /// The URL belongs to another agent.
+    #[error("{url} belongs to another agent than {agent}")]
+    OtherAgent {
+        /// What was asked for.
+        url: String,
+        /// This agent.
+        agent: String,
+    },
+    /// No handle is given out.
+    #[error("{url}: {error}")]
+    Link {
+        /// Which property.
+        url: String,
+        /// Why.
+        error: LinkError,
+    },
+}
+
+fn nearest(near: &[String]) -> String {
+    if near.is_empty() { String::new() } else { format!("; nearest: {}", near.join(", ")) }
+}
+
+/// The names most like `name`, at most three, best first.
+pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut scored: Vec<_> = names.map(|other| (strsim::damerau_levenshtein(name, other), other)).collect();
+    scored.sort();
+    scored
+        .into_iter()
+        .filter(|(distance, _)| *distance <= name.len() / 3 + 1)
+        .take(3)
+        .map(|(_, name)| name.into())
+        .collect()
+}

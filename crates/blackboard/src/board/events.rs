@@ -1,0 +1,199 @@
+use std::ops::DerefMut;
+use std::sync::{Arc, PoisonError, Weak};
+
+use super::Pattern;
+use crate::channel::Link;
+use crate::sync::{AtomicU32, AtomicU64, Guarded, Mutex, Ordering, order};
+use crate::wake::Wake;
+
+/// What happened to the property at a path. The first event of a property is that it appeared and the last that it
+/// vanished, also when another one takes its path.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// It was added.
+    Appeared(Arc<str>),
+    /// It was removed. Handles that exist still work, but what they do is nobody's business.
+    Vanished(Arc<str>),
+    /// It has a writer, of that generation, perhaps before it is told that the one before has left. What the host sets
+    /// comes with a writer that never leaves, so that is not told.
+    WriterCame(Arc<str>, u64),
+    /// The writer of that generation is gone.
+    WriterLeft(Arc<str>, u64),
+    /// It has one more reader. Tools that look at the newest value don't count.
+    ReaderCame(Arc<str>),
+    /// It has one reader less.
+    ReaderLeft(Arc<str>),
+}
+
+impl Event {
+    /// Path of the property.
+    pub fn path(&self) -> &Arc<str> {
+        match self {
+            Self::Appeared(path)
+            | Self::Vanished(path)
+            | Self::WriterCame(path, _)
+            | Self::WriterLeft(path, _)
+            | Self::ReaderCame(path)
+            | Self::ReaderLeft(path) => path,
+        }
+    }
+}
+
+/// Gets the events of properties, in the order in which they happened to each, from its queue: an iterator that can go
+/// on after it has returned nothing. Whoever causes an event never waits for it.
+#[derive(Debug)]
+pub struct Observer {
+    ring: Arc<Ring>,
+}
+
+impl Observer {
+    /// How many events it never gets, because its queue was full.
+    pub fn missed(&self) -> u64 {
+        self.ring.missed.load(Ordering::Relaxed)
+    }
+}
+
+impl Iterator for Observer {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        self.ring.pop()
+    }
+}
+
+/// The events on their way to one observer. One thread at a time puts events in, and one takes them out.
+#[derive(Debug)]
+struct Ring {
+    pattern: Pattern,
+    wake: Option<Arc<Wake>>,
+    slots: Box<[Guarded<Option<Event>>]>,
+    pushed: AtomicU64,
+    popped: AtomicU64,
+    missed: AtomicU64,
+}
+
+// SAFETY: a slot is used by who pushes before it counts as pushed and after it counts as popped, else by the observer.
+unsafe impl Send for Ring {}
+// SAFETY: as above.
+unsafe impl Sync for Ring {}
+
+impl Ring {
+    fn slot(&self, number: u64) -> &Guarded<Option<Event>> {
+        &self.slots[(number % self.slots.len() as u64) as usize]
+    }
+
+    /// Called under the lock of the list, so by one thread at a time.
+    fn push(&self, event: &Event) {
+        if !self.pattern.matches(event.path()) {
+            return;
+        }
+        let pushed = self.pushed.load(Ordering::Relaxed);
+        let waiting = pushed - self.popped.load(order::ACQUIRE);
+        if waiting < self.slots.len() as u64 || cfg!(feature = "mutant-events") {
+            // SAFETY: the observer has taken what was there, and nobody else pushes.
+            self.slot(pushed).write(|slot| unsafe { *slot = Some(event.clone()) });
+            self.pushed.store(pushed + 1, order::RELEASE);
+        } else {
+            self.missed.fetch_add(1, Ordering::Relaxed);
+        }
+        if let Some(wake) = &self.wake {
+            wake.notify(1);
+        }
+    }
+
+    /// Called by the observer only.
+    fn pop(&self) -> Option<Event> {
+        let popped = self.popped.load(Ordering::Relaxed);
+        if self.pushed.load(order::ACQUIRE) == popped {
+            return None;
+        }
+        // SAFETY: it was pushed, so nobody touches it until it is popped.
+        let event = self.slot(popped).write(|slot| unsafe { (*slot).take() });
+        self.popped.store(popped + 1, order::RELEASE);
+        event
+    }
+}
+
+/// All who observe a board.
+#[derive(Debug)]
+pub(super) struct Observers {
+    /// Locked by those who cause events, and by those who begin to observe; not to get events.
+    rings: Mutex<Vec<Weak<Ring>>>,
+}
+
+impl Observers {
+    pub fn new() -> Self {
+        Self { rings: Mutex::new(Vec::new()) }
+    }
+
+    fn rings(&self) -> impl DerefMut<Target = Vec<Weak<Ring>>> {
+        self.rings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn observe(&self, pattern: &Pattern, limit: usize, wake: Option<Arc<Wake>>) -> Observer {
+        let ring = Arc::new(Ring {
+            pattern: pattern.clone(),
+            wake,
+            slots: (0..limit.max(1)).map(|_| Guarded::new(None)).collect(),
+            pushed: AtomicU64::new(0),
+            popped: AtomicU64::new(0),
+            missed: AtomicU64::new(0),
+        });
+        let mut rings = self.rings();
+        rings.retain(|ring| ring.strong_count() > 0);
+        rings.push(Arc::downgrade(&ring));
+        Observer { ring }
+    }
+}
+
+/// Where the events of one property come from.
+#[derive(Debug)]
+pub(super) struct Source {
+    path: Arc<str>,
+    observers: Arc<Observers>,
+    /// 1 from its appearing to its vanishing. Changed under the lock of the list.
+    present: AtomicU32,
+}
+
+impl Source {
+    pub fn new(path: &str, observers: Arc<Observers>) -> Self {
+        Self { path: path.into(), observers, present: AtomicU32::new(0) }
+    }
+
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    pub fn appear(&self) {
+        self.tell(Event::Appeared(Arc::clone(&self.path)));
+    }
+
+    pub fn vanish(&self) {
+        self.tell(Event::Vanished(Arc::clone(&self.path)));
+    }
+
+    pub fn link(&self, link: Link) {
+        let path = Arc::clone(&self.path);
+        self.tell(match link {
+            Link::WriterCame(generation) => Event::WriterCame(path, generation),
+            Link::WriterLeft(generation) => Event::WriterLeft(path, generation),
+            Link::ReaderCame => Event::ReaderCame(path),
+            Link::ReaderLeft => Event::ReaderLeft(path),
+        });
+    }
+
+    fn tell(&self, event: Event) {
+        let mut rings = self.observers.rings();
+        let present = match event {
+            Event::Appeared(_) => {
+                self.present.store(1, Ordering::Relaxed);
+                true
+            }
+            Event::Vanished(_) => self.present.swap(0, Ordering::Relaxed) == 1,
+            _ => self.present.load(Ordering::Relaxed) == 1,
+        };
+        if present {
+            rings.retain(|ring| ring.upgrade().inspect(|ring| ring.push(&event)).is_some());
+        }
+    }
+}

@@ -1,0 +1,316 @@
+mod error;
+mod events;
+mod pattern;
+mod property;
+
+use std::collections::BTreeMap;
+use std::ops::{Deref, DerefMut};
+use std::sync::{Arc, PoisonError};
+
+pub use error::{BoardError, nearest_names};
+pub use events::{Event, Observer};
+pub use pattern::{Pattern, PatternError};
+pub use property::{Access, Carrier, Property, Watching};
+
+use crate::channel::{Budget, Channel, ValueMemory};
+use crate::interface::{Descriptor, Value, View, find};
+use crate::message::Mailbox;
+use crate::sync::RwLock;
+use crate::wake::Wake;
+use crate::{Stamp, Url};
+use events::{Observers, Source};
+
+/// The address space of an agent: properties by path.
+///
+/// It is asked when something is linked or inspected, never on the way of a value: writers and readers hold handles.
+#[derive(Debug)]
+pub struct Board {
+    agent: String,
+    entries: RwLock<Entries>,
+    observers: Arc<Observers>,
+}
+
+type Entries = BTreeMap<String, Entry>;
+
+#[derive(Clone, Debug)]
+enum Entry {
+    Property(Arc<Property>),
+    /// An input that is linked: the URL of the property it reads, which may name a field.
+    Alias(String),
+}
+
+/// What a property with values takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Store {
+    /// Room in the tail, for interfaces with one.
+    pub capacity: usize,
+    /// How many values are kept.
+    pub depth: usize,
+    /// How many readers it serves.
+    pub budget: Budget,
+}
+
+impl Board {
+    /// The address space of that agent.
+    pub fn new(agent: &str) -> Self {
+        Self {
+            agent: agent.into(),
+            entries: RwLock::new(Entries::new()),
+            observers: Arc::new(Observers::new()),
+        }
+    }
+
+    /// The agent's name.
+    pub fn agent(&self) -> &str {
+        &self.agent
+    }
+
+    fn entries(&self) -> impl Deref<Target = Entries> {
+        self.entries.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn entries_mut(&self) -> impl DerefMut<Target = Entries> {
+        self.entries.write().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a property that has values.
+    ///
+    /// # Errors
+    /// When the path is taken, or a setting's memory can't be had.
+    pub fn add_channel(
+        &self,
+        path: &str,
+        doc: &str,
+        descriptor: &'static Descriptor,
+        store: Store,
+        access: Access,
+    ) -> Result<Arc<Property>, BoardError> {
+        self.add_channel_in(path, doc, descriptor, store, access, None)
+    }
+
+    /// As [`add_channel`](Board::add_channel), with the bytes of the values in that memory.
+    ///
+    /// # Errors
+    /// As [`add_channel`](Board::add_channel).
+    pub fn add_channel_in(
+        &self,
+        path: &str,
+        doc: &str,
+        descriptor: &'static Descriptor,
+        store: Store,
+        access: Access,
+        memory: Option<Arc<dyn ValueMemory>>,
+    ) -> Result<Arc<Property>, BoardError> {
+        let shape = descriptor.shape(store.capacity);
+        let channel = Channel::new_in(shape, store.depth, store.budget, memory);
+        let link_error = |error| BoardError::Link { url: format!("/{path}"), error };
+        let setter = match access {
+            Access::Setting => Some(channel.writer().map_err(link_error)?),
+            Access::Output | Access::Messages => None,
+        };
+        let source = self.source(path);
+        let told = Arc::clone(&source);
+        channel.set_hook(move |link| told.link(link));
+        self.add(Property::new(source, doc, descriptor, access, Carrier::Channel(channel), setter))
+    }
+
+    /// Adds a property that receives messages.
+    ///
+    /// # Errors
+    /// When the path is taken.
+    pub fn add_mailbox(
+        &self,
+        path: &str,
+        doc: &str,
+        descriptor: &'static Descriptor,
+        mailbox: Arc<Mailbox>,
+    ) -> Result<Arc<Property>, BoardError> {
+        let carrier = Carrier::Mailbox(mailbox);
+        self.add(Property::new(self.source(path), doc, descriptor, Access::Messages, carrier, None))
+    }
+
+    fn source(&self, path: &str) -> Arc<Source> {
+        Arc::new(Source::new(path, Arc::clone(&self.observers)))
+    }
+
+    fn add(&self, property: Property) -> Result<Arc<Property>, BoardError> {
+        let mut entries = self.entries_mut();
+        let path = property.path();
+        if entries.contains_key(path) {
+            return Err(BoardError::Exists { url: format!("/{path}") });
+        }
+        let property = Arc::new(property);
+        entries.insert(property.path().into(), Entry::Property(Arc::clone(&property)));
+        // Nobody finds it before the lock is released, so nothing happens to it before it has appeared.
+        property.source().appear();
+        Ok(property)
+    }
+
+    /// Makes `path` another name of `target`: a linked input.
+    ///
+    /// # Errors
+    /// When the path is taken.
+    pub fn add_alias(&self, path: &str, target: &str) -> Result<(), BoardError> {
+        let mut entries = self.entries_mut();
+        if entries.contains_key(path) {
+            return Err(BoardError::Exists { url: format!("/{path}") });
+        }
+        entries.insert(path.into(), Entry::Alias(target.into()));
+        Ok(())
+    }
+
+    /// Makes `path`, which is another name already, one of `target`, and returns what it was one of.
+    ///
+    /// # Errors
+    /// When nothing is there, or a property.
+    pub fn replace_alias(&self, path: &str, target: &str) -> Result<String, BoardError> {
+        let mut entries = self.entries_mut();
+        match entries.get_mut(path) {
+            Some(Entry::Alias(old)) => Ok(std::mem::replace(old, target.into())),
+            Some(Entry::Property(_)) => Err(BoardError::Exists { url: format!("/{path}") }),
+            None => Err(unknown(path, &entries)),
+        }
+    }
+
+    /// Takes the property or the other name at exactly that path off. Who has the property, or a handle of it, keeps
+    /// that, and it works as before; but the path can be given to another one. Other names of it lead nowhere.
+    ///
+    /// # Errors
+    /// When nothing is there.
+    pub fn remove(&self, path: &str) -> Result<(), BoardError> {
+        let mut entries = self.entries_mut();
+        match entries.remove(path) {
+            Some(Entry::Property(property)) => {
+                // Before the path is free, so that this comes before the next one appears.
+                property.source().vanish();
+                // Its last owner drops handles, which must not happen under the lock.
+                drop(entries);
+                Ok(())
+            }
+            Some(Entry::Alias(_)) => Ok(()),
+            None => Err(unknown(path, &entries)),
+        }
+    }
+
+    /// Gets the events, from now on, of the properties whose paths are meant: at most `limit` (at least 1) wait for it,
+    /// what comes beyond is counted. It notifies `wake` (of 1), if there is one, of each. Who wants to know of what is
+    /// there already begins to observe first, and then looks, so that nothing comes in between.
+    pub fn observe(&self, pattern: &Pattern, limit: usize, wake: Option<Arc<Wake>>) -> Observer {
+        self.observers.observe(pattern, limit, wake)
+    }
+
+    /// The property at a path, and the field that the rest of the path names (empty for the whole).
+    ///
+    /// # Errors
+    /// [`BoardError::Unknown`] with the nearest names.
+    pub fn find(&self, path: &str) -> Result<(Arc<Property>, String), BoardError> {
+        let entries = self.entries();
+        let mut path = path.to_owned();
+        // An alias leads to a property, not to another alias, but an application may chain them by mistake.
+        for _ in 0..8 {
+            let mut end = path.len();
+            loop {
+                match entries.get(&path[..end]) {
+                    Some(Entry::Property(property)) => {
+                        let field = path[end..].trim_start_matches('/').to_owned();
+                        return Ok((Arc::clone(property), field));
+                    }
+                    Some(Entry::Alias(target)) => {
+                        path = format!("{target}{}", &path[end..]);
+                        break;
+                    }
+                    None => match path[..end].rfind('/') {
+                        Some(slash) => end = slash,
+                        None => return Err(unknown(&path, &entries)),
+                    },
+                }
+            }
+        }
+        Err(unknown(&path, &entries))
+    }
+
+    /// The property of a URL of this agent, and the field that it names.
+    ///
+    /// # Errors
+    /// As [`find`](Board::find), or that the URL belongs to another agent.
+    pub fn resolve(&self, url: &Url) -> Result<(Arc<Property>, String), BoardError> {
+        if url.agent().is_some_and(|agent| agent != self.agent) {
+            return Err(BoardError::OtherAgent { url: url.to_string(), agent: self.agent.clone() });
+        }
+        self.find(&url.path_in(""))
+    }
+
+    /// Reads a property or a field of it; nothing before the first write.
+    ///
+    /// # Errors
+    /// When there is no such property or field.
+    pub fn read(&self, path: &str) -> Result<Option<(Value, Stamp)>, BoardError> {
+        let (property, field) = self.find(path)?;
+        let place = match field.as_str() {
+            "" => None,
+            field => Some(
+                find(property.descriptor(), field)
+                    .map_err(|error| BoardError::Access { url: format!("/{}", property.path()), error })?,
+            ),
+        };
+        let Some((bytes, items, stamp)) = property.newest()? else { return Ok(None) };
+        let Some(view) = View::new(property.descriptor(), &bytes, items) else { return Ok(None) };
+        let value = match &place {
+            None => Some(view.value()),
+            Some(place) => view.at(place),
+        };
+        Ok(value.map(|value| (value, stamp)))
+    }
+
+    /// Sets a parameter, or an input without a link, or a field of one.
+    ///
+    /// # Errors
+    /// When there is no such property or field, a module writes it, or the value doesn't fit.
+    pub fn write(&self, path: &str, value: &Value, time: u64) -> Result<Stamp, BoardError> {
+        let (property, field) = self.find(path)?;
+        property.set(&field, value, time)
+    }
+
+    /// All properties in the order of their paths.
+    pub fn properties(&self) -> Vec<Arc<Property>> {
+        self.filtered(|_| true)
+    }
+
+    /// The properties whose paths are meant, in the order of their paths.
+    pub fn matching(&self, pattern: &Pattern) -> Vec<Arc<Property>> {
+        self.filtered(|property| pattern.matches(property.path()))
+    }
+
+    /// The properties of the interface of that name whose paths are meant, in the order of their paths.
+    pub fn matching_type(&self, interface: &str, pattern: &Pattern) -> Vec<Arc<Property>> {
+        self.filtered(|property| property.descriptor().name == interface && pattern.matches(property.path()))
+    }
+
+    fn filtered(&self, wanted: impl Fn(&Property) -> bool) -> Vec<Arc<Property>> {
+        let entries = self.entries();
+        let properties = entries.values().filter_map(|entry| match entry {
+            Entry::Property(property) => Some(property),
+            Entry::Alias(_) => None,
+        });
+        properties.filter(|property| wanted(property)).cloned().collect()
+    }
+
+    /// All linked inputs with the paths that they read.
+    pub fn aliases(&self) -> Vec<(String, String)> {
+        let entries = self.entries();
+        entries
+            .iter()
+            .filter_map(|(path, entry)| match entry {
+                Entry::Alias(target) => Some((path.clone(), target.clone())),
+                Entry::Property(_) => None,
+            })
+            .collect()
+    }
+}
+
+fn unknown(path: &str, entries: &Entries) -> BoardError {
+    BoardError::Unknown {
+        url: format!("/{path}"),
+        near: nearest_names(path, entries.keys().map(String::as_str)),
+    }
+}

@@ -1,0 +1,241 @@
+use std::ops::DerefMut;
+use std::sync::{Arc, PoisonError};
+
+use super::BoardError;
+use super::events::Source;
+use crate::Stamp;
+use crate::channel::{Channel, Latest, Writer};
+use crate::interface::{AccessError, Descriptor, Value, edit};
+use crate::message::Mailbox;
+use crate::sync::{AtomicU32, Mutex, Ordering};
+use crate::wake::Wake;
+
+/// A typed value at a URL, with one writer and many readers.
+#[derive(Debug)]
+pub struct Property {
+    source: Arc<Source>,
+    doc: String,
+    descriptor: &'static Descriptor,
+    access: Access,
+    carrier: Carrier,
+    /// The writer of a property that the host sets: an unlinked input, a parameter.
+    setter: Mutex<Option<Writer>>,
+    probe: Mutex<Option<Latest>>,
+    watchers: AtomicU32,
+    listeners: Mutex<Vec<Arc<Wake>>>,
+}
+
+/// How values or messages of a property travel.
+#[derive(Clone, Debug)]
+pub enum Carrier {
+    /// Values: the newest, or the last few.
+    Channel(Arc<Channel>),
+    /// Messages to the writer.
+    Mailbox(Arc<Mailbox>),
+}
+
+/// Who writes a property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// A module.
+    Output,
+    /// Configuration, command line and console: a parameter, or an input without a link.
+    Setting,
+    /// Anybody sends messages.
+    Messages,
+}
+
+/// What stays intact when another thread panicked while it held the lock.
+fn locked<T>(mutex: &Mutex<T>) -> impl DerefMut<Target = T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Property {
+    pub(super) fn new(
+        source: Arc<Source>,
+        doc: &str,
+        descriptor: &'static Descriptor,
+        access: Access,
+        carrier: Carrier,
+        setter: Option<Writer>,
+    ) -> Self {
+        Self {
+            source,
+            doc: doc.into(),
+            descriptor,
+            access,
+            carrier,
+            setter: Mutex::new(setter),
+            probe: Mutex::new(None),
+            watchers: AtomicU32::new(0),
+            listeners: Mutex::new(Vec::new()),
+        }
+    }
+
+    pub(super) fn source(&self) -> &Source {
+        &self.source
+    }
+
+    fn url(&self) -> String {
+        format!("/{}", self.path())
+    }
+
+    /// Path in the agent, without a leading slash.
+    pub fn path(&self) -> &str {
+        self.source.path()
+    }
+
+    /// What it is for.
+    pub fn doc(&self) -> &str {
+        &self.doc
+    }
+
+    /// Its type.
+    pub fn descriptor(&self) -> &'static Descriptor {
+        self.descriptor
+    }
+
+    /// Who writes it.
+    pub fn access(&self) -> Access {
+        self.access
+    }
+
+    /// How it travels.
+    pub fn carrier(&self) -> &Carrier {
+        &self.carrier
+    }
+
+    /// The channel of a property that has values.
+    pub fn channel(&self) -> Option<&Arc<Channel>> {
+        match &self.carrier {
+            Carrier::Channel(channel) => Some(channel),
+            Carrier::Mailbox(_) => None,
+        }
+    }
+
+    /// Whether somebody watches, so that debug outputs are worth computing.
+    pub fn is_watched(&self) -> bool {
+        self.watchers.load(Ordering::Relaxed) > 0
+    }
+
+    /// Watches until what is returned is dropped.
+    pub fn watch(self: &Arc<Self>) -> Watching {
+        self.watchers.fetch_add(1, Ordering::Relaxed);
+        Watching { property: Arc::clone(self) }
+    }
+
+    /// How many readers of its values there are; tools that look at the newest one don't count.
+    pub fn readers(&self) -> usize {
+        self.channel().map_or(0, |channel| channel.readers())
+    }
+
+    /// Whether its values have a writer now. One that the host sets always has.
+    pub fn has_writer(&self) -> bool {
+        self.channel().is_some_and(|channel| channel.has_writer())
+    }
+
+    /// Counts the writers that its values have had.
+    pub fn generation(&self) -> u64 {
+        self.channel().map_or(0, |channel| channel.generation())
+    }
+
+    /// Has `wake` notified (of 1) whenever the value was set by [`set`](Property::set) or
+    /// [`set_bytes`](Property::set_bytes). Whoever sets it does not wait for the thread that is woken.
+    pub fn add_listener(&self, wake: Arc<Wake>) {
+        locked(&self.listeners).push(wake);
+    }
+
+    /// Ends what [`add_listener`](Property::add_listener) began.
+    pub fn remove_listener(&self, wake: &Arc<Wake>) {
+        locked(&self.listeners).retain(|other| !Arc::ptr_eq(other, wake));
+    }
+
+    fn notify(&self) {
+        locked(&self.listeners).iter().for_each(|wake| wake.notify(1));
+    }
+
+    /// Copies the newest value: its bytes, its tail items and its stamp; nothing before the first write.
+    ///
+    /// # Errors
+    /// When no reader handle is left.
+    pub fn newest(&self) -> Result<Option<(Vec<u8>, usize, Stamp)>, BoardError> {
+        let Carrier::Channel(channel) = &self.carrier else { return Ok(None) };
+        let mut probe = locked(&self.probe);
+        if probe.is_none() {
+            let reader = channel.probe().map_err(|error| BoardError::Link { url: self.url(), error })?;
+            *probe = Some(reader);
+        }
+        let Some(reader) = probe.as_mut() else { return Ok(None) };
+        reader.refresh();
+        Ok(reader.value().map(|loan| (loan.bytes().to_vec(), loan.items(), loan.stamp())))
+    }
+
+    /// Sets the whole value of a property that the host writes, from memory of its interface.
+    ///
+    /// # Errors
+    /// When a module writes it, or there are too few or too many bytes.
+    pub fn set_bytes(&self, bytes: &[u8], time: u64) -> Result<Stamp, BoardError> {
+        let read_only = || BoardError::ReadOnly { url: self.url() };
+        let shape = self.channel().ok_or_else(read_only)?.shape();
+        let items = bytes.len().saturating_sub(shape.size).checked_div(shape.item).unwrap_or(0);
+        if bytes.len() < shape.size || items > shape.capacity {
+            return Err(BoardError::Access {
+                url: self.url(),
+                error: AccessError::WrongType {
+                    field: String::new(),
+                    expected: format!("{} to {} bytes", shape.size, shape.bytes(shape.capacity)),
+                    found: format!("{} bytes", bytes.len()),
+                },
+            });
+        }
+        let mut setter = locked(&self.setter);
+        let writer = setter.as_mut().ok_or_else(read_only)?;
+        let stamp = writer.write(bytes, items, time).map_err(|_| read_only())?;
+        drop(setter);
+        self.notify();
+        Ok(stamp)
+    }
+
+    /// Sets a field, or the whole value with an empty path, of a property that the host writes.
+    ///
+    /// # Errors
+    /// When a module writes it, or the value doesn't fit; nothing is changed then.
+    pub fn set(&self, field: &str, value: &Value, time: u64) -> Result<Stamp, BoardError> {
+        let access = |error| BoardError::Access { url: self.url(), error };
+        let read_only = || BoardError::ReadOnly { url: self.url() };
+        // First, so that of two who set different fields at once neither undoes the other.
+        let mut setter = locked(&self.setter);
+        let writer = setter.as_mut().ok_or_else(read_only)?;
+        let (mut bytes, items) = match self.newest()? {
+            Some((bytes, items, _)) => (bytes, items),
+            None => (Vec::new(), 0),
+        };
+        let shape = self.channel().ok_or_else(read_only)?.shape();
+        bytes.resize(shape.bytes(shape.capacity), 0);
+        let items = edit(self.descriptor, &mut bytes, items, field, value).map_err(access)?;
+        // Only recorders ask a writer to wait, and they don't on settings.
+        let stamp = writer.write(&bytes[..shape.bytes(items)], items, time).map_err(|_| read_only())?;
+        drop(setter);
+        self.notify();
+        Ok(stamp)
+    }
+}
+
+/// Somebody watches a property as long as this lives.
+#[derive(Debug)]
+pub struct Watching {
+    property: Arc<Property>,
+}
+
+impl Watching {
+    /// What is watched.
+    pub fn property(&self) -> &Arc<Property> {
+        &self.property
+    }
+}
+
+impl Drop for Watching {
+    fn drop(&mut self) {
+        self.property.watchers.fetch_sub(1, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,38 @@
+use std::fmt;
+use std::sync::OnceLock;
+
+/// A handle that came or went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Link {
+    /// The writer of that generation.
+    WriterCame(u64),
+    /// The writer of that generation.
+    WriterLeft(u64),
+    /// A reader.
+    ReaderCame,
+    /// A reader.
+    ReaderLeft,
+}
+
+/// Who is told of links.
+#[derive(Default)]
+pub(super) struct Hook(OnceLock<Box<dyn Fn(Link) + Send + Sync>>);
+
+impl Hook {
+    pub fn set(&self, call: impl Fn(Link) + Send + Sync + 'static) {
+        // A channel belongs to one property, so it is set once.
+        let _ = self.0.set(Box::new(call));
+    }
+
+    pub fn call(&self, link: Link) {
+        if let Some(call) = self.0.get() {
+            call(link);
+        }
+    }
+}
+
+impl fmt::Debug for Hook {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.0.get().is_some() { "Hook(set)" } else { "Hook(none)" })
+    }
+}

@@ -1,0 +1,40 @@
+use std::alloc::Layout;
+use std::fmt;
+use std::ptr::NonNull;
+use std::sync::Arc;
+
+/// Where the bytes of values live when that is not the heap: an arena that another process maps too.
+///
+/// Only bytes are taken from here. What the protocol trusts stays in private memory, so whoever else can write to
+/// this memory spoils values and nothing more. It is asked when handles are linked and when the channel is gone, never
+/// while a value is written.
+///
+/// # Safety
+/// Memory that was allocated is aligned, as large as its layout, stays at its address until it is freed or `self` is
+/// dropped, can be read and written there, and belongs to nothing else in this process.
+pub unsafe trait ValueMemory: Send + Sync {
+    /// Memory of that layout, whose size is never 0; nothing when there is none left. What it holds does not matter.
+    fn allocate(&self, layout: Layout) -> Option<NonNull<u8>>;
+
+    /// Takes memory back.
+    ///
+    /// # Safety
+    /// It was allocated here with this layout, and nobody uses it any more.
+    unsafe fn free(&self, memory: NonNull<u8>, layout: Layout);
+}
+
+/// Where the bytes of a channel's values are.
+pub(super) enum Memory {
+    /// Each behind the slot that it belongs to.
+    Heap,
+    Given(Arc<dyn ValueMemory>),
+}
+
+impl fmt::Debug for Memory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Heap => "Heap",
+            Self::Given(_) => "Given",
+        })
+    }
+}
