@@ -4,15 +4,12 @@ use std::sync::Arc;
 
 use toml_edit::{Document, TomlError};
 
-use super::Options;
+use super::files::{File, Files, Unreadable};
 use super::problems::{Problem, Problems, suggestion};
 use super::scope::flatten;
-use super::set::parse_set;
+use super::set::{Written, parse_set};
 use super::source::{Source, SourceKind, Sources, Span};
 use super::value::{Entry, Table, Value};
-
-/// A configuration file is small; anything above is a mistake (bytes).
-const LARGEST_FILE: u64 = 16 << 20;
 
 /// Reads the texts of a configuration and merges what they say.
 #[derive(Default)]
@@ -22,6 +19,10 @@ pub(super) struct Layers {
     pub(super) merged: Table,
     /// Whether a text is missing from `merged`, so that what seems to be wrong there may be right.
     pub(super) incomplete: bool,
+    /// What is known of the files before they are read, and all of them after.
+    pub(super) files: Files,
+    /// What each single setting says.
+    pub(super) flat_sets: Vec<Table>,
     /// Files that include the current one, outermost first.
     open: Vec<PathBuf>,
     read: BTreeSet<PathBuf>,
@@ -30,7 +31,12 @@ pub(super) struct Layers {
 
 impl Layers {
     pub(super) fn defaults(&mut self) {
-        self.text("built-in defaults".into(), SourceKind::Default, None, include_str!("defaults.toml"));
+        self.text(
+            "built-in defaults".into(),
+            SourceKind::Default,
+            None,
+            include_str!("defaults.toml").into(),
+        );
     }
 
     /// Reads a file; `asked` is where another one includes it.
@@ -44,46 +50,28 @@ impl Layers {
             Some(_) => "an included file is found relative to the one that includes it",
             None => "give the path of a TOML file",
         };
-        let canonical = match path.canonicalize() {
-            Ok(canonical) => canonical,
-            Err(error) => return failed(self, error.to_string(), hint),
+        let File { canonical, text } = match self.files.read(path) {
+            Ok(file) => file,
+            Err(Unreadable { reason, help }) => return failed(self, reason, help.unwrap_or(hint)),
         };
         if self.open.contains(&canonical) {
             return failed(self, "it includes itself".into(), "remove one `include` of the circle");
         }
-        if !self.read.insert(canonical.clone()) {
-            return;
-        }
-        let text = match std::fs::metadata(&canonical) {
-            Ok(data) if !data.is_file() => return failed(self, "it is no file".into(), hint),
-            Ok(data) if data.len() > LARGEST_FILE => return failed(self, "it is too large".into(), hint),
-            _ => std::fs::read(&canonical),
-        };
-        match text.map(String::from_utf8) {
-            Ok(Ok(text)) => {
-                self.open.push(canonical);
-                self.text(path.display().to_string(), SourceKind::File, Some(path), &text);
-                self.open.pop();
-            }
-            Ok(Err(error)) => {
-                let line = error.as_bytes()[..error.utf8_error().valid_up_to()]
-                    .iter()
-                    .filter(|c| **c == b'\n')
-                    .count();
-                failed(self, format!("line {} is not UTF-8 text", line + 1), "save the file as UTF-8");
-            }
-            Err(error) => failed(self, error.to_string(), hint),
+        if self.read.insert(canonical.clone()) {
+            self.open.push(canonical);
+            self.text(path.display().to_string(), SourceKind::File, Some(path), text);
+            self.open.pop();
         }
     }
 
     /// Reads a text; it includes files from the folder of `path`, or else of `name`.
-    pub(super) fn text(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: &str) {
-        let id = self.push(name, kind, path, text);
+    pub(super) fn text(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) {
+        let id = self.push(name, kind, path, Arc::clone(&text));
         let document = match Document::parse(Arc::clone(&self.sources.0[id].text)) {
             Ok(document) => document,
             Err(error) => {
                 self.incomplete = true;
-                return self.problems.0.push(syntax_problem(&error, id, text));
+                return self.problems.0.push(syntax_problem(&error, id, &text));
             }
         };
         let mut table = Table::of_item(document.as_table(), id, &mut self.problems);
@@ -100,12 +88,13 @@ impl Layers {
         self.merged.merge(flat);
     }
 
-    /// The settings of the command line; they change what the files set up, and add nothing by mistake.
-    pub(super) fn sets(&mut self, options: &Options) {
-        for setting in &options.sets {
-            let id = self.push("--set".into(), SourceKind::Set, None, setting);
+    /// Settings of the command line or of run time; they change what the files set up, and add nothing by mistake.
+    pub(super) fn sets<'a>(&mut self, kind: SourceKind, settings: impl IntoIterator<Item = Written<'a>>) {
+        for Written { text, equals } in settings {
+            let id = self.sources.0.len();
+            self.sources.0.push(Source::setting(kind, text));
             self.rank(id);
-            let Some(mut table) = parse_set(setting, id, &mut self.problems) else { continue };
+            let Some(mut table) = parse_set(text, equals, id, &mut self.problems) else { continue };
             if let Some(Entry { key, .. }) = table.entries.remove("include") {
                 self.problems.add(key, "only a file includes others", "write `include` in the file");
             }
@@ -114,7 +103,8 @@ impl Layers {
                 self.refuse_new(&mut flat, "modules", "module", &["plugin"]);
                 self.refuse_new(&mut flat, "actuators", "actuator", &["command", "commands"]);
             }
-            self.merged.merge(flat);
+            self.merged.merge(flat.clone());
+            self.flat_sets.push(flat);
         }
     }
 
@@ -139,9 +129,9 @@ impl Layers {
         });
     }
 
-    fn push(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: &str) -> usize {
+    fn push(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) -> usize {
         let path = path.map(Path::to_owned);
-        self.sources.0.push(Source { name, kind, path, text: text.into(), rank: usize::MAX, document: None });
+        self.sources.0.push(Source { name, kind, path, text, rank: usize::MAX, document: None });
         self.sources.0.len() - 1
     }
 

@@ -24,10 +24,16 @@
 //! ```
 
 mod build;
+mod compare;
+mod database;
 mod diagnostic;
+mod exclusive;
+mod files;
 mod layers;
 mod model;
+mod path;
 mod problems;
+mod read;
 mod scope;
 mod set;
 mod source;
@@ -35,11 +41,13 @@ mod value;
 
 use std::path::{Path, PathBuf};
 
-use build::Build;
+pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
-use layers::Layers;
+use files::Files;
 pub use model::{Actuator, Limit, Link, Log, Mission, Module, RateLimit};
+use path::Prefix;
 use problems::Problems;
+use read::{Main, Request};
 use source::Sources;
 pub use source::{Origin, Source, SourceKind, Span, Spanned};
 pub use value::{Entry, Table, Value};
@@ -55,10 +63,23 @@ pub struct Options {
     pub extra_tables: Vec<String>,
 }
 
+/// A value and where it comes from.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// Its path, as `--set` takes it.
+    pub path: String,
+    /// The value.
+    pub value: Value,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
 /// A valid configuration.
 #[derive(Clone, Debug)]
 pub struct Configuration {
     sources: Sources,
+    /// What the files say, without the command line and changes at run time.
+    files: Table,
     merged: Table,
     agent: model::Agent,
     time_source: Option<Spanned<String>>,
@@ -75,7 +96,8 @@ impl Configuration {
     /// # Errors
     /// Everything that is wrong with any of them.
     pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Self, Report> {
-        Self::read(options, |layers| layers.file(path.as_ref(), None))
+        let main = Main::File(path.as_ref().to_owned());
+        read::read(&Request { main: &main, options, changes: &[] }, Files::default()).result
     }
 
     /// Reads a text as if it were a file of that name; files it includes are found beside that name.
@@ -83,40 +105,8 @@ impl Configuration {
     /// # Errors
     /// Everything that is wrong with any of the layers.
     pub fn from_text(name: &str, text: &str, options: &Options) -> Result<Self, Report> {
-        Self::read(options, |layers| layers.text(name.into(), SourceKind::File, None, text))
-    }
-
-    fn read(options: &Options, main: impl FnOnce(&mut Layers)) -> Result<Self, Report> {
-        let mut layers = Layers::default();
-        layers.defaults();
-        let main_source = layers.sources.0.len();
-        main(&mut layers);
-        if let Some(host) = &options.host {
-            layers.file(host, None);
-        }
-        layers.sets(options);
-        let Layers { sources, mut problems, merged, incomplete, .. } = layers;
-        if incomplete {
-            return Err(report(&sources, problems));
-        }
-        let main = Span { source: main_source, start: 0, end: 0 };
-        let mut build = Build { sources: &sources, problems: &mut problems };
-        build.top(&merged, &options.extra_tables);
-        let agent = build.agent(&merged, main);
-        let log = build.log(&merged);
-        let time_source = build.time_source(&merged);
-        let mission = build.mission(&merged);
-        let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
-        let mut modules = build.modules(&merged);
-        let mut links = build.links(&merged, name);
-        build.links_or_values(&mut modules, &mut links);
-        let actuators = build.actuators(&merged, name);
-        match (agent, log) {
-            (Some(agent), Some(log)) if problems.0.is_empty() => {
-                Ok(Self { sources, merged, agent, time_source, mission, log, modules, links, actuators })
-            }
-            _ => Err(report(&sources, problems)),
-        }
+        let main = Main::Text { name: name.into(), text: text.into() };
+        read::read(&Request { main: &main, options, changes: &[] }, Files::default()).result
     }
 
     /// The agent's name; by default that of the file, without its ending.
@@ -179,6 +169,22 @@ impl Configuration {
         let keys = toml_edit::Key::parse(path).ok()?;
         let names = scope::flatten_path(keys.iter().map(|key| key.get().to_owned()).collect());
         self.merged.at(names.iter().map(String::as_str))
+    }
+
+    /// The settings at a path and below it, in the order of their paths; an empty path is everything.
+    ///
+    /// # Errors
+    /// The path is none.
+    pub fn settings(&self, path: &str) -> Result<Vec<Setting>, Report> {
+        let prefix = Prefix::parse(path)?;
+        let mut settings = Vec::new();
+        compare::leaves(&self.merged, &[], &mut |path, value| {
+            if prefix.holds(&path) {
+                let (value, origin) = (value.value.clone(), self.origin_of(value.span));
+                settings.push(Setting { path: path::render(&path), value, origin });
+            }
+        });
+        Ok(settings)
     }
 
     /// Where the setting at a path comes from; nothing if only code decides it.

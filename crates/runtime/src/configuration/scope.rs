@@ -7,7 +7,7 @@ use super::source::Spanned;
 use super::value::{Entry, Table, Value};
 
 /// What a robot may bring; the same sections stand at the top for the agent itself.
-const SECTIONS: [&str; 3] = ["modules", "links", "actuators"];
+pub(super) const SECTIONS: [&str; 3] = ["modules", "links", "actuators"];
 
 /// Moves what stands under `robots` to the top: names get the robot's as a prefix, URLs become absolute.
 ///
@@ -127,13 +127,43 @@ pub(super) fn flatten_path(mut path: Vec<String>) -> Vec<String> {
         scope = path.remove(0);
     }
     if let [section, name, ..] = &mut path[..] {
-        match (section.as_str(), Url::parse(name)) {
-            ("links", Ok(url)) => *name = url.path_in(&scope),
-            ("modules" | "actuators", _) => *name = join(&scope, name),
-            _ => {}
-        }
+        *name = flat_name(section, name, &scope);
     }
     path
+}
+
+/// The name in a section after [`flatten`], of one that stands in the scope of a robot (or in none).
+pub(super) fn flat_name(section: &str, name: &str, scope: &str) -> String {
+    match (section, Url::parse(name)) {
+        ("links", Ok(url)) => url.path_in(scope),
+        ("modules" | "actuators", _) => join(scope, name),
+        _ => name.into(),
+    }
+}
+
+/// The value as it is written in the scope of a robot: its own URLs without its name.
+pub(super) fn in_scope(path: &[String], value: &Value, scope: &str) -> Value {
+    let path: Vec<&str> = path.iter().map(String::as_str).collect();
+    let url =
+        matches!(path[..], ["links", _] | ["links", _, "from"] | ["actuators", _, "command" | "commands"]);
+    let mut value = value.clone();
+    if url && !scope.is_empty() {
+        shorten(&mut value, &format!("/{scope}/"));
+    }
+    value
+}
+
+fn shorten(value: &mut Value, start: &str) {
+    match value {
+        Value::List(items) => items.iter_mut().for_each(|item| shorten(&mut item.value, start)),
+        Value::Text(text) => {
+            // A name alone is no property, and so would not be relative.
+            if let Some(short) = text.strip_prefix(start).filter(|short| short.contains('/')) {
+                *text = short.into();
+            }
+        }
+        _ => {}
+    }
 }
 
 fn join(scope: &str, name: &str) -> String {

@@ -4,14 +4,27 @@ use super::problems::Problems;
 use super::source::{Span, Spanned};
 use super::value::{Table, Value};
 
-/// Reads a `path=value` of the command line, whose text is that of `source`.
+/// A setting in one text, `path=value`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Written<'a> {
+    pub(super) text: &'a str,
+    /// Where the path ends, when that is known.
+    pub(super) equals: Option<usize>,
+}
+
+/// Reads a `path=value` whose text is that of `source`; `equals` is where the path ends, when that is known.
 ///
 /// The value is TOML; what isn't, such as a bare word, is text. Nothing is cut off: a `#` or `=` belongs to the value.
-pub(super) fn parse_set(setting: &str, source: usize, problems: &mut Problems) -> Option<Table> {
+pub(super) fn parse_set(
+    setting: &str,
+    equals: Option<usize>,
+    source: usize,
+    problems: &mut Problems,
+) -> Option<Table> {
     let span = |start: usize, end: usize| Span { source, start, end };
     let example =
-        "--set takes path=value, such as --set loop.period=10ms or --set 'log.levels.\"r2/planner\"=debug'";
-    let Some(equals) = first_equals(setting) else {
+        "a setting is path=value, such as loop.period=10ms or, in a shell, 'log.levels.\"r2/planner\"=debug'";
+    let Some(equals) = equals.or_else(|| first_equals(setting)) else {
         problems.add(span(0, setting.len()), "the setting has no `=`", example);
         return None;
     };
@@ -52,7 +65,7 @@ fn table(text: &str, source: usize, problems: &mut Problems) -> Option<Table> {
         Ok(document) => Some(Table::of_item(document.as_table(), source, problems)),
         Err(error) => {
             let span = Span { source, start: 0, end: text.len() };
-            problems.add(span, error.message(), "--set takes path=value");
+            problems.add(span, error.message(), "a setting is path=value");
             None
         }
     }
@@ -68,7 +81,7 @@ fn replace_leaf(table: &mut Table, value: Spanned<Value>) {
 }
 
 /// The `=` that ends the path: the first one outside of quotes.
-fn first_equals(text: &str) -> Option<usize> {
+pub(super) fn first_equals(text: &str) -> Option<usize> {
     let (mut quote, mut escaped) = (None, false);
     for (i, c) in text.char_indices() {
         match (quote, c) {

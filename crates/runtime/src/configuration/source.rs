@@ -43,6 +43,8 @@ pub enum SourceKind {
     File,
     /// A setting of the command line.
     Set,
+    /// A change made at run time.
+    Change,
 }
 
 /// A text that settings come from.
@@ -59,7 +61,14 @@ pub struct Source {
 }
 
 impl Source {
-    /// The file's path as given, `--set`, or `built-in defaults`.
+    /// A single setting.
+    pub(super) fn setting(kind: SourceKind, text: &str) -> Self {
+        let name = if kind == SourceKind::Set { "--set" } else { "change" };
+        let text = text.into();
+        Self { name: name.into(), kind, path: None, text, rank: usize::MAX, document: None }
+    }
+
+    /// The file's path as given, `--set`, `change`, or `built-in defaults`.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -79,7 +88,7 @@ impl Source {
         &self.text
     }
 
-    /// The parsed text with its comments, to be changed and saved back; none for a setting of the command line.
+    /// The parsed text with its comments, to be changed and saved back; none for a single setting.
     pub fn document(&self) -> Option<&toml_edit::Document<Arc<str>>> {
         self.document.as_ref()
     }
@@ -99,7 +108,8 @@ impl Source {
     }
 }
 
-/// Where a value comes from, for people: `exp1.toml:12`, `--set loop.period=10ms`, `built-in defaults`.
+/// Where a value comes from, for people: `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`,
+/// `built-in defaults`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// Which layer.
@@ -118,6 +128,7 @@ impl fmt::Display for Origin {
             SourceKind::Default => f.write_str(&self.name),
             SourceKind::File => write!(f, "{}:{}", self.name, self.line),
             SourceKind::Set => write!(f, "--set {}", self.name),
+            SourceKind::Change => write!(f, "change {}", self.name),
         }
     }
 }
@@ -139,7 +150,10 @@ impl Sources {
     pub(super) fn origin(&self, span: Span) -> Origin {
         let source = self.of(span);
         let (line, column) = source.line_and_column(span.start);
-        let name = if source.kind == SourceKind::Set { source.text.to_string() } else { source.name.clone() };
+        let name = match source.kind {
+            SourceKind::Set | SourceKind::Change => source.text.to_string(),
+            SourceKind::Default | SourceKind::File => source.name.clone(),
+        };
         Origin { kind: source.kind, name, line, column }
     }
 }

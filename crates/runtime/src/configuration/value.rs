@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::fmt;
 
 use slate_blackboard::interface;
 use toml_edit::TableLike;
@@ -114,7 +115,11 @@ impl Value {
         Some(Spanned::new(value, span))
     }
 
-    fn of_toml(value: &toml_edit::Value, outer: Span, problems: &mut Problems) -> Option<Spanned<Self>> {
+    pub(super) fn of_toml(
+        value: &toml_edit::Value,
+        outer: Span,
+        problems: &mut Problems,
+    ) -> Option<Spanned<Self>> {
         let span = value.span().map_or(outer, |range| Span { start: range.start, end: range.end, ..outer });
         let value = match value {
             toml_edit::Value::Boolean(value) => Self::Bool(*value.value()),
@@ -135,6 +140,28 @@ impl Value {
             }
         };
         Some(Spanned::new(value, span))
+    }
+}
+
+/// TOML, which reads as the same value.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        toml_edit::Value::from(self).fmt(f)
+    }
+}
+
+impl From<&Value> for toml_edit::Value {
+    fn from(value: &Value) -> Self {
+        match value {
+            Value::Bool(value) => (*value).into(),
+            Value::Integer(value) => (*value).into(),
+            Value::Float(value) => (*value).into(),
+            Value::Text(value) => value.into(),
+            Value::List(items) => items.iter().map(|item| Self::from(&item.value)).collect(),
+            Value::Table(table) => {
+                table.iter().map(|(name, entry)| (name, Self::from(&entry.value.value))).collect()
+            }
+        }
     }
 }
 
@@ -184,6 +211,30 @@ impl Table {
             }
         }
         Self { entries }
+    }
+
+    /// The entry at a path.
+    pub(super) fn entry(&self, path: &[String]) -> Option<&Entry> {
+        match path {
+            [] => None,
+            [name] => self.entries.get(name),
+            [name, rest @ ..] => self.get(name)?.as_table()?.entry(rest),
+        }
+    }
+
+    /// Takes out what is at a path.
+    pub(super) fn remove(&mut self, path: &[String]) {
+        match path {
+            [] => {}
+            [name] => drop(self.entries.remove(name)),
+            [name, rest @ ..] => {
+                if let Some(Value::Table(table)) =
+                    self.entries.get_mut(name).map(|entry| &mut entry.value.value)
+                {
+                    table.remove(rest);
+                }
+            }
+        }
     }
 
     /// Follows names through tables.

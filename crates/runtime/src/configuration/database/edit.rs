@@ -1,0 +1,162 @@
+//! Changes of a document that leave everything else as it was written.
+
+use toml_edit::{DocumentMut, InlineTable, Item, Key, Table};
+
+use super::super::exclusive::counterpart;
+use super::super::scope::{SECTIONS, flat_name, in_scope};
+use super::super::value::Value;
+use super::overwrite::{comments_in, overwrite, overwrite_value};
+
+/// Sets what stands at a flat path, or else adds it; what it excludes is taken out.
+pub(super) fn set(document: &mut DocumentMut, path: &[String], value: &Value) {
+    let comments = counterpart(path).map_or(String::new(), |other| remove(document, &other));
+    let (keys, scope) = locate(document.as_table(), path);
+    put(document.as_item_mut(), &keys, &in_scope(path, value, &scope), comments, true);
+}
+
+/// The keys that a flat path has in this document, and the robot in whose scope that is.
+fn locate(root: &Table, path: &[String]) -> (Vec<String>, String) {
+    let as_it_is = (path.to_vec(), String::new());
+    let [section, name, rest @ ..] = path else { return as_it_is };
+    if !SECTIONS.contains(&section.as_str()) {
+        return as_it_is;
+    }
+    let place = |scope: &str, key: &str| {
+        let mut keys = section_of(scope, section);
+        keys.push(key.into());
+        keys.extend_from_slice(rest);
+        (keys, scope.to_owned())
+    };
+    let robots = root.get("robots").and_then(Item::as_table_like);
+    let mut robots: Vec<&str> =
+        robots.into_iter().flat_map(|robots| robots.iter()).map(|(name, _)| name).collect();
+    for scope in [""].iter().chain(&robots) {
+        let mut section_keys = section_of(scope, section).into_iter();
+        let first = section_keys.next().and_then(|key| root.get(&key));
+        let found = section_keys.try_fold(first, |item, key| Some(item?.as_table_like()?.get(&key)));
+        let Some(table) = found.flatten().and_then(Item::as_table_like) else { continue };
+        if let Some((key, _)) = table.iter().find(|(key, _)| flat_name(section, key, scope) == *name) {
+            return place(scope, key);
+        }
+    }
+    robots.retain(|robot| name.starts_with(&format!("{robot}/")));
+    match robots[..] {
+        [robot]
+            if flat_name(section, &name[robot.len() + 1..], robot) == *name && is_relative(section, name) =>
+        {
+            place(robot, &name[robot.len() + 1..])
+        }
+        _ => as_it_is,
+    }
+}
+
+/// Whether a name may stand in a robot without the robot's: a link's must have a module before the port even then.
+fn is_relative(section: &str, name: &str) -> bool {
+    section != "links" || name.matches('/').count() > 1
+}
+
+fn section_of(scope: &str, section: &str) -> Vec<String> {
+    let keys = if scope.is_empty() { vec![section] } else { vec!["robots", scope, section] };
+    keys.into_iter().map(String::from).collect()
+}
+
+/// Sets the value below an item that is a table; `comments` go before the line where it stands.
+fn put(parent: &mut Item, keys: &[String], value: &Value, mut comments: String, root: bool) {
+    let [key, rest @ ..] = keys else { return };
+    if rest.is_empty() {
+        comments += &leaf(parent, key, value);
+    } else {
+        make_table(parent, key, rest.len(), root);
+    }
+    if let Item::Table(table) = parent
+        && table.get(key).is_some_and(Item::is_value)
+        && let Some(mut key) = table.key_mut(key)
+    {
+        let decor = key.leaf_decor_mut();
+        let prefix = decor.prefix().and_then(|prefix| prefix.as_str()).unwrap_or_default();
+        let prefix = format!("{}{prefix}", std::mem::take(&mut comments));
+        decor.set_prefix(prefix);
+    }
+    if let Some(child) = parent.as_table_like_mut().and_then(|table| table.get_mut(key)) {
+        put(child, rest, value, comments, false);
+    }
+}
+
+/// Sets the value of a key, and returns the comments that have lost their place.
+fn leaf(parent: &mut Item, key: &str, value: &Value) -> String {
+    match parent.as_table_like_mut().and_then(|table| table.get_mut(key)) {
+        // An empty table adds nothing to one that is there.
+        Some(item) if item.is_table_like() && value.as_table().is_some() => String::new(),
+        Some(item) => overwrite(item, value),
+        None => {
+            insert(parent, key, Item::Value(value.into()));
+            String::new()
+        }
+    }
+}
+
+/// Makes sure that there is a table, above `depth` more keys.
+fn make_table(parent: &mut Item, key: &str, depth: usize, root: bool) {
+    let table = match parent {
+        Item::Table(parent) => {
+            let mut table = Table::new();
+            // A section of its own, unless that would take a line out of the section that it stands in.
+            if root || (parent.is_implicit() && !parent.is_dotted()) {
+                table.set_implicit(depth > 1);
+            } else {
+                table.set_dotted(true);
+            }
+            Item::Table(table)
+        }
+        _ => Item::Value(InlineTable::new().into()),
+    };
+    match parent.as_table_like_mut().and_then(|table| table.get_mut(key)) {
+        Some(item) if item.is_table_like() => {}
+        Some(Item::Value(value)) => overwrite_value(value, &Value::Table(Default::default())),
+        Some(item) => *item = table,
+        None => insert(parent, key, table),
+    }
+}
+
+fn insert(parent: &mut Item, key: &str, item: Item) {
+    match parent {
+        Item::Table(table) => drop(table.insert(key, item)),
+        Item::Value(toml_edit::Value::InlineTable(table)) => {
+            let Ok(value) = item.into_value() else { return };
+            insert_inline(table, key, value);
+        }
+        _ => {}
+    }
+}
+
+/// Adds to an inline table; the blank before its brace stays there.
+pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_edit::Value) {
+    if let Some((_, last)) = table.iter_mut().last() {
+        let suffix = last.decor().suffix().and_then(|suffix| suffix.as_str()).unwrap_or_default().to_owned();
+        last.decor_mut().set_suffix("");
+        *value.decor_mut() = toml_edit::Decor::new(" ", suffix);
+    }
+    table.insert(key, value);
+}
+
+/// Takes out what stands at a flat path, and returns its comments.
+fn remove(document: &mut DocumentMut, path: &[String]) -> String {
+    let (keys, _) = locate(document.as_table(), path);
+    let Some((last, parents)) = keys.split_last() else { return String::new() };
+    let mut item = Some(document.as_item_mut());
+    for key in parents {
+        item = item.and_then(|item| item.as_table_like_mut()?.get_mut(key));
+    }
+    let removed = match item {
+        Some(Item::Table(table)) => table.remove_entry(last),
+        Some(Item::Value(toml_edit::Value::InlineTable(table))) => {
+            table.remove_entry(last).map(|(key, value)| (key, Item::Value(value)))
+        }
+        _ => None,
+    };
+    removed.map_or(String::new(), |(key, item)| comments_before(&key) + &comments_in(&item))
+}
+
+fn comments_before(key: &Key) -> String {
+    super::overwrite::comments(key.leaf_decor().prefix())
+}

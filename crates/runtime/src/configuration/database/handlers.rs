@@ -1,0 +1,128 @@
+use std::collections::VecDeque;
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, Weak};
+
+use super::{Change, Database, Prefix, Report, Shared, lock};
+
+type Handler = dyn FnMut(&Database, &[Change]) + Send;
+
+/// Who wants to know of changes, and the changes that they don't know of yet.
+#[derive(Default)]
+pub(super) struct Handlers {
+    subscribers: Mutex<Vec<Arc<Subscriber>>>,
+    queue: Mutex<Queue>,
+}
+
+#[derive(Default)]
+struct Queue {
+    waiting: VecDeque<Arc<[Change]>>,
+    /// Whether a thread calls handlers now; it takes all that is waiting, one after the other.
+    busy: bool,
+}
+
+struct Subscriber {
+    prefix: Prefix,
+    alive: AtomicBool,
+    panics: AtomicU64,
+    /// Locked only by the one thread that calls handlers.
+    handler: Mutex<Box<Handler>>,
+}
+
+/// Lasts as long as a handler is to be called.
+#[must_use = "dropping it ends the subscription"]
+pub struct Subscription {
+    subscriber: Arc<Subscriber>,
+    shared: Weak<Shared>,
+}
+
+impl Subscription {
+    /// How often the handler panicked.
+    pub fn panics(&self) -> u64 {
+        self.subscriber.panics.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Subscription {
+    fn drop(&mut self) {
+        self.subscriber.alive.store(false, Ordering::Release);
+        if let Some(shared) = self.shared.upgrade() {
+            lock(&shared.handlers.subscribers).retain(|other| !Arc::ptr_eq(other, &self.subscriber));
+        }
+    }
+}
+
+impl fmt::Debug for Subscription {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Subscription").field("prefix", &self.subscriber.prefix).finish_non_exhaustive()
+    }
+}
+
+impl Database {
+    /// Has a handler called after each commit that changes something at a path or below it, with these changes in
+    /// the order of their paths; an empty path is everything, and `robots.r2` all that belongs to that robot.
+    ///
+    /// Handlers are called one after the other, in the order of their subscription, by the thread that commits (see
+    /// [`Proposal::commit`](super::Proposal::commit)). A handler may read the database, change it, and subscribe; one that panics stops
+    /// nobody else. No handler is called any more once its subscription was dropped, but a call under way ends.
+    ///
+    /// # Errors
+    /// The path is none.
+    pub fn subscribe(
+        &self,
+        path: &str,
+        handler: impl FnMut(&Database, &[Change]) + Send + 'static,
+    ) -> Result<Subscription, Report> {
+        let subscriber = Arc::new(Subscriber {
+            prefix: Prefix::parse(path)?,
+            alive: AtomicBool::new(true),
+            panics: AtomicU64::new(0),
+            handler: Mutex::new(Box::new(handler)),
+        });
+        lock(&self.shared.handlers.subscribers).push(Arc::clone(&subscriber));
+        Ok(Subscription { subscriber, shared: Arc::downgrade(&self.shared) })
+    }
+}
+
+impl Handlers {
+    pub(super) fn queue(&self, changes: &[Change]) {
+        if !changes.is_empty() {
+            lock(&self.queue).waiting.push_back(changes.into());
+        }
+    }
+
+    /// Calls the handlers of all changes that wait, unless another call of this does it already.
+    pub(super) fn deliver(&self, database: &Database) {
+        loop {
+            let changes = {
+                let mut queue = lock(&self.queue);
+                if queue.busy {
+                    return;
+                }
+                let Some(changes) = queue.waiting.pop_front() else { return };
+                queue.busy = true;
+                changes
+            };
+            let subscribers = lock(&self.subscribers).clone();
+            for subscriber in subscribers {
+                subscriber.call(database, &changes);
+            }
+            lock(&self.queue).busy = false;
+        }
+    }
+}
+
+impl Subscriber {
+    fn call(&self, database: &Database, changes: &[Change]) {
+        let mine: Vec<Change> =
+            changes.iter().filter(|change| self.prefix.holds(&change.names)).cloned().collect();
+        if mine.is_empty() || !self.alive.load(Ordering::Acquire) {
+            return;
+        }
+        let mut handler = lock(&self.handler);
+        if catch_unwind(AssertUnwindSafe(|| handler(database, &mine))).is_err() {
+            self.panics.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}

@@ -1,0 +1,181 @@
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use super::*;
+
+/// Finds out whether a configuration can be used.
+pub(super) type Validator = dyn Fn(&Configuration, &[Change]) -> Result<(), Report> + Send + Sync;
+
+/// A setting that changes.
+#[derive(Clone, Debug)]
+pub struct Change {
+    /// Its path, as `--set` takes it; the names of robots are part of those of their modules.
+    pub path: String,
+    /// The value until now, if there was one.
+    pub before: Option<Value>,
+    /// The value from now on, if there is one.
+    pub after: Option<Value>,
+    pub(super) names: Vec<String>,
+}
+
+/// A configuration that is valid and could hold from now on.
+#[derive(Clone, Debug)]
+#[must_use = "nothing changes until it is committed"]
+pub struct Proposal {
+    database: Database,
+    configuration: Arc<Configuration>,
+    session: Session,
+    files: Files,
+    changes: Vec<Change>,
+    /// The generation that it starts from.
+    generation: u64,
+}
+
+impl Proposal {
+    /// The whole configuration with the changes.
+    pub fn configuration(&self) -> &Arc<Configuration> {
+        &self.configuration
+    }
+
+    /// What changes, in the order of the paths.
+    pub fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
+    /// Makes it the configuration that holds, and calls the handlers of what changes.
+    ///
+    /// They were called when this returns, unless it is called by one of them or while another thread calls them:
+    /// then that one goes on with these changes, so that all handlers see all changes in one order.
+    ///
+    /// # Errors
+    /// The configuration has changed since this was proposed.
+    pub fn commit(self) -> Result<Vec<Change>, Report> {
+        self.apply().ok_or_else(|| {
+            refusal(
+                "the configuration has changed since the proposal was made",
+                "propose again; nothing was changed by this one",
+            )
+        })
+    }
+
+    /// Nothing if it was overtaken.
+    pub(super) fn apply(self) -> Option<Vec<Change>> {
+        let Self { database, configuration, session, files, changes, generation } = self;
+        let shared = &database.shared;
+        {
+            let _turn = lock(&shared.turn);
+            let mut state = lock(&shared.state);
+            if state.generation != generation {
+                return None;
+            }
+            *state = State { configuration, session, files, generation: generation + 1 };
+            shared.handlers.queue(&changes);
+        }
+        shared.handlers.deliver(&database);
+        Some(changes)
+    }
+}
+
+impl Database {
+    /// Reads the configuration with changes, each a path and a value as `--set` takes them, later ones last.
+    ///
+    /// Files are not read again, so that nothing else changes.
+    ///
+    /// # Errors
+    /// Everything that is wrong with any of them, and what the validators object to.
+    pub fn propose(&self, changes: &[(impl AsRef<str>, impl AsRef<str>)]) -> Result<Proposal, Report> {
+        let texts: Vec<_> = changes
+            .iter()
+            .map(|(path, value)| (format!("{}={}", path.as_ref(), value.as_ref()), path.as_ref().len()))
+            .collect();
+        let written: Vec<_> =
+            texts.iter().map(|(text, equals)| Written { text, equals: Some(*equals) }).collect();
+        let state = self.state();
+        let files = state.files.clone();
+        self.proposal(state, &written, files).0
+    }
+
+    /// The configuration without the session's changes at a path and below it; an empty path is all of them.
+    ///
+    /// # Errors
+    /// The path is none, or what remains doesn't hold without them.
+    pub fn revert(&self, path: &str) -> Result<Proposal, Report> {
+        let prefix = Prefix::parse(path)?;
+        let mut state = self.state();
+        state.session.0.retain(|change| !prefix.holds(&change.path));
+        let files = state.files.clone();
+        self.proposal(state, &[], files).0
+    }
+
+    /// The configuration with the files as they are on the disk now; the session stays on top.
+    ///
+    /// # Errors
+    /// Everything that is wrong with any of the layers, and what the validators object to.
+    pub fn reload(&self) -> Result<Proposal, Report> {
+        self.proposal(self.state(), &[], Files::default()).0
+    }
+
+    /// Adds a check of proposals, such as of the parameters of modules; a change that a check objects to is refused.
+    /// Checks are called in the thread that proposes, in the order in which they were added.
+    pub fn validate_with(&self, validator: Box<Validator>) {
+        lock(&self.shared.validators).push(validator.into());
+    }
+
+    /// What comes of changes on top of a state, and the files that were read for it.
+    pub(super) fn proposal(
+        &self,
+        state: State,
+        changes: &[Written<'_>],
+        files: Files,
+    ) -> (Result<Proposal, Report>, Files) {
+        let State { configuration: before, mut session, generation, .. } = state;
+        let earlier = session.texts();
+        let earlier = earlier.iter().map(|text| Written { text, equals: None });
+        let written: Vec<_> = earlier.chain(changes.iter().copied()).collect();
+        let Shared { main, options, .. } = &*self.shared;
+        let read = read(&Request { main, options, changes: &written }, files);
+        let files = read.files;
+        let result = read.result.and_then(|configuration| {
+            let new = read.changes.len() - changes.len();
+            read.changes[new..].iter().for_each(|change| session.add(change));
+            let changes = list(&before, &configuration);
+            // Everything was read and nothing is changed yet; shown are the texts as they were given.
+            self.validate(&configuration, &changes)?;
+            Ok(Proposal {
+                database: self.clone(),
+                configuration: Arc::new(configuration),
+                session,
+                files: files.clone(),
+                changes,
+                generation,
+            })
+        });
+        (result, files)
+    }
+
+    fn validate(&self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
+        let validators = lock(&self.shared.validators).clone();
+        let mut diagnostics = Vec::new();
+        for validator in validators {
+            match catch_unwind(AssertUnwindSafe(|| validator(configuration, changes))) {
+                Ok(Ok(())) => {}
+                Ok(Err(report)) => diagnostics.extend_from_slice(report.diagnostics()),
+                Err(_) => diagnostics.push(Diagnostic::without_place(
+                    "a check of the configuration panicked",
+                    Some("this is a mistake in the program, not in the configuration".into()),
+                )),
+            }
+        }
+        if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics.into()) }
+    }
+}
+
+fn list(before: &Configuration, after: &Configuration) -> Vec<Change> {
+    let change = |(names, before, after): super::super::compare::Pair<'_>| Change {
+        path: path::render(&names),
+        before: before.map(|value| value.value.clone()),
+        after: after.map(|value| value.value.clone()),
+        names,
+    };
+    differences(&before.merged, &after.merged).into_iter().map(change).collect()
+}

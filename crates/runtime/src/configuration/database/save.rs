@@ -1,0 +1,159 @@
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use toml_edit::DocumentMut;
+
+use super::super::files;
+use super::super::path::render;
+use super::*;
+
+/// Where changes are saved to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SaveTo {
+    /// Each to the file that its value comes from; to the main file if no file has one.
+    #[default]
+    Origin,
+    /// All to the file of this computer, [`Options::host`].
+    Host,
+}
+
+/// A file with another text than it was read with.
+struct Edited {
+    path: PathBuf,
+    canonical: PathBuf,
+    text: Arc<str>,
+}
+
+impl Database {
+    /// Writes what was changed at run time into the files, with all comments and everything else as it was written;
+    /// the paths of these files are returned. Settings of the command line are not saved.
+    ///
+    /// Each file is replaced in one step.
+    ///
+    /// # Errors
+    /// A file was changed on the disk since it was read, can't be written, or has no place for the change. Nothing
+    /// is written then, unless the disk fails between two files.
+    pub fn save(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
+        let _turn = lock(&self.shared.turn);
+        let state = self.state();
+        let edited = self.edit(&state, to)?;
+        let mut files = state.files.clone();
+        for file in &edited {
+            files.replace(&file.canonical, &file.text);
+        }
+        let saved = self.reread(&state, files)?;
+        for file in &edited {
+            if files::read(&file.path).ok().as_ref() != state.files.get(&file.path) {
+                return Err(refusal(
+                    format!("{} was changed on the disk since it was read", file.path.display()),
+                    "take that over first (reload it; a watched file is by itself), then save again",
+                ));
+            }
+        }
+        for file in &edited {
+            write::replace(&file.canonical, &file.text).map_err(|error| {
+                refusal(
+                    format!("can't write {}: {error}", file.path.display()),
+                    "make the file and its folder writable, reload, and save again",
+                )
+            })?;
+        }
+        *lock(&self.shared.state) = saved;
+        Ok(edited.into_iter().map(|file| file.path).collect())
+    }
+
+    /// The files with the changes in them.
+    fn edit(&self, state: &State, to: SaveTo) -> Result<Vec<Edited>, Report> {
+        let configuration = &*state.configuration;
+        let mut documents: BTreeMap<usize, DocumentMut> = BTreeMap::new();
+        for (path, _, present) in differences(&configuration.files, &configuration.merged) {
+            let Some(value) = present.filter(|value| of_session(configuration, value.span)) else { continue };
+            let source = match (to, &self.shared.options.host) {
+                (SaveTo::Origin, _) => {
+                    home::home(configuration, &path).or_else(|| home::main_file(configuration))
+                }
+                (SaveTo::Host, Some(host)) => home::file(configuration, host),
+                (SaveTo::Host, None) => None,
+            };
+            let Some((id, source)) = source.and_then(|id| Some((id, configuration.sources().get(id)?)))
+            else {
+                return Err(refusal(
+                    "there is no file of this computer to save to",
+                    "name one when the agent is started",
+                ));
+            };
+            let (Some(_), Some(document)) = (source.path(), source.document()) else {
+                return Err(refusal(
+                    format!("`{}` can't be saved: {} is built in and no file", render(&path), source.name()),
+                    "save to the file of this computer, or start from a file",
+                ));
+            };
+            let document = documents.entry(id).or_insert_with(|| document.clone().into_mut());
+            edit::set(document, &path, value);
+        }
+        let edited = documents.into_iter().filter_map(|(id, document)| {
+            let source = configuration.sources().get(id)?;
+            let path = source.path()?.to_owned();
+            let canonical = state.files.get(&path)?.canonical.clone();
+            let text = as_before(source.text(), document.to_string());
+            (text != source.text()).then(|| Edited { path, canonical, text: text.into() })
+        });
+        Ok(edited.collect())
+    }
+
+    /// What holds once the files are written: the same, with as little of the session as that takes.
+    fn reread(&self, state: &State, files: Files) -> Result<State, Report> {
+        let Shared { main, options, .. } = &*self.shared;
+        let before = &state.configuration;
+        let without = read(&Request { main, options, changes: &[] }, files).result_and_files()?;
+        let mut session = state.session.clone();
+        // What the command line sets otherwise stays changed.
+        session.0.retain(|change| {
+            let value = |configuration: &Configuration| {
+                configuration.merged.entry(&change.path).map(|entry| entry.value.value.clone())
+            };
+            match (value(&without.0), value(before)) {
+                (Some(saved), Some(present)) => !same(&saved, &present),
+                (None, None) => false,
+                _ => true,
+            }
+        });
+        let texts = session.texts();
+        let written: Vec<_> = texts.iter().map(|text| Written { text, equals: None }).collect();
+        let (configuration, files) = if written.is_empty() {
+            without
+        } else {
+            read(&Request { main, options, changes: &written }, without.1).result_and_files()?
+        };
+        let lost = differences(&before.merged, &configuration.merged).into_iter().map(|(path, ..)| path);
+        let unsaved = differences(&configuration.files, &configuration.merged)
+            .into_iter()
+            .filter(|(_, _, present)| present.is_some_and(|value| of_session(&configuration, value.span)));
+        if let Some(path) = lost.chain(unsaved.map(|(path, ..)| path)).next() {
+            return Err(refusal(
+                format!("`{}` can't be saved: read again, the files would not say the same", render(&path)),
+                "write this change into the file by hand",
+            ));
+        }
+        Ok(State { configuration: Arc::new(configuration), session, files, generation: state.generation + 1 })
+    }
+}
+
+impl Read {
+    fn result_and_files(self) -> Result<(Configuration, Files), Report> {
+        Ok((self.result?, self.files))
+    }
+}
+
+fn of_session(configuration: &Configuration, span: super::super::source::Span) -> bool {
+    configuration.sources.of(span).kind() == SourceKind::Change
+}
+
+/// The text with the byte order mark and the line ends of the old one.
+fn as_before(old: &str, new: String) -> String {
+    let new = if old.contains("\r\n") { new.replace("\r\n", "\n").replace('\n', "\r\n") } else { new };
+    match old.strip_prefix('\u{feff}') {
+        Some(_) if !new.starts_with('\u{feff}') => format!("\u{feff}{new}"),
+        _ => new,
+    }
+}

@@ -1,0 +1,32 @@
+use super::super::compare::leaves;
+use super::super::path::render;
+use super::super::value::{Table, Value};
+
+/// Changes made at run time, in their order.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Session(pub(super) Vec<Changed>);
+
+/// What one setting was changed to; its value is a table only if that is empty.
+#[derive(Clone, Debug)]
+pub(super) struct Changed {
+    pub(super) path: Vec<String>,
+    pub(super) value: Value,
+}
+
+impl Session {
+    /// Adds what a change says.
+    pub(super) fn add(&mut self, change: &Table) {
+        leaves(change, &[], &mut |path, value| {
+            // An earlier change that this one covers says nothing any more.
+            if value.as_table().is_none() {
+                self.0.retain(|earlier| !earlier.path.starts_with(&path));
+            }
+            self.0.push(Changed { path, value: value.value.clone() });
+        });
+    }
+
+    /// The changes as texts, to be read again.
+    pub(super) fn texts(&self) -> Vec<String> {
+        self.0.iter().map(|change| format!("{}={}", render(&change.path), change.value)).collect()
+    }
+}

@@ -1,0 +1,102 @@
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use super::*;
+
+/// How often files are looked at. Two looks that agree make an edit, so that no half-written file is read.
+const PERIOD: Duration = Duration::from_millis(250);
+
+/// Lasts as long as edited files are taken over.
+#[must_use = "dropping it ends the watching"]
+pub struct Watch {
+    /// Dropped to end the thread.
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for Watch {
+    /// Waits for the end of a call under way, except in that call itself.
+    fn drop(&mut self) {
+        self.stop = None;
+        if let Some(thread) =
+            self.thread.take().filter(|thread| thread.thread().id() != thread::current().id())
+        {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl fmt::Debug for Watch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Watch").finish_non_exhaustive()
+    }
+}
+
+impl Database {
+    /// Takes over the files of the configuration, included ones too, when they are edited, within a second.
+    ///
+    /// A thread looks at what stands at their paths, so it doesn't matter how an editor replaces them. `told` is
+    /// called in that thread with what was changed by an edit, or with what is wrong with it; then nothing changes,
+    /// and the next edit is tried. Changes made at run time stay on top.
+    ///
+    /// # Errors
+    /// There can be no more threads.
+    pub fn watch(
+        &self,
+        told: impl FnMut(Result<Vec<Change>, Report>) + Send + 'static,
+    ) -> Result<Watch, Report> {
+        let (stop, stopped) = mpsc::channel();
+        let mut watcher = Watcher { database: self.clone(), seen: None, refused: None };
+        let mut told = told;
+        let run = move || {
+            while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
+                if let Some(result) = watcher.look() {
+                    // The next edit is to be taken over even if nobody learns of this one.
+                    let _ = catch_unwind(AssertUnwindSafe(|| told(result)));
+                }
+            }
+        };
+        let thread = thread::Builder::new().name("configuration".into()).spawn(run).map_err(|error| {
+            refusal(format!("can't watch the configuration: {error}"), "end what has too many threads")
+        })?;
+        Ok(Watch { stop: Some(stop), thread: Some(thread) })
+    }
+}
+
+struct Watcher {
+    database: Database,
+    /// What stood on the disk at the last look, if it was new.
+    seen: Option<Files>,
+    /// What was wrong, to be told once.
+    refused: Option<Files>,
+}
+
+impl Watcher {
+    fn look(&mut self) -> Option<Result<Vec<Change>, Report>> {
+        let state = self.database.state();
+        let now = state.files.fresh(self.refused.as_ref().unwrap_or(&Files::default()));
+        if state.files.hold_in(&now) {
+            (self.seen, self.refused) = (None, None);
+            return None;
+        }
+        if self.refused.as_ref() == Some(&now) {
+            return None;
+        }
+        if self.seen.as_ref() != Some(&now) {
+            self.seen = Some(now);
+            return None;
+        }
+        let (result, tried) = self.database.proposal(state, &[], now);
+        match result {
+            // Overtaken by another change: the next look tries again.
+            Ok(proposal) => proposal.apply().map(Ok),
+            Err(report) => {
+                self.refused = Some(tried);
+                Some(Err(report))
+            }
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! Settings of which only one can hold.
+
+use super::source::Sources;
+use super::value::{Table, Value};
+
+/// The path of the setting that this one takes the place of, if that stands there: of `every` it is `on`, of a link
+/// it is the value of the input.
+pub(super) fn counterpart(path: &[String]) -> Option<Vec<String>> {
+    let path: Vec<&str> = path.iter().map(String::as_str).collect();
+    let other = match path[..] {
+        ["modules", module, "every"] => vec!["modules", module, "on"],
+        ["modules", module, "on"] => vec!["modules", module, "every"],
+        ["actuators", actuator, "command"] => vec!["actuators", actuator, "commands"],
+        ["actuators", actuator, "commands"] => vec!["actuators", actuator, "command"],
+        ["modules", module, "inputs", port, ..] => {
+            return Some(vec!["links".into(), format!("{module}/{port}")]);
+        }
+        ["links", input, ..] => {
+            let (module, port) = input.rsplit_once('/')?;
+            vec!["modules", module, "inputs", port]
+        }
+        _ => return None,
+    };
+    Some(other.into_iter().map(String::from).collect())
+}
+
+/// Of settings that exclude each other, leaves the ones of the later layer.
+pub(super) fn settle(merged: &mut Table, sources: &Sources) {
+    let mut lost = Vec::new();
+    let mut candidates = |section: &str, found: &dyn Fn(&str, &Table) -> Vec<Vec<String>>| {
+        let Some(section) = merged.get(section).and_then(|value| value.as_table()) else { return };
+        for path in section.iter().flat_map(|(name, entry)| match &entry.value.value {
+            Value::Table(table) => found(name, table),
+            _ => Vec::new(),
+        }) {
+            let Some(other) = counterpart(&path) else { continue };
+            let rank = |path: &[String]| Some(sources.rank(merged.entry(path)?.key));
+            match (rank(&path), rank(&other)) {
+                (Some(one), Some(two)) if one < two => lost.push(path),
+                (Some(one), Some(two)) if one > two => lost.push(other),
+                _ => {}
+            }
+        }
+    };
+    let path = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+    candidates("actuators", &|name, _| vec![path(&["actuators", name, "command"])]);
+    candidates("modules", &|name, module| {
+        let inputs = module.get("inputs").and_then(|inputs| inputs.as_table());
+        let ports = inputs.into_iter().flat_map(Table::iter);
+        let inputs = ports.map(|(port, _)| path(&["modules", name, "inputs", port]));
+        inputs.chain([path(&["modules", name, "every"])]).collect()
+    });
+    for path in lost {
+        merged.remove(&path);
+    }
+}

@@ -1,0 +1,79 @@
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A configuration file is small; anything above is a mistake (bytes).
+const LARGEST_FILE: u64 = 16 << 20;
+
+/// The texts of files by the path that names them, each read once.
+///
+/// Whoever reads a configuration with the files of an earlier one reads what that one read, whatever is on the disk.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Files(BTreeMap<PathBuf, Result<File, Unreadable>>);
+
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct File {
+    /// The same for all paths that lead to it.
+    pub(super) canonical: PathBuf,
+    pub(super) text: Arc<str>,
+}
+
+/// Why a file was not read, and what helps if that is another thing than another path.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Unreadable {
+    pub(super) reason: String,
+    pub(super) help: Option<&'static str>,
+}
+
+impl Files {
+    /// The file at a path, read unless it is known.
+    pub(super) fn read(&mut self, path: &Path) -> Result<File, Unreadable> {
+        self.0.entry(path.to_owned()).or_insert_with(|| read(path)).clone()
+    }
+
+    /// The file at a path, if it was read.
+    pub(super) fn get(&self, path: &Path) -> Option<&File> {
+        self.0.get(path)?.as_ref().ok()
+    }
+
+    /// What stands on the disk now under all paths of both.
+    pub(super) fn fresh(&self, more: &Self) -> Self {
+        Self(self.0.keys().chain(more.0.keys()).map(|path| (path.clone(), read(path))).collect())
+    }
+
+    /// Whether the other one says the same about all files of this one.
+    pub(super) fn hold_in(&self, other: &Self) -> bool {
+        self.0.iter().all(|(path, file)| other.0.get(path) == Some(file))
+    }
+
+    /// Changes the text of a file, by whatever paths it is known.
+    pub(super) fn replace(&mut self, canonical: &Path, text: &Arc<str>) {
+        for file in self.0.values_mut().flatten().filter(|file| file.canonical == canonical) {
+            file.text = Arc::clone(text);
+        }
+    }
+}
+
+/// Reads a file from the disk.
+pub(super) fn read(path: &Path) -> Result<File, Unreadable> {
+    let unreadable = |reason: String| Unreadable { reason, help: None };
+    let failed = |error: std::io::Error| unreadable(error.to_string());
+    let canonical = path.canonicalize().map_err(failed)?;
+    let data = std::fs::metadata(&canonical).map_err(failed)?;
+    if !data.is_file() {
+        return Err(unreadable("it is no file".into()));
+    }
+    if data.len() > LARGEST_FILE {
+        return Err(unreadable("it is too large".into()));
+    }
+    match String::from_utf8(std::fs::read(&canonical).map_err(failed)?) {
+        Ok(text) => Ok(File { canonical, text: text.into() }),
+        Err(error) => {
+            let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            let line = good.iter().filter(|byte| **byte == b'\n').count() + 1;
+            let reason = format!("line {line} is not UTF-8 text");
+            Err(Unreadable { reason, help: Some("save the file as UTF-8") })
+        }
+    }
+}

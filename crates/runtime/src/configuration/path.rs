@@ -1,0 +1,51 @@
+//! Paths of settings, as `--set` takes them.
+
+use super::diagnostic::{Diagnostic, Report};
+use super::scope::{SECTIONS, flatten_path};
+
+/// The names of a path, as they are written.
+fn names(path: &str) -> Result<Vec<String>, Report> {
+    let keys = toml_edit::Key::parse(path).map_err(|error| {
+        let message = format!("`{path}` is no path: {}", error.message().trim());
+        let help = "write names with dots between them, such as loop.period or log.levels.\"r2/planner\"";
+        Diagnostic::without_place(message, Some(help.into()))
+    })?;
+    Ok(keys.iter().map(|key| key.get().to_owned()).collect())
+}
+
+/// The text of a path, which reads as the same path.
+pub(super) fn render(names: &[String]) -> String {
+    let texts: Vec<String> =
+        names.iter().map(|name| toml_edit::Key::new(name).display_repr().into_owned()).collect();
+    texts.join(".")
+}
+
+/// A part of the settings: all that stand at a path or below it.
+#[derive(Clone, Debug)]
+pub(super) struct Prefix(Vec<String>);
+
+impl Prefix {
+    /// The part below a path, which may be that of a robot, such as `robots.r2`; an empty text is everything.
+    pub(super) fn parse(path: &str) -> Result<Self, Report> {
+        if path.trim().is_empty() {
+            return Ok(Self(Vec::new()));
+        }
+        let names = names(path)?;
+        // Only a name inside a section of a robot has a form without it.
+        let whole = names.first().is_some_and(|first| first == "robots") && names.len() <= 3;
+        Ok(Self(if whole { names } else { flatten_path(names) }))
+    }
+
+    /// Whether a flat path stands there.
+    pub(super) fn holds(&self, path: &[String]) -> bool {
+        path.starts_with(&self.0) || of_robot(path).is_some_and(|path| path.starts_with(&self.0))
+    }
+}
+
+/// A flat path as it is written inside of the robot, if it is one of a robot's.
+fn of_robot(path: &[String]) -> Option<Vec<String>> {
+    let [section, name, ..] = path else { return None };
+    let (robot, name) = name.split_once('/').filter(|_| SECTIONS.contains(&section.as_str()))?;
+    let start = ["robots", robot, section, name].map(String::from);
+    Some(start.into_iter().chain(path[2..].iter().cloned()).collect())
+}
