@@ -2,7 +2,6 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-use slate_blackboard::Property;
 use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
@@ -14,8 +13,7 @@ use crate::digest::Digest;
 /// A gate with the property that the actuator reads.
 #[derive(Debug)]
 pub(crate) struct Actuator {
-    /// What passed: `/<name>/command`.
-    pub command: Arc<Property>,
+    name: String,
     inner: Mutex<Inner>,
 }
 
@@ -32,17 +30,9 @@ struct Inner {
 }
 
 impl Actuator {
-    pub fn new(gate: Gate, command: (Arc<Property>, Writer), state: Writer, index: u32) -> Self {
-        let inner = Inner {
-            gate,
-            command: command.1,
-            state,
-            index,
-            wakes: Vec::new(),
-            last_state: None,
-            fresh: false,
-        };
-        Self { command: command.0, inner: Mutex::new(inner) }
+    pub fn new(name: &str, gate: Gate, command: Writer, state: Writer, index: u32) -> Self {
+        let inner = Inner { gate, command, state, index, wakes: Vec::new(), last_state: None, fresh: false };
+        Self { name: name.into(), inner: Mutex::new(inner) }
     }
 
     /// Wakes a thread when a command has passed.
@@ -50,9 +40,9 @@ impl Actuator {
         self.locked().wakes.push(wake);
     }
 
-    /// Wakes only those threads.
-    pub fn wake_only(&self, listening: &[Arc<Wake>]) {
-        self.locked().wakes.retain(|wake| listening.iter().any(|own| Arc::ptr_eq(own, wake)));
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     fn locked(&self) -> MutexGuard<'_, Inner> {

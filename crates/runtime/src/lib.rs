@@ -15,5 +15,7 @@ mod main_loop;
 pub mod plugin;
 mod runner;
 
-pub use agent::{Agent, Mode, Options, StartError, Stopper};
+pub use agent::{
+    Agent, Composer, Mode, ModuleStatus, Options, PluginError, PluginStatus, Reload, StartError, Stopper,
+};
 pub use main_loop::{Control, Cycle, End, Observer, Rate};

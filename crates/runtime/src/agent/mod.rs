@@ -1,10 +1,13 @@
 //! An agent: one process with one blackboard and a name.
 
 mod build;
-mod order;
+mod catalogue;
+mod composer;
+mod composition;
 mod parameters;
 mod survey;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -13,13 +16,14 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
-use crate::actuators::Actuator;
 use crate::clock::Clock;
 use crate::configuration::{Configuration, Report};
 use crate::log::{LogTarget, Logger};
-use crate::main_loop::{
-    End, Flow, ModuleThreads, Observer, Order, Pace, Rate, Seat, Shared, Watchdog, Workers, cycle, drive,
-};
+use crate::main_loop::{End, Flow, Observer, Pace, Rate, Shared, Watchdog, Workers, cycle, drive};
+use build::Ground;
+use catalogue::Catalogue;
+pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
+use composition::Composition;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +79,10 @@ pub enum StartError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Configuration(#[from] Report),
+    /// A plugin can't be loaded.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Plugin(PluginError),
     /// Virtual time as fast as it goes is for lockstep.
     #[error("threaded mode runs on the wall clock: it has no rate `max`")]
     #[diagnostic(help("use `realtime` or a factor, or staged mode"))]
@@ -87,10 +95,7 @@ pub enum StartError {
 /// An agent, loaded and ready.
 pub struct Agent {
     shared: Arc<Shared>,
-    seats: Vec<Arc<Seat>>,
-    /// Modules with threads of their own.
-    threaded: Vec<Arc<Seat>>,
-    actuators: Vec<Arc<Actuator>>,
+    composer: Composer,
     hang: Duration,
 }
 
@@ -118,45 +123,47 @@ impl Agent {
         let log = configuration.log();
         let levels = log.levels.iter().map(|(name, level)| (name.value.clone(), level.value)).collect();
         let logger = Arc::new(Logger::new(options.log, log.level.value, levels)?);
-        let built = build::build(configuration, plugins, &logger, lockstep, &options.stop)?;
         let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
-        let own_thread = |index: &usize| options.mode == Mode::Threaded && built.waits[*index];
-        let mut runners = built.runners;
-        let listening: Vec<_> =
-            (0..runners.len()).filter(own_thread).map(|index| Arc::clone(&runners[index].wake)).collect();
-        runners.iter_mut().for_each(|runner| runner.wake_only(&listening));
-        built.actuators.iter().for_each(|actuator| actuator.wake_only(&listening));
-        let seats: Vec<Arc<Seat>> = runners.into_iter().map(|runner| Arc::new(Seat::new(runner))).collect();
-        let threaded = (0..seats.len()).filter(own_thread).map(|index| Arc::clone(&seats[index])).collect();
-        let on_loop = |level: &Vec<usize>| {
-            level.iter().filter(|i| !own_thread(i)).map(|i| Arc::clone(&seats[*i])).collect()
-        };
-        let order = Order::new(built.order.iter().flatten().map(on_loop));
-        if options.armed {
-            // A stop that is still latched keeps them disarmed.
-            built.actuators.iter().for_each(|actuator| {
-                actuator.arm();
-            });
-        }
-        let shared = Shared::new(
-            built.board,
+        let board = Arc::new(Board::new(configuration.agent_name()));
+        let shared = Arc::new(Shared::new(
+            Arc::clone(&board),
             clock,
-            logger,
+            Arc::clone(&logger),
             configuration.period().value,
             lockstep,
-            order,
-            built.actuators.clone(),
             lockstep.then(crate::digest::Digest::new),
             Workers::start(options.workers, options.always_help)?,
             Pace::new(options.rate),
-        );
-        Ok(Self {
-            shared: Arc::new(shared),
-            seats,
-            threaded,
-            actuators: built.actuators,
-            hang: Duration::from_nanos(configuration.hang().value),
-        })
+        ));
+        let ground = Ground {
+            board,
+            logger,
+            lockstep,
+            mode: options.mode,
+            stop: options.stop,
+            posts: BTreeMap::new(),
+            actuators: BTreeMap::new(),
+            index: 0,
+        };
+        let composition = Composition {
+            configuration: Arc::new(configuration.clone()),
+            catalogue: Catalogue::default(),
+            ground,
+            present: BTreeMap::new(),
+            origins: BTreeMap::new(),
+            armed: options.armed,
+        };
+        let composer = Composer::new(Arc::clone(&shared), composition);
+        composer.start(plugins).map_err(|error| match error {
+            PluginError::Unfit(report) => StartError::Configuration(report),
+            other => StartError::Plugin(other),
+        })?;
+        Ok(Self { shared, composer, hang: Duration::from_nanos(configuration.hang().value) })
+    }
+
+    /// What changes the agent, also while it runs and from any thread.
+    pub fn composer(&self) -> Composer {
+        self.composer.clone()
     }
 
     /// Everything that the robot knows.
@@ -176,36 +183,38 @@ impl Agent {
     }
 
     /// The names of the modules.
-    pub fn modules(&self) -> Vec<&str> {
-        self.seats.iter().map(|seat| &*seat.name).collect()
+    pub fn modules(&self) -> Vec<String> {
+        self.composer.composition().present.keys().cloned().collect()
     }
 
     /// How often a module has ticked, missed its deadline and panicked.
     pub fn counts(&self, module: &str) -> Option<(u64, u64, u64)> {
-        let health = &self.seats.iter().find(|seat| &*seat.name == module)?.health;
+        let composition = self.composer.composition();
+        let health = &composition.present.get(module)?.seat.health;
         let load = |counter: &std::sync::atomic::AtomicU64| counter.load(Ordering::Relaxed);
         Some((load(&health.ticks), load(&health.misses), load(&health.panics)))
     }
 
     /// A fingerprint of everything that modules wrote in lockstep so far; nothing on the wall clock.
     pub fn digest(&mut self) -> Option<u64> {
-        // SAFETY: `&mut self` says that no run is going on in another thread.
+        // SAFETY: `&mut self` says that no run is going on in another thread, and jobs don't use the digest.
         unsafe { self.shared.core() }.digest.as_ref().map(crate::digest::Digest::value)
     }
 
     /// Stops all actuators, and keeps them stopped until [`reset`](Agent::reset) and [`arm`](Agent::arm).
     pub fn stop_actuators(&self, reason: &str) {
-        self.actuators.iter().for_each(|actuator| actuator.stop(reason, self.now()));
+        let now = self.now();
+        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.stop(reason, now));
     }
 
     /// Ends a stop of the actuators.
     pub fn reset(&self) {
-        self.actuators.iter().for_each(|actuator| actuator.reset());
+        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.reset());
     }
 
     /// Lets commands through to the actuators; false when one is still stopped.
     pub fn arm(&self) -> bool {
-        self.actuators.iter().filter(|actuator| !actuator.arm()).count() == 0
+        self.composer.composition().ground.actuators.values().filter(|actuator| !actuator.arm()).count() == 0
     }
 
     /// What ends a run from another thread.
@@ -217,7 +226,13 @@ impl Agent {
     ///
     /// Only in lockstep: on the wall clock modules have threads of their own.
     pub fn step(&mut self) -> bool {
-        self.shared.lockstep && cycle(&self.shared) != Flow::Lost
+        if !self.shared.lockstep {
+            return false;
+        }
+        self.shared.take_token();
+        let flow = cycle(&self.shared);
+        self.shared.give_token_back();
+        flow != Flow::Lost
     }
 
     /// Runs until the observer, a [`Stopper`] or a fault ends it.
@@ -229,22 +244,17 @@ impl Agent {
     /// When the observer does.
     pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
         let shared = &self.shared;
-        // SAFETY: no run is going on, as `&mut self` says.
-        unsafe { shared.core() }.observer = Some(observer);
-        let watched = self.seats.iter().map(|seat| {
-            let on_loop = !self.threaded.iter().any(|own| Arc::ptr_eq(own, seat));
-            (Arc::clone(seat), on_loop)
-        });
-        let watchdog = Watchdog::new(Arc::clone(shared), watched.collect(), self.hang);
+        let watchdog = Watchdog::new(Arc::clone(shared), self.hang);
         shared.begin();
-        let mut threads = ModuleThreads::default();
+        // SAFETY: `begin` took the token.
+        unsafe { shared.core() }.observer = Some(observer);
         let watchdog = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.watch());
         let driver = Arc::clone(shared);
         let main_loop = std::thread::Builder::new().name("main loop".into());
         let started = match &watchdog {
-            Ok(_) => threads
-                .start(shared, &self.threaded)
-                .and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop)),
+            Ok(_) => {
+                self.composer.start_threads().and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop))
+            }
             Err(error) => Err(error.kind().into()),
         };
         if started.is_err() {
@@ -252,14 +262,16 @@ impl Agent {
             shared.put_token_down();
         }
         let end = shared.wait();
-        threads.join();
+        shared.threads().join();
         let panic = shared.close();
         if let Ok(watchdog) = watchdog {
             // It has nothing that panics.
             let _ = watchdog.join();
         }
-        // SAFETY: the token was put down.
+        shared.take_token();
+        // SAFETY: the token was taken.
         unsafe { shared.core() }.observer = None;
+        shared.give_token_back();
         shared.logger.flush(LAST_LINES);
         if let Some(panic) = panic {
             std::panic::resume_unwind(panic);

@@ -29,7 +29,7 @@ pub(super) struct Build<'a> {
 impl Build<'_> {
     pub(super) fn top(&mut self, root: &Table, extra: &[String]) {
         let mut known = vec!["agent", "loop", "time", "mission", "log"];
-        known.extend(["modules", "links", "actuators", "robots"]);
+        known.extend(["plugins", "modules", "links", "actuators", "robots"]);
         known.extend(extra.iter().map(String::as_str));
         self.problems.unknown_keys(root, "at the top", &known);
     }
@@ -108,7 +108,7 @@ impl Build<'_> {
     }
 
     fn module(&mut self, name: &str, entry: &Entry) -> Option<Module> {
-        let known = ["plugin", "enabled", "stage", "every", "on", "deadline", "params", "inputs"];
+        let known = ["plugin", "enabled", "isolated", "stage", "every", "on", "deadline", "params", "inputs"];
         let table = self.problems.as_table(&format!("modules.{name}"), entry)?;
         self.problems.unknown_keys(table, &format!("in module `{name}`"), &known);
         let type_name = name.rsplit('/').next().unwrap_or(name);
@@ -129,6 +129,10 @@ impl Build<'_> {
             enabled: match table.get("enabled") {
                 Some(_) => self.problems.flag(table, "enabled")?,
                 None => Spanned::new(true, entry.key),
+            },
+            isolated: match table.get("isolated") {
+                Some(_) => self.problems.flag(table, "isolated")?,
+                None => Spanned::new(false, entry.key),
             },
             trigger: self.trigger(table),
             deadline: self.problems.duration(table, "deadline"),

@@ -32,6 +32,7 @@ mod files;
 mod layers;
 mod model;
 mod path;
+mod plugins;
 mod problems;
 mod read;
 mod scope;
@@ -44,7 +45,7 @@ use std::path::{Path, PathBuf};
 pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 use files::Files;
-pub use model::{Actuator, Limit, Link, Log, Mission, Module, RateLimit};
+pub use model::{Actuator, Limit, Link, Log, Mission, Module, PluginEntry, RateLimit};
 use path::Prefix;
 use problems::Problems;
 use read::{Main, Request};
@@ -85,6 +86,7 @@ pub struct Configuration {
     time_source: Option<Spanned<String>>,
     mission: Option<Mission>,
     log: Log,
+    plugins: Vec<PluginEntry>,
     modules: Vec<Module>,
     links: Vec<Link>,
     actuators: Vec<Actuator>,

@@ -1,3 +1,5 @@
+use std::path::PathBuf;
+
 use slate_blackboard::Url;
 use slate_module::{Level, Stage, Trigger};
 
@@ -13,6 +15,8 @@ pub struct Module {
     pub plugin: Spanned<String>,
     /// Whether it runs from the start.
     pub enabled: Spanned<bool>,
+    /// Whether it runs in a process of its own.
+    pub isolated: Spanned<bool>,
     /// Overrides the stage that the module names itself.
     pub stage: Option<Spanned<Stage>>,
     /// Overrides the trigger that the module names itself.
@@ -23,6 +27,19 @@ pub struct Module {
     pub params: Table,
     /// Values of inputs that have no link, by port.
     pub inputs: Table,
+}
+
+/// A plugin that is a library, or a named list of plugins.
+#[derive(Clone, Debug)]
+pub struct PluginEntry {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The library.
+    pub file: Option<Spanned<PathBuf>>,
+    /// The plugins of a list.
+    pub members: Option<Vec<Spanned<String>>>,
+    /// Whether it is loaded at the start.
+    pub load: bool,
 }
 
 /// An input that reads a property.

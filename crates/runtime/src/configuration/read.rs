@@ -75,6 +75,7 @@ fn build(
     let time_source = build.time_source(&merged);
     let mission = build.mission(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
+    let plugins = build.plugins(&merged);
     let mut modules = build.modules(&merged);
     let mut links = build.links(&merged, name);
     build.links_or_values(&mut modules, &mut links);
@@ -90,6 +91,7 @@ fn build(
                 agent,
                 time_source,
                 mission,
+                plugins,
                 log,
                 modules,
                 links,

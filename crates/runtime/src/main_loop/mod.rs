@@ -4,6 +4,7 @@
 //! thread and goes on without the late module. Under a time source the loop is in lockstep: everything depends on the
 //! virtual time alone, and a step that hangs ends the run.
 
+mod jobs;
 mod pace;
 mod seat;
 mod threads;
@@ -26,11 +27,12 @@ use crate::digest::Digest;
 use crate::log::Logger;
 use crate::runner::StepCall;
 
+use jobs::{Jobs, Token};
 pub(crate) use pace::Pace;
 pub use pace::Rate;
 pub(crate) use seat::Seat;
 pub(crate) use threads::ModuleThreads;
-pub(crate) use watchdog::Watchdog;
+pub(crate) use watchdog::{Watchdog, Watched};
 pub(crate) use workers::Workers;
 
 /// What the application sees at the end of a cycle.
@@ -88,6 +90,7 @@ pub(crate) struct Core {
 }
 
 /// The modules of the loop in the order in which they run.
+#[derive(Default)]
 pub(crate) struct Order {
     seats: Vec<Arc<Seat>>,
     /// For each seat, where its level ends: modules up to there do not depend on each other.
@@ -126,6 +129,10 @@ pub(crate) struct Shared {
     /// The number of the run that goes on; 0 for none.
     running: AtomicU64,
     core: UnsafeCell<Core>,
+    token: Token,
+    jobs: Jobs,
+    watched: Mutex<Watched>,
+    threads: Mutex<ModuleThreads>,
     ending: Mutex<Ending>,
     changed: Condvar,
 }
@@ -154,15 +161,13 @@ impl Shared {
         logger: Arc<Logger>,
         period: u64,
         lockstep: bool,
-        order: Order,
-        actuators: Vec<Arc<Actuator>>,
         digest: Option<Digest>,
         workers: Workers,
         pace: Pace,
     ) -> Self {
         let core = Core {
-            order,
-            actuators,
+            order: Order::default(),
+            actuators: Vec::new(),
             digest,
             pace,
             observer: None,
@@ -179,6 +184,10 @@ impl Shared {
             lockstep,
             running: AtomicU64::new(0),
             core: UnsafeCell::new(core),
+            token: Token::default(),
+            jobs: Jobs::default(),
+            watched: Mutex::new(Arc::from([])),
+            threads: Mutex::default(),
             ending: Mutex::default(),
             changed: Condvar::new(),
         }
@@ -198,8 +207,43 @@ impl Shared {
         self.ending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The modules that the watchdog watches.
+    pub fn watched(&self) -> Watched {
+        Arc::clone(&self.watched.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The threads of modules.
+    pub fn threads(&self) -> MutexGuard<'_, ModuleThreads> {
+        self.threads.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// From the next cycle on the loop runs these modules, and ends stale commands of these actuators.
+    pub fn compose(&self, order: Order, mut actuators: Vec<Arc<Actuator>>, watched: Watched) {
+        *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = watched;
+        let exchanged = self.between_cycles(&[], move |shared| {
+            // SAFETY: jobs are done by who has the token.
+            let core = unsafe { shared.core() };
+            let order = std::mem::replace(&mut core.order, order);
+            std::mem::swap(&mut core.actuators, &mut actuators);
+            Some((order, actuators))
+        });
+        // What is no longer needed is dropped here and not on the loop.
+        drop(exchanged);
+    }
+
+    /// Takes the token for a single cycle.
+    pub fn take_token(&self) {
+        self.token.take();
+    }
+
+    /// Gives it back.
+    pub fn give_token_back(&self) {
+        self.token.give_back();
+    }
+
     /// Before a run.
     pub fn begin(&self) {
+        self.token.take();
         let mut ending = self.ending();
         let runs = ending.runs + 1;
         *ending = Ending { runs, ..Ending::default() };
@@ -233,6 +277,7 @@ impl Shared {
     /// After the end: says that no thread works on the core any more.
     pub fn put_token_down(&self) {
         self.ending().token_down = true;
+        self.token.give_back();
         self.changed.notify_all();
     }
 
@@ -351,8 +396,16 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
     for actuator in &core.actuators {
         actuator.expire(now, core.digest.as_mut());
     }
-    let Some(observer) = core.observer.as_mut() else { return Flow::Next };
-    match observer(&Cycle { now, number: core.cycle, board: &shared.board }) {
+    let control = core.observer.as_mut().map_or(Control::Continue, |observer| {
+        observer(&Cycle { now, number: core.cycle, board: &shared.board })
+    });
+    // In what is left of the period, so that no cycle is late for it.
+    if let Some(job) = shared.jobs.next()
+        && job(shared) == Flow::Lost
+    {
+        return Flow::Lost;
+    }
+    match control {
         Control::Continue => Flow::Next,
         Control::Stop => Flow::Stop,
     }

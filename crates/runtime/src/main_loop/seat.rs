@@ -1,6 +1,7 @@
 use std::cell::UnsafeCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
@@ -29,6 +30,8 @@ pub(crate) struct Seat {
     begun: AtomicU64,
     /// Whether a worker makes the step, so that the loop goes on without it.
     helped: AtomicBool,
+    /// Whether the module's own thread ends.
+    retired: AtomicBool,
     runner: UnsafeCell<Runner>,
 }
 
@@ -45,6 +48,7 @@ impl Seat {
             state: AtomicU32::new(IDLE),
             begun: AtomicU64::new(0),
             helped: AtomicBool::new(false),
+            retired: AtomicBool::new(false),
             runner: UnsafeCell::new(runner),
         }
     }
@@ -67,9 +71,67 @@ impl Seat {
         self.state.store(RUNNING, Ordering::Release);
     }
 
+    /// Keeps others out between two steps: the module's own thread, or who exchanges its code.
+    pub fn claim(&self) -> bool {
+        self.state.compare_exchange(IDLE, CLAIMED, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    }
+
+    /// Claims the seat as soon as its step has ended; false when that does not return.
+    pub fn claim_patiently(&self) -> bool {
+        while !self.claim() {
+            if self.is_late() {
+                return false;
+            }
+            if !self.readmit() {
+                std::thread::sleep(Duration::from_micros(50));
+            }
+        }
+        true
+    }
+
+    /// Lets others in again, unless the seat was given up meanwhile.
+    pub fn unclaim(&self) {
+        // It fails when the seat is late, which then stays so.
+        let _ = self.state.compare_exchange(CLAIMED, IDLE, Ordering::Release, Ordering::Relaxed);
+    }
+
+    /// Makes a call of the module outside its step, watched like one; nothing when it was given up. The seat is claimed
+    /// (and stays so) or belongs to the loop.
+    pub fn call<R>(&self, claimed: bool, call: impl FnOnce() -> R) -> Option<R> {
+        self.begin(false);
+        let result = call();
+        let ended = if claimed { self.end_claimed() } else { self.end() };
+        ended.then_some(result)
+    }
+
+    /// Lets the module's own thread end.
+    pub fn retire(&self) {
+        self.retired.store(true, Ordering::Release);
+        self.wake.notify(1);
+    }
+
+    /// Whether the module's own thread shall end.
+    pub fn is_retired(&self) -> bool {
+        self.retired.load(Ordering::Acquire)
+    }
+
+    /// Takes the runner out of a seat that nobody drives any more.
+    pub fn into_runner(self) -> Runner {
+        self.runner.into_inner()
+    }
+
     /// After a step: true when the runner still belongs to the caller, false when the step was given up.
     pub fn end(&self) -> bool {
-        if self.state.compare_exchange(RUNNING, IDLE, Ordering::AcqRel, Ordering::Acquire).is_ok() {
+        self.end_as(IDLE)
+    }
+
+    /// As [`end`](Seat::end), and the seat stays claimed.
+    pub fn end_claimed(&self) -> bool {
+        self.end_as(CLAIMED)
+    }
+
+    fn end_as(&self, next: u32) -> bool {
+        if self.state.compare_exchange(RUNNING, next, Ordering::AcqRel, Ordering::Acquire).is_ok() {
             return true;
         }
         while self.state.compare_exchange(LATE, RETURNED, Ordering::AcqRel, Ordering::Acquire).is_err() {

@@ -3,72 +3,85 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use slate_blackboard::wake::Wake;
 use slate_module::Trigger;
 
 use super::{Seat, Shared, measured, nanoseconds};
-use crate::runner::{Condition, Runner};
+use crate::runner::{Condition, Runner, StepCall};
 
 /// Modules that run on threads of their own, woken by what they wait for.
 #[derive(Default)]
 pub(crate) struct ModuleThreads {
-    threads: Vec<(Arc<Seat>, Arc<Wake>, JoinHandle<()>)>,
+    threads: Vec<(Arc<Seat>, JoinHandle<()>)>,
 }
 
 impl ModuleThreads {
-    /// Starts a thread for each module.
+    /// Starts a module's thread.
     ///
     /// # Errors
-    /// When a thread can't be started; those before it run.
-    pub fn start(&mut self, shared: &Arc<Shared>, seats: &[Arc<Seat>]) -> io::Result<()> {
+    /// When it can't be started.
+    pub fn start(&mut self, shared: &Arc<Shared>, seat: &Arc<Seat>) -> io::Result<()> {
         let run = shared.run();
-        for seat in seats {
-            let wake = Arc::clone(&seat.wake);
-            let (thread_shared, driven, own) = (Arc::clone(shared), Arc::clone(seat), Arc::clone(&wake));
-            let thread = std::thread::Builder::new()
-                .name(seat.name.to_string())
-                .spawn(move || work(&thread_shared, run, &driven, &own))?;
-            self.threads.push((Arc::clone(seat), wake, thread));
-        }
+        let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(seat));
+        let thread = std::thread::Builder::new()
+            .name(seat.name.to_string())
+            .spawn(move || work(&thread_shared, run, &driven))?;
+        self.threads.push((Arc::clone(seat), thread));
         Ok(())
     }
 
+    /// Waits for a module's thread, which ends.
+    pub fn join_one(&mut self, seat: &Arc<Seat>) {
+        let Some(at) = self.threads.iter().position(|(other, _)| Arc::ptr_eq(other, seat)) else { return };
+        let (seat, thread) = self.threads.swap_remove(at);
+        join(&seat, thread);
+    }
+
     /// Waits for the threads after the run has ended; one that hangs is left behind.
-    pub fn join(self) {
-        self.threads.iter().for_each(|(_, wake, _)| wake.notify(1));
-        for (seat, _, thread) in self.threads {
-            while !thread.is_finished() && !seat.is_late() {
-                std::thread::sleep(Duration::from_micros(200));
-            }
-            if thread.is_finished() {
-                // A panic in a module does not reach its thread, so there is nothing to learn from the result.
-                let _ = thread.join();
-            }
-        }
+    pub fn join(&mut self) {
+        self.threads.iter().for_each(|(seat, _)| seat.wake.notify(1));
+        self.threads.drain(..).for_each(|(seat, thread)| join(&seat, thread));
+    }
+}
+
+fn join(seat: &Seat, thread: JoinHandle<()>) {
+    while !thread.is_finished() && !seat.is_late() {
+        std::thread::sleep(Duration::from_micros(200));
+    }
+    if thread.is_finished() {
+        // A panic in a module does not reach its thread, so there is nothing to learn from the result.
+        let _ = thread.join();
     }
 }
 
 /// The life of a module's own thread in that run.
-fn work(shared: &Shared, run: u64, seat: &Seat, wake: &Wake) {
-    while shared.is_in(run) {
-        if !seat.is_idle() {
-            // A late step has returned, or one of an earlier run has not yet.
+fn work(shared: &Shared, run: u64, seat: &Seat) {
+    let wake = &seat.wake;
+    while shared.is_in(run) && !seat.is_retired() {
+        if !seat.claim() {
+            // A late step has returned, or one of an earlier run has not yet; or the module's code is exchanged.
             if !seat.readmit() {
                 wake.wait_timeout(LOOK);
             }
             continue;
         }
-        // SAFETY: this thread drives the seat, which is idle between steps.
-        let (due, patience) = unsafe {
+        // SAFETY: this thread drives the seat, which it has claimed.
+        let (call, patience) = unsafe {
             let runner = seat.runner();
             let now = shared.clock.now();
-            let due = runner.is_due(now);
-            (due, if due { Duration::ZERO } else { patience(runner, now) })
+            if runner.is_due(now) {
+                runner.log.set_time(now);
+                runner.prepare(now);
+                (Some(runner.call()), Duration::ZERO)
+            } else {
+                (None, patience(runner, now))
+            }
         };
-        if due {
-            step(shared, seat);
-        } else {
-            wake.wait_timeout(patience);
+        match call {
+            Some(call) => step(shared, seat, call),
+            None => {
+                seat.unclaim();
+                wake.wait_timeout(patience);
+            }
         }
     }
 }
@@ -91,26 +104,19 @@ fn patience(runner: &Runner, now: u64) -> Duration {
     Duration::from_nanos(left).clamp(Duration::from_micros(50), LOOK)
 }
 
-/// A step; nothing comes of it when it was given up.
-fn step(shared: &Shared, seat: &Seat) {
-    let now = shared.clock.now();
-    // SAFETY: this thread drives the seat; the references end before the step.
-    let call = unsafe {
-        let runner = seat.runner();
-        runner.log.set_time(now);
-        runner.prepare(now);
-        runner.call()
-    };
+/// A step of a seat that is claimed; nothing comes of it when it was given up.
+fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     seat.begin(false);
     let start = measured();
     // SAFETY: the runner was prepared, and the seat keeps others out.
     let code = unsafe { call.make() };
     let duration = nanoseconds(start, measured());
-    if !seat.end() {
+    if !seat.end_claimed() {
         return;
     }
-    // SAFETY: the step was not given up.
+    // SAFETY: the step was not given up, and the seat is claimed.
     let runner = unsafe { seat.runner() };
     runner.time(Some(duration));
     runner.commit(shared.clock.now(), code, None);
+    seat.unclaim();
 }

@@ -11,23 +11,30 @@ const LOST_LIMIT: usize = 4;
 /// Sees steps that do not return, and moves the loop past them.
 pub(crate) struct Watchdog {
     shared: Arc<Shared>,
-    /// Modules, and whether they are on the loop.
-    seats: Vec<(Arc<Seat>, bool)>,
     hang: Duration,
 }
 
+/// Modules, and whether they are on the loop.
+pub(crate) type Watched = Arc<[(Arc<Seat>, bool)]>;
+
 impl Watchdog {
-    pub fn new(shared: Arc<Shared>, seats: Vec<(Arc<Seat>, bool)>, hang: Duration) -> Self {
-        Self { shared, seats, hang }
+    pub fn new(shared: Arc<Shared>, hang: Duration) -> Self {
+        Self { shared, hang }
     }
 
     /// Watches until the run is over and no thread is in a step any more.
     #[allow(clippy::disallowed_methods, reason = "a hang is a matter of wall-clock time")]
     pub fn watch(self) {
-        let mut since: Vec<Option<(u64, Instant)>> = vec![None; self.seats.len()];
+        let mut seats = self.shared.watched();
+        let mut since: Vec<Option<(u64, Instant)>> = vec![None; seats.len()];
         let interval = (self.hang / 4).clamp(Duration::from_millis(1), Duration::from_millis(50));
         while !self.shared.is_over_within(interval) {
-            for ((seat, on_loop), seen) in self.seats.iter().zip(&mut since) {
+            let now = self.shared.watched();
+            if !Arc::ptr_eq(&now, &seats) {
+                seats = now;
+                since = vec![None; seats.len()];
+            }
+            for ((seat, on_loop), seen) in seats.iter().zip(&mut since) {
                 let Some(step) = seat.running() else {
                     *seen = None;
                     continue;
@@ -63,7 +70,8 @@ impl Watchdog {
         if shared.lockstep {
             shared.finish(End::Hung { module: seat.name.to_string() });
         }
-        let late = self.seats.iter().filter(|(seat, _)| seat.is_late());
+        let seats = shared.watched();
+        let late = seats.iter().filter(|(seat, _)| seat.is_late());
         let modules: Vec<String> = late.map(|(seat, _)| seat.name.to_string()).collect();
         if modules.len() >= LOST_LIMIT {
             shared.finish(End::TooManyHung { modules });

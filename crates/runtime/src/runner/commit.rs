@@ -130,7 +130,7 @@ impl Runner {
         let again = if self.panics >= PANIC_LIMIT {
             Err(format!("panicked {PANIC_LIMIT} times; it stays off"))
         } else {
-            (self.create)().map_err(|refusal| refusal.to_string())
+            self.create().map_err(|refusal| refusal.to_string())
         };
         match again {
             Ok(instance) => {

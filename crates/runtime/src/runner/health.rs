@@ -30,6 +30,8 @@ pub(crate) enum ModuleCondition {
     Late,
     /// It panicked too often, or could not be made anew.
     Faulted,
+    /// Its plugin is not loaded.
+    Unloaded,
 }
 
 /// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
@@ -81,9 +83,16 @@ pub(crate) enum Condition {
     Late = 4,
     /// It panicked too often, or could not be made anew.
     Faulted = 5,
+    /// Its plugin is not loaded.
+    Unloaded = 6,
 }
 
 impl Condition {
+    /// As [`ModuleCondition`] calls it.
+    pub fn name(self) -> &'static str {
+        ModuleCondition(self as u8).name()
+    }
+
     /// Whether outputs are what the module means.
     pub fn is_working(self) -> bool {
         matches!(self, Self::Working | Self::Degraded)
@@ -93,12 +102,20 @@ impl Condition {
 impl Health {
     pub fn new() -> Self {
         Self {
-            condition: AtomicU8::new(Condition::Working as u8),
+            condition: AtomicU8::new(Condition::Unloaded as u8),
             ticks: AtomicU64::new(0),
             misses: AtomicU64::new(0),
             panics: AtomicU64::new(0),
             duration: AtomicU64::new(0),
         }
+    }
+
+    /// A module begins, with everything at zero.
+    pub fn begin(&self) {
+        for counter in [&self.ticks, &self.misses, &self.panics, &self.duration] {
+            counter.store(0, Ordering::Relaxed);
+        }
+        self.set(Condition::Working);
     }
 
     pub fn condition(&self) -> Condition {
@@ -108,7 +125,8 @@ impl Health {
             2 => Condition::Degraded,
             3 => Condition::Failed,
             4 => Condition::Late,
-            _ => Condition::Faulted,
+            5 => Condition::Faulted,
+            _ => Condition::Unloaded,
         }
     }
 

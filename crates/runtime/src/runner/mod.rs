@@ -11,9 +11,9 @@ use std::sync::Arc;
 
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::commit::CommitWord;
-use slate_blackboard::interface::View;
+use slate_blackboard::interface::{Value, View};
 use slate_blackboard::wake::Wake;
-use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Trigger};
+use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
 
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
@@ -26,6 +26,23 @@ pub(crate) struct Group {
     pub word: CommitWord,
     pub first: usize,
     pub end: usize,
+}
+
+/// What a module is told when it is set up, kept for when it is made anew.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnSetup {
+    pub name: Arc<str>,
+    pub seed: u64,
+    pub period: u64,
+    pub section: Option<Value>,
+}
+
+impl OwnSetup {
+    /// Lends it in the form that modules take.
+    pub fn with<R>(&self, work: impl FnOnce(&Setup<'_>) -> R) -> R {
+        let (seed, period) = (self.seed, self.period);
+        work(&Setup { name: &self.name, seed, period, section: self.section.as_ref() })
+    }
 }
 
 /// A module, its state, its ports and its frame.
@@ -56,8 +73,8 @@ pub(crate) struct Runner {
     /// Wakes this module's own thread, if it has one.
     pub wake: Arc<Wake>,
     pub log: Box<ModuleLog>,
-    /// What makes the instance anew after a panic.
-    pub create: Box<dyn Fn() -> Result<*mut (), Refusal> + Send>,
+    /// What the instance is made with, also anew after a panic.
+    pub setup: OwnSetup,
     pub instance: *mut (),
     pub frame: Box<Frame>,
     pub slots: Box<[PortSlot]>,
@@ -124,13 +141,6 @@ impl Runner {
         }
     }
 
-    /// Wakes only readers of what this module writes that are in `listening`: those with threads of their own.
-    pub fn wake_only(&mut self, listening: &[Arc<Wake>]) {
-        let listens = |wake: &Arc<Wake>| listening.iter().any(|own| Arc::ptr_eq(own, wake));
-        self.outputs.iter_mut().for_each(|output| output.wakes.retain(listens));
-        self.outboxes.iter_mut().for_each(|outbox| outbox.wake = outbox.wake.take().filter(listens));
-    }
-
     /// Whether a port that triggers has something new.
     pub fn has_news(&self) -> bool {
         self.inputs.iter().zip(&self.readers).any(|(input, reader)| input.triggers && reader.has_news())
@@ -174,6 +184,20 @@ impl Runner {
         let _ = self.state.write(View::of(&state).bytes(), 0, now);
     }
 
+    /// A fresh instance with the present parameters.
+    pub fn create(&mut self) -> Result<*mut (), Refusal> {
+        self.params.refresh();
+        let params = self.params.value();
+        let bytes = params.as_ref().map_or(&[][..], |loan| loan.bytes());
+        self.setup.with(|setup| self.kind.create(setup, bytes))
+    }
+
+    /// Goes on with other code and its instance; returns the old code and instance.
+    pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
+        let kind = std::mem::replace(&mut self.kind, kind);
+        Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
+    }
+
     /// Ends the instance.
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
@@ -187,6 +211,36 @@ impl Runner {
 impl Drop for Runner {
     fn drop(&mut self) {
         self.destroy();
+    }
+}
+
+/// An instance that is no longer used, with its code; it ends when this is dropped.
+pub(crate) struct Retired {
+    kind: ModuleKind,
+    instance: *mut (),
+}
+
+// SAFETY: instances are `Send`, and nobody else uses this one.
+unsafe impl Send for Retired {}
+
+impl Retired {
+    /// An instance that was made and is not used yet.
+    pub fn new(kind: ModuleKind, instance: *mut ()) -> Self {
+        Self { kind, instance }
+    }
+
+    /// Takes the instance out.
+    pub fn into_parts(mut self) -> (ModuleKind, *mut ()) {
+        (self.kind.clone(), std::mem::replace(&mut self.instance, std::ptr::null_mut()))
+    }
+}
+
+impl Drop for Retired {
+    fn drop(&mut self) {
+        if !self.instance.is_null() {
+            // SAFETY: the kind made this instance, and nobody uses it.
+            unsafe { self.kind.destroy(self.instance) }
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, BoardError, Store};
 use slate_module::{Direction, Interface};
-use slate_safety::{Gate, GateConfiguration, GateState, StopLatch};
+use slate_safety::{Gate, GateConfiguration, GateState};
 
 use super::{Builder, Failed, SPARE_READERS, new_writer};
 use crate::actuators::Actuator;
@@ -15,15 +15,21 @@ use crate::agent::survey::{Complaints, Target, Wire};
 use crate::configuration;
 
 impl Builder<'_, '_> {
-    pub(super) fn actuators(&mut self, stop: &StopLatch) -> Vec<Arc<Actuator>> {
-        let mut result = Vec::new();
-        for (i, wanted) in self.configuration.actuators().iter().enumerate() {
+    /// Makes the gates that are not there yet and whose commands are known.
+    pub(super) fn actuators(&mut self) {
+        let configuration = self.configuration;
+        for (i, wanted) in configuration.actuators().iter().enumerate() {
+            if self.ground.actuators.contains_key(&wanted.name.value) {
+                continue;
+            }
             // What is wrong was complained about.
-            if let Ok(actuator) = self.actuator(i, wanted, stop) {
-                result.push(Arc::new(actuator));
+            if let Ok(Some(actuator)) = self.actuator(i, wanted) {
+                for wake in self.wakes(&format!("{}/command", wanted.name.value)) {
+                    actuator.wakes(wake);
+                }
+                self.ground.actuators.insert(wanted.name.value.clone(), Arc::new(actuator));
             }
         }
-        result
     }
 
     /// The command port that a URL of an actuator names.
@@ -39,13 +45,15 @@ impl Builder<'_, '_> {
         &mut self,
         index: usize,
         wanted: &configuration::Actuator,
-        stop: &StopLatch,
-    ) -> Result<Actuator, Failed> {
+    ) -> Result<Option<Actuator>, Failed> {
         let name = &wanted.name.value;
         let mut descriptor = None;
         for url in &wanted.commands {
             let path = url.value.path_in("");
             let Some((module, port)) = self.commander(&path) else {
+                if self.is_dormant(&path) {
+                    continue;
+                }
                 let help = "name a Command port of a module, such as `r2/execute/wheels`";
                 self.complaints.add(url.span, format!("`/{path}` is no command"), help);
                 return Err(Failed);
@@ -73,7 +81,11 @@ impl Builder<'_, '_> {
             }
             descriptor = Some(own);
         }
-        let Some(descriptor) = descriptor else {
+        let Some(descriptor) = descriptor.or_else(|| self.linked_interface(index)) else {
+            if !wanted.commands.is_empty() {
+                // Its commanders are not there yet.
+                return Ok(None);
+            }
             self.complaints.add(
                 wanted.name.span,
                 format!("actuator `{name}` has no commander"),
@@ -97,16 +109,16 @@ impl Builder<'_, '_> {
                 return Err(Failed);
             }
         }
-        let gate = self.gate(name, descriptor, wanted)?.stop_latch(stop);
-        let (_, budget) = self.demand(Target::Command(index));
-        let command = self.board.add_channel(
+        let gate = self.gate(name, descriptor, wanted)?.stop_latch(&self.ground.stop);
+        let (_, budget) = self.demand(Target::Command(index), &format!("{name}/command"));
+        let command = self.ground.board.add_channel(
             &format!("{name}/command"),
             "What passed the gate.",
             descriptor,
             Store { capacity: 0, depth: 1, budget },
             Access::Output,
         );
-        let state = self.board.add_channel(
+        let state = self.ground.board.add_channel(
             &format!("{name}/gate"),
             "How the gate stands.",
             GateState::DESCRIPTOR,
@@ -119,12 +131,29 @@ impl Builder<'_, '_> {
         };
         let command = command.map_err(|error| complain(&mut self.complaints, error))?;
         let state = state.map_err(|error| complain(&mut self.complaints, error))?;
-        self.index += 1;
+        self.ground.index += 1;
         match (new_writer(&command), new_writer(&state)) {
             (Some(writer), Some(state)) => {
-                Ok(Actuator::new(Gate::new(gate), (command, writer), state, self.index))
+                Ok(Some(Actuator::new(name, Gate::new(gate), writer, state, self.ground.index)))
             }
             _ => Err(Failed),
+        }
+    }
+
+    /// Whether a path is of a module that is not there yet.
+    fn is_dormant(&self, path: &str) -> bool {
+        self.configuration.modules().iter().any(|module| {
+            let name = module.name.value.as_str();
+            path.strip_prefix(name).is_some_and(|rest| rest.starts_with('/')) && !self.is_there(name)
+        })
+    }
+
+    /// What a module that follows the actuator's command takes it to be.
+    fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
+        let joint = self.readers(Target::Command(actuator)).next()?;
+        match joint.port {
+            (module, Wire::Port(port)) => Some(self.port(module, port).descriptor),
+            (_, Wire::Enabled) => None,
         }
     }
 

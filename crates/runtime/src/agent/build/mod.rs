@@ -4,83 +4,116 @@ mod actuators;
 mod properties;
 mod runners;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::commit::CommitWord;
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, BoardError, Property};
-use slate_module::{Direction, Plugin, PortDescription, Trigger};
+use slate_module::{Direction, PortDescription, Trigger};
 use slate_safety::StopLatch;
 
-use super::survey::{Complaints, Joint, Survey, Target, Wire, survey};
+use super::Mode;
+use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire};
 use crate::actuators::Actuator;
-use crate::configuration::{Configuration, Report};
+use crate::configuration::{Configuration, Diagnostic};
 use crate::log::Logger;
-use crate::runner::Runner;
+use crate::runner::{Health, Runner};
 
-/// Reader handles that tools may take beside those of links.
-const SPARE_READERS: u16 = 4;
+/// Reader handles for tools, and for modules that come later.
+const SPARE_READERS: u16 = 16;
+/// The same for readers of every value.
+const SPARE_QUEUES: u16 = 4;
+/// What a module that comes later may want of a queue, when its plugin does not say.
+const USUAL_WINDOW: usize = 16;
 
-/// What an agent consists of.
-pub(super) struct Built {
+/// What outlives the modules: they come and go, and what they share with others stays.
+pub(super) struct Ground {
     pub board: Arc<Board>,
-    pub runners: Vec<Runner>,
-    /// Per stage, levels of runners.
-    pub order: Vec<Vec<Vec<usize>>>,
-    /// Whether a runner waits for something or has a period, rather than running in every cycle.
-    pub waits: Vec<bool>,
-    pub actuators: Vec<Arc<Actuator>>,
+    pub logger: Arc<Logger>,
+    pub lockstep: bool,
+    pub mode: Mode,
+    pub stop: StopLatch,
+    /// By module, also of modules that are not there yet.
+    pub posts: BTreeMap<String, Post>,
+    /// By name.
+    pub actuators: BTreeMap<String, Arc<Actuator>>,
+    /// Counts outputs, for the digest.
+    pub index: u32,
 }
 
+/// What others know of a module.
+#[derive(Clone)]
+pub(super) struct Post {
+    pub health: Arc<Health>,
+    pub commit: CommitWord,
+    pub wake: Arc<Wake>,
+}
+
+impl Ground {
+    /// The post of a module of that name.
+    pub fn post(&mut self, module: &str) -> Post {
+        let post = self.posts.entry(module.into()).or_insert_with(|| Post {
+            health: Arc::new(Health::new()),
+            commit: CommitWord::new(),
+            wake: Arc::new(Wake::new()),
+        });
+        post.clone()
+    }
+
+    /// Whether a module with that trigger gets a thread of its own.
+    pub fn has_own_thread(&self, trigger: &Trigger) -> bool {
+        self.mode == Mode::Threaded && *trigger != Trigger::Stage
+    }
+}
+
+/// Makes the modules of the survey that are listed, by index.
 pub(super) fn build(
     configuration: &Configuration,
-    plugins: &[Plugin],
-    logger: &Logger,
-    lockstep: bool,
-    stop: &StopLatch,
-) -> Result<Built, Report> {
-    let mut complaints = Complaints::new(configuration);
-    let survey = survey(configuration, plugins, &mut complaints);
-    if !complaints.diagnostics.is_empty() {
-        return Err(Report::from(complaints.diagnostics));
-    }
-    let board = Arc::new(Board::new(configuration.agent_name()));
-    let mut builder = Builder { configuration, survey: &survey, board: &board, complaints, index: 0 };
-    let Ok(properties) = builder.properties() else {
-        return Err(Report::from(builder.complaints.diagnostics));
-    };
-    let actuators = builder.actuators(stop);
-    if !builder.complaints.diagnostics.is_empty() {
-        return Err(Report::from(builder.complaints.diagnostics));
-    }
-    let runners = builder.runners(&properties, &actuators, logger, lockstep);
-    if !builder.complaints.diagnostics.is_empty() {
-        return Err(Report::from(builder.complaints.diagnostics));
-    }
-    let waits = survey.modules.iter().map(|module| module.trigger != Trigger::Stage).collect();
-    Ok(Built { board, runners, order: survey.order, waits, actuators })
+    survey: &Survey<'_>,
+    ground: &mut Ground,
+    arriving: &[usize],
+) -> Result<Vec<Runner>, Vec<Diagnostic>> {
+    let complaints = Complaints::new(configuration);
+    let mut builder = Builder { configuration, survey, ground, complaints };
+    let runners = builder.all(arriving);
+    if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
 
 struct Builder<'a, 's> {
     configuration: &'a Configuration,
     survey: &'s Survey<'a>,
-    board: &'s Arc<Board>,
+    ground: &'s mut Ground,
     complaints: Complaints<'a>,
-    /// Counts outputs, for the digest.
-    index: u32,
 }
-
-/// The properties of a module's ports, by port; nothing for linked inputs and outboxes.
-type PortProperties = Vec<Vec<Option<Arc<Property>>>>;
 
 struct Failed;
 
 impl<'a> Builder<'a, '_> {
+    fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
+        for module in arriving {
+            // What is wrong was complained about.
+            let _ = self.properties(*module);
+        }
+        self.actuators();
+        if !self.complaints.diagnostics.is_empty() {
+            return Vec::new();
+        }
+        self.runners(arriving)
+    }
+
+    fn surveyed(&self, module: usize) -> &Surveyed<'a> {
+        &self.survey.modules[module]
+    }
+
     fn name(&self, module: usize) -> &'a str {
-        &self.survey.modules[module].module.name.value
+        &self.surveyed(module).module.name.value
     }
 
     fn port(&self, module: usize, port: usize) -> &PortDescription {
-        &self.survey.modules[module].description.ports[port]
+        &self.surveyed(module).description.ports[port]
     }
 
     /// The link of an input or an outbox.
@@ -90,7 +123,7 @@ impl<'a> Builder<'a, '_> {
 
     fn added<T>(&mut self, module: usize, result: Result<T, BoardError>) -> Result<T, Failed> {
         result.map_err(|error| {
-            let span = self.survey.modules[module].module.name.span;
+            let span = self.surveyed(module).module.name.span;
             self.complaints.add(span, error.to_string(), "rename one of the two");
             Failed
         })
@@ -102,7 +135,45 @@ impl<'a> Builder<'a, '_> {
             Target::Command(actuator) => {
                 format!("{}/command", self.configuration.actuators()[actuator].name.value)
             }
+            Target::Absent(absent) => self.survey.absent[absent].path.clone(),
         }
+    }
+
+    /// The property at exactly that path.
+    fn property(&self, path: &str) -> Option<Arc<Property>> {
+        let (property, field) = self.ground.board.find(path).ok()?;
+        (field.is_empty() && property.path() == path).then_some(property)
+    }
+
+    /// Looks at what stands at a path already: nothing, or a property of that interface. One of another interface that
+    /// nobody reads any more makes room.
+    fn standing(
+        &mut self,
+        module: usize,
+        path: &str,
+        descriptor: &Descriptor,
+    ) -> Result<Option<Arc<Property>>, Failed> {
+        let Some(property) = self.property(path) else { return Ok(None) };
+        if property.descriptor().hash == descriptor.hash {
+            return Ok(Some(property));
+        }
+        if property.has_writer()
+            || self.survey.joints.iter().any(|joint| self.target_path(joint.target) == path)
+        {
+            let message = format!(
+                "`/{path}` is {} {:016x}, but its readers were linked to {} {:016x}",
+                descriptor.name,
+                descriptor.hash,
+                property.descriptor().name,
+                property.descriptor().hash
+            );
+            let span = self.surveyed(module).module.name.span;
+            self.complaints.add(span, message, "build both with the same version of the interface");
+            return Err(Failed);
+        }
+        // It was there a moment ago.
+        let _ = self.ground.board.remove(path);
+        Ok(None)
     }
 
     /// The ports that are linked to a property.
@@ -111,8 +182,8 @@ impl<'a> Builder<'a, '_> {
     }
 
     /// How many values a property keeps, and how many readers it serves.
-    fn demand(&self, target: Target) -> (usize, Budget) {
-        let mut budget = Budget { latest: SPARE_READERS, queues: 1, window: 16 };
+    fn demand(&self, target: Target, path: &str) -> (usize, Budget) {
+        let mut budget = Budget { latest: SPARE_READERS, queues: SPARE_QUEUES, window: USUAL_WINDOW as u16 };
         let mut depth = 1;
         for joint in self.readers(target) {
             match joint.port {
@@ -125,7 +196,41 @@ impl<'a> Builder<'a, '_> {
                 _ => budget.latest += 1,
             }
         }
-        (depth, budget)
+        // A module that is not there yet may want every value.
+        let absent = self.links_to(path).any(|name| !self.is_there(name));
+        (if absent { depth.max(USUAL_WINDOW * 2) } else { depth }, budget)
+    }
+
+    fn is_there(&self, module: &str) -> bool {
+        self.survey.modules.iter().any(|surveyed| surveyed.module.name.value == module)
+    }
+
+    /// The modules with a link to that path, also those that are not there yet.
+    fn links_to<'p>(&'p self, path: &'p str) -> impl Iterator<Item = &'a str> + 'p {
+        let linked =
+            self.configuration.links().iter().filter(move |link| link.from.value.path_in("") == path);
+        linked.filter_map(|link| {
+            let names = self.configuration.modules().iter().map(|module| module.name.value.as_str());
+            let owns =
+                |name: &&str| link.to.value.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
+            names.filter(owns).max_by_key(|name| name.len())
+        })
+    }
+
+    /// What wakes the threads of the modules that are linked to that path.
+    fn wakes(&mut self, path: &str) -> Vec<Arc<Wake>> {
+        let names: Vec<_> = self.links_to(path).collect();
+        names.into_iter().filter_map(|name| self.wake_of(name)).collect()
+    }
+
+    /// What wakes a module's thread, if it has or may get one.
+    fn wake_of(&mut self, name: &str) -> Option<Arc<Wake>> {
+        let surveyed = self.survey.modules.iter().find(|surveyed| surveyed.module.name.value == name);
+        let threaded = match surveyed {
+            Some(surveyed) => self.ground.has_own_thread(&surveyed.trigger),
+            None => self.ground.mode == Mode::Threaded,
+        };
+        threaded.then(|| self.ground.post(name).wake)
     }
 }
 

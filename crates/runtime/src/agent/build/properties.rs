@@ -1,114 +1,143 @@
-//! The properties of all modules, before any of them runs.
+//! The properties of a module, before it runs.
 
 use std::sync::Arc;
 
 use slate_blackboard::channel::Budget;
+use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, Property, Store};
 use slate_module::{Direction, PortDescription};
 
-use super::{Builder, Failed, PortProperties, SPARE_READERS};
+use super::{Builder, Failed, SPARE_READERS};
 use crate::agent::parameters::enabled_descriptor;
-use crate::agent::survey::{Surveyed, Target, Wire};
+use crate::agent::survey::{Target, Wire};
 
-impl<'a> Builder<'a, '_> {
-    pub(super) fn properties(&mut self) -> Result<PortProperties, Failed> {
-        let mut result = Vec::new();
-        for (m, surveyed) in self.survey.modules.iter().enumerate() {
-            let mut ports = Vec::new();
-            for (p, port) in surveyed.description.ports.iter().enumerate() {
-                let path = format!("{}/{}", surveyed.module.name.value, port.name);
-                let property = match port.direction {
-                    Direction::Output | Direction::Debug | Direction::Command => {
-                        let (depth, budget) = self.demand(Target::Port(m, p));
-                        let added = self.board.add_channel(
-                            &path,
-                            &port.doc,
-                            port.descriptor,
-                            Store { capacity: port.capacity, depth, budget },
-                            Access::Output,
-                        );
-                        Some(self.added(m, added)?)
-                    }
-                    Direction::Inbox => {
-                        let senders = self.readers(Target::Port(m, p)).count() as u16 + SPARE_READERS;
-                        let mailbox = Mailbox::new(port.descriptor.shape(0), senders, port.window as u16 * 2);
-                        let added = self.board.add_mailbox(&path, &port.doc, port.descriptor, mailbox);
-                        Some(self.added(m, added)?)
-                    }
-                    Direction::Input | Direction::Queue => match self.joint(m, Wire::Port(p)) {
-                        Some(joint) => {
-                            let target = self.target_path(joint.target);
-                            let added = self.board.add_alias(&path, &target);
-                            self.added(m, added)?;
-                            None
+impl Builder<'_, '_> {
+    pub(super) fn properties(&mut self, m: usize) -> Result<(), Failed> {
+        let ports = self.surveyed(m).description.ports.clone();
+        for (p, port) in ports.iter().enumerate() {
+            let path = format!("{}/{}", self.name(m), port.name);
+            match port.direction {
+                Direction::Output | Direction::Debug | Direction::Command => {
+                    self.output_property(m, Target::Port(m, p), &path, port)?;
+                }
+                Direction::Inbox => self.mailbox(m, &path, port)?,
+                Direction::Input | Direction::Queue => match self.joint(m, Wire::Port(p)) {
+                    Some(joint) => {
+                        let target = joint.target;
+                        self.alias(m, &path, target)?;
+                        if let Target::Absent(absent) = target {
+                            let path = self.survey.absent[absent].path.clone();
+                            self.output_property(m, target, &path, port)?;
                         }
-                        None => Some(self.setting(m, &path, &port.doc, port, surveyed.inputs.get(&p))?),
-                    },
-                    Direction::Outbox => None,
-                };
-                ports.push(property);
+                    }
+                    None => {
+                        let value = self.surveyed(m).inputs.get(&p).cloned();
+                        self.setting(m, &path, port, value.as_deref())?;
+                    }
+                },
+                Direction::Outbox => {
+                    if let Some(Target::Absent(absent)) =
+                        self.joint(m, Wire::Port(p)).map(|joint| joint.target)
+                    {
+                        let path = self.survey.absent[absent].path.clone();
+                        self.mailbox(m, &path, port)?;
+                    }
+                }
             }
-            self.implied(m, surveyed)?;
-            result.push(ports);
         }
-        Ok(result)
+        self.implied(m)
+    }
+
+    /// The property that an output writes. Who reads it may have come first.
+    fn output_property(
+        &mut self,
+        m: usize,
+        target: Target,
+        path: &str,
+        port: &PortDescription,
+    ) -> Result<(), Failed> {
+        if self.standing(m, path, port.descriptor)?.is_some() {
+            return Ok(());
+        }
+        let (depth, budget) = self.demand(target, path);
+        let store = Store { capacity: port.capacity, depth, budget };
+        let added = self.ground.board.add_channel(path, &port.doc, port.descriptor, store, Access::Output);
+        self.added(m, added).map(drop)
+    }
+
+    fn mailbox(&mut self, m: usize, path: &str, port: &PortDescription) -> Result<(), Failed> {
+        if self.standing(m, path, port.descriptor)?.is_some() {
+            return Ok(());
+        }
+        let senders = self.links_to(path).count() as u16 + SPARE_READERS;
+        let mailbox = Mailbox::new(port.descriptor.shape(0), senders, port.window as u16 * 2);
+        let added = self.ground.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
+        self.added(m, added).map(drop)
+    }
+
+    fn alias(&mut self, m: usize, path: &str, target: Target) -> Result<(), Failed> {
+        let target = self.target_path(target);
+        let added = self.ground.board.add_alias(path, &target);
+        self.added(m, added)
     }
 
     /// Parameters and `enabled`.
-    fn implied(&mut self, m: usize, surveyed: &Surveyed<'a>) -> Result<(), Failed> {
-        let name = &surveyed.module.name.value;
-        let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: 1 };
-        let params = surveyed.description.params;
-        let added = self.board.add_channel(
-            &format!("{name}/params"),
-            "Parameters of the module.",
-            params,
-            Store { capacity: 0, depth: 1, budget },
-            Access::Setting,
-        );
-        let property = self.added(m, added)?;
-        set_bytes(&property, &surveyed.params);
+    fn implied(&mut self, m: usize) -> Result<(), Failed> {
+        let name = self.name(m);
+        let (descriptor, params) = (self.surveyed(m).description.params, self.surveyed(m).params.clone());
+        let path = format!("{name}/params");
+        let property = self.host_property(m, &path, "Parameters of the module.", descriptor)?;
+        set_bytes(&property, &params);
         let path = format!("{name}/enabled");
-        if let Some(joint) = self.joint(m, Wire::Enabled) {
-            let target = self.target_path(joint.target);
-            let added = self.board.add_alias(&path, &target);
-            return self.added(m, added);
+        if let Some(target) = self.joint(m, Wire::Enabled).map(|joint| joint.target) {
+            if let Target::Absent(absent) = target {
+                let path = self.survey.absent[absent].path.clone();
+                if self.standing(m, &path, enabled_descriptor())?.is_none() {
+                    let (depth, budget) = self.demand(target, &path);
+                    let store = Store { capacity: 0, depth, budget };
+                    let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
+                    let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+                    self.added(m, added)?;
+                }
+            }
+            return self.alias(m, &path, target);
         }
-        let added = self.board.add_channel(
-            &path,
-            "Whether the module runs.",
-            enabled_descriptor(),
-            Store { capacity: 0, depth: 1, budget },
-            Access::Setting,
-        );
-        let property = self.added(m, added)?;
-        set_bytes(&property, &[surveyed.module.enabled.value.into()]);
+        let property = self.host_property(m, &path, "Whether the module runs.", enabled_descriptor())?;
+        set_bytes(&property, &[self.surveyed(m).module.enabled.value.into()]);
         Ok(())
+    }
+
+    /// A property that the host sets.
+    fn host_property(
+        &mut self,
+        m: usize,
+        path: &str,
+        doc: &str,
+        descriptor: &'static Descriptor,
+    ) -> Result<Arc<Property>, Failed> {
+        let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: 1 };
+        let store = Store { capacity: 0, depth: 1, budget };
+        let added = self.ground.board.add_channel(path, doc, descriptor, store, Access::Setting);
+        self.added(m, added)
     }
 
     fn setting(
         &mut self,
         m: usize,
         path: &str,
-        doc: &str,
         port: &PortDescription,
-        value: Option<&Vec<u8>>,
-    ) -> Result<Arc<Property>, Failed> {
+        value: Option<&[u8]>,
+    ) -> Result<(), Failed> {
         let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: port.window as u16 };
         let depth = if port.direction == Direction::Queue { port.window * 2 } else { 1 };
-        let added = self.board.add_channel(
-            path,
-            doc,
-            port.descriptor,
-            Store { capacity: port.capacity, depth, budget },
-            Access::Setting,
-        );
+        let store = Store { capacity: port.capacity, depth, budget };
+        let added = self.ground.board.add_channel(path, &port.doc, port.descriptor, store, Access::Setting);
         let property = self.added(m, added)?;
         if let Some(bytes) = value {
             set_bytes(&property, bytes);
         }
-        Ok(property)
+        Ok(())
     }
 }
 

@@ -1,0 +1,58 @@
+//! Which plugins there are, and what they bring.
+
+use std::collections::BTreeMap;
+
+use slate_module::{ModuleKind, Plugin};
+
+/// The plugins that are loaded, and kinds of modules whose plugin is known but not loaded.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Catalogue {
+    /// In the order of loading.
+    pub plugins: Vec<Plugin>,
+    /// Kinds by name, with the plugin that brings them.
+    pub dormant: BTreeMap<String, String>,
+}
+
+impl Catalogue {
+    /// All kinds that can be used.
+    pub fn kinds(&self) -> impl Iterator<Item = &ModuleKind> + Clone {
+        self.plugins.iter().flat_map(Plugin::kinds)
+    }
+
+    /// The kind of that name.
+    pub fn kind(&self, name: &str) -> Option<&ModuleKind> {
+        self.kinds().find(|kind| kind.name() == name)
+    }
+
+    /// Whether the kind is known, but its plugin is not loaded.
+    pub fn is_dormant(&self, kind: &str) -> bool {
+        self.dormant.contains_key(kind) && self.kind(kind).is_none()
+    }
+
+    /// The plugin of that name.
+    pub fn plugin(&self, name: &str) -> Option<&Plugin> {
+        self.plugins.iter().find(|plugin| plugin.name() == name)
+    }
+
+    /// The plugin that brings a kind.
+    pub fn plugin_of(&self, kind: &ModuleKind) -> Option<&Plugin> {
+        self.plugins.iter().find(|plugin| plugin.kinds().iter().any(|own| own.is(kind)))
+    }
+
+    /// A plugin comes; what it brings is no longer dormant.
+    pub fn add(&mut self, plugin: Plugin) {
+        self.dormant.retain(|_, owner| owner != plugin.name());
+        self.plugins.push(plugin);
+    }
+
+    /// A plugin goes; its kinds stay known.
+    pub fn remove(&mut self, name: &str) {
+        self.plugins.retain(|plugin| {
+            let stays = plugin.name() != name;
+            if !stays {
+                self.dormant.extend(plugin.kinds().iter().map(|kind| (kind.name().into(), name.into())));
+            }
+            stays
+        });
+    }
+}

@@ -1,0 +1,116 @@
+use std::path::PathBuf;
+
+use crate::configuration::Report;
+use crate::plugin::LibraryError;
+
+/// Why plugins can't be changed; the agent goes on as before.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum PluginError {
+    /// The file is no plugin that fits.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Library(#[from] LibraryError),
+    /// It doesn't fit the configuration.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Unfit(#[from] Report),
+    /// There is a plugin of that name.
+    #[error("plugin `{name}` is loaded already")]
+    #[diagnostic(help("reload it to exchange its code, or unload it first"))]
+    Loaded {
+        /// Its name.
+        name: String,
+    },
+    /// Two plugins bring the same kind of module.
+    #[error("plugin `{name}` brings a kind of module `{kind}`, which plugin `{other}` brings already")]
+    #[diagnostic(help("unload `{other}` first, or give the kind another name"))]
+    SameKind {
+        /// The plugin that comes.
+        name: String,
+        /// The kind.
+        kind: String,
+        /// The plugin that is there.
+        other: String,
+    },
+    /// No plugin is called so.
+    #[error("no plugin `{name}`{}", nearest(.near))]
+    #[diagnostic(help("name a loaded plugin, one of [plugins] in the configuration, or a library's file"))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The names most like it.
+        near: Vec<String>,
+    },
+    /// A plugin needs another one.
+    #[error("plugin `{name}` needs plugin `{dependency}`, which is not there")]
+    #[diagnostic(help("add [plugins.{dependency}] with its file to the configuration, or load it first"))]
+    Missing {
+        /// The plugin.
+        name: String,
+        /// What it needs.
+        dependency: String,
+    },
+    /// Plugins need each other.
+    #[error("plugins need each other in a circle: {}", .circle.join(" -> "))]
+    #[diagnostic(help("take one dependency out of a `plugin!` line"))]
+    Circle {
+        /// The plugins, the first one again at the end.
+        circle: Vec<String>,
+    },
+    /// Another plugin needs it.
+    #[error("plugin `{name}` is needed by {}", .by.join(", "))]
+    #[diagnostic(help("unload those first"))]
+    Needed {
+        /// The plugin.
+        name: String,
+        /// The plugins that need it.
+        by: Vec<String>,
+    },
+    /// The library is of another plugin.
+    #[error("{} is plugin `{found}`, expected `{expected}`", file.display())]
+    #[diagnostic(help("load it as a plugin of its own, or name the plugin that it shall replace"))]
+    OtherPlugin {
+        /// The library.
+        file: PathBuf,
+        /// The plugin that it is.
+        found: String,
+        /// The plugin that was meant.
+        expected: String,
+    },
+    /// A module does not let itself be unloaded now.
+    #[error("module `{module}` can't be unloaded now: {reason}")]
+    #[diagnostic(help("bring it into a state in which it can, and try again"))]
+    Veto {
+        /// The module.
+        module: String,
+        /// Why.
+        reason: String,
+    },
+    /// A module's code did not return.
+    #[error("module `{module}` has not returned from its tick, so nothing of it can be saved or unloaded")]
+    #[diagnostic(help("wait until it returns; an isolated module could be ended"))]
+    Late {
+        /// The module.
+        module: String,
+    },
+    /// A module could not be made.
+    #[error("module `{module}` can't be set up by the new code: {reason}")]
+    #[diagnostic(help("mend its parameters or the code"))]
+    Refused {
+        /// The module.
+        module: String,
+        /// Why.
+        reason: String,
+    },
+    /// It is the clock.
+    #[error("module `{module}` is the time source, and without it no time passes")]
+    #[diagnostic(help("reload the plugin to exchange its code, or end the agent"))]
+    TimeSource {
+        /// The module.
+        module: String,
+    },
+}
+
+fn nearest(names: &[String]) -> String {
+    if names.is_empty() { String::new() } else { format!("; nearest: {}", names.join(", ")) }
+}

@@ -1,0 +1,194 @@
+//! Which plugins come, in the order of what they need: a catalogue with them is made, and nothing is changed yet.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use slate_module::Plugin;
+
+use super::{Origin, PluginError, unknown};
+use crate::agent::catalogue::Catalogue;
+use crate::agent::composition::Composition;
+use crate::configuration::PluginEntry;
+use crate::plugin::{self, LibraryOutline};
+
+pub(super) struct Gathered<'a> {
+    composition: &'a Composition,
+    catalogue: Catalogue,
+    origins: BTreeMap<String, Origin>,
+    came: Vec<Plugin>,
+    /// Plugins whose dependencies are being loaded.
+    open: Vec<String>,
+}
+
+impl<'a> Gathered<'a> {
+    pub fn new(composition: &'a Composition) -> Self {
+        Self {
+            composition,
+            catalogue: composition.catalogue.clone(),
+            origins: composition.origins.clone(),
+            came: Vec::new(),
+            open: Vec::new(),
+        }
+    }
+
+    /// The catalogue, where libraries come from, and the plugins that came.
+    pub fn done(self) -> (Catalogue, BTreeMap<String, Origin>, Vec<Plugin>) {
+        (self.catalogue, self.origins, self.came)
+    }
+
+    /// Plugins that are linked in, in the order of what they need.
+    pub fn linked(&mut self, plugins: &[Plugin]) -> Result<(), PluginError> {
+        for plugin in plugins {
+            self.linked_one(plugins, plugin)?;
+        }
+        Ok(())
+    }
+
+    fn linked_one(&mut self, all: &[Plugin], plugin: &Plugin) -> Result<(), PluginError> {
+        if self.came.iter().any(|other| other.name() == plugin.name()) {
+            let same = all.iter().filter(|other| other.name() == plugin.name()).count() > 1;
+            return if same { Err(PluginError::Loaded { name: plugin.name().into() }) } else { Ok(()) };
+        }
+        self.enter(plugin.name())?;
+        for dependency in plugin.dependencies() {
+            match all.iter().find(|other| other.name() == dependency) {
+                Some(other) => self.linked_one(all, other)?,
+                None => self.dependency(plugin.name(), dependency)?,
+            }
+        }
+        self.open.pop();
+        self.add(plugin.clone())
+    }
+
+    /// A plugin of that name or the plugins of a list; those that are there already are left as they are.
+    pub fn named(&mut self, name: &str) -> Result<(), PluginError> {
+        let mut names = Vec::new();
+        expand(self.composition.configuration.plugins(), name, &mut names, &mut Vec::new())?;
+        for name in names {
+            if self.catalogue.plugin(&name).is_none() {
+                self.entry(&name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// As [`named`](Gathered::named), but it must not be there yet.
+    pub fn named_afresh(&mut self, name: &str) -> Result<(), PluginError> {
+        if self.catalogue.plugin(name).is_some() {
+            return Err(PluginError::Loaded { name: name.into() });
+        }
+        self.named(name)
+    }
+
+    fn entry(&mut self, name: &str) -> Result<(), PluginError> {
+        let entry = self.composition.configuration.plugins().iter().find(|entry| entry.name.value == name);
+        match entry.and_then(|entry| entry.file.as_ref()) {
+            Some(file) => self.library(&file.value, Some(name)),
+            None => Err(unknown(self.composition, name)),
+        }
+    }
+
+    /// A library, which must be of the plugin that is `expected`.
+    pub fn library(&mut self, file: &Path, expected: Option<&str>) -> Result<(), PluginError> {
+        let (plugin, _, residence) = plugin::load(file)?;
+        if let Some(expected) = expected.filter(|expected| *expected != plugin.name()) {
+            return Err(other_plugin(file, &plugin, expected));
+        }
+        if self.catalogue.plugin(plugin.name()).is_some() {
+            return Err(PluginError::Loaded { name: plugin.name().into() });
+        }
+        self.enter(plugin.name())?;
+        for dependency in plugin.dependencies() {
+            self.dependency(plugin.name(), dependency)?;
+        }
+        self.open.pop();
+        self.origins.insert(plugin.name().into(), Origin { file: file.into(), residence });
+        self.add(plugin)
+    }
+
+    fn dependency(&mut self, name: &str, dependency: &str) -> Result<(), PluginError> {
+        if self.catalogue.plugin(dependency).is_some() {
+            return Ok(());
+        }
+        if self.open.iter().any(|open| open == dependency) {
+            return self.enter(dependency);
+        }
+        let known =
+            self.composition.configuration.plugins().iter().any(|entry| entry.name.value == dependency);
+        if known {
+            return self.named(dependency);
+        }
+        Err(PluginError::Missing { name: name.into(), dependency: dependency.into() })
+    }
+
+    fn enter(&mut self, name: &str) -> Result<(), PluginError> {
+        if let Some(at) = self.open.iter().position(|open| open == name) {
+            let circle = self.open[at..].iter().cloned().chain([name.to_owned()]).collect();
+            return Err(PluginError::Circle { circle });
+        }
+        self.open.push(name.into());
+        Ok(())
+    }
+
+    fn add(&mut self, plugin: Plugin) -> Result<(), PluginError> {
+        check_kinds(&self.catalogue, &plugin)?;
+        self.came.push(plugin.clone());
+        self.catalogue.add(plugin);
+        Ok(())
+    }
+
+    /// A plugin that is not loaded: what it brings is known from its file, when that can be read.
+    pub fn dormant(&mut self, entry: &PluginEntry) {
+        let Some(file) = &entry.file else { return };
+        if let Ok(outline) = LibraryOutline::read(&file.value) {
+            let kinds = outline.modules.into_iter().map(|module| (module.name, entry.name.value.clone()));
+            self.catalogue.dormant.extend(kinds);
+        }
+    }
+}
+
+pub(super) fn other_plugin(file: &Path, plugin: &Plugin, expected: &str) -> PluginError {
+    PluginError::OtherPlugin { file: file.into(), found: plugin.name().into(), expected: expected.into() }
+}
+
+/// No kind is brought twice.
+pub(super) fn check_kinds(catalogue: &Catalogue, plugin: &Plugin) -> Result<(), PluginError> {
+    for other in &catalogue.plugins {
+        let same =
+            |kind: &&slate_module::ModuleKind| other.kinds().iter().any(|known| known.name() == kind.name());
+        if let Some(kind) = plugin.kinds().iter().find(same) {
+            return Err(PluginError::SameKind {
+                name: plugin.name().into(),
+                kind: kind.name().into(),
+                other: other.name().into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The plugins that a name means: itself, or those of a list, which may have lists in it.
+pub(super) fn expand(
+    entries: &[PluginEntry],
+    name: &str,
+    names: &mut Vec<String>,
+    open: &mut Vec<String>,
+) -> Result<(), PluginError> {
+    let entry = entries.iter().find(|entry| entry.name.value == name);
+    let Some(members) = entry.and_then(|entry| entry.members.as_ref()) else {
+        if !names.iter().any(|known| known == name) {
+            names.push(name.into());
+        }
+        return Ok(());
+    };
+    if let Some(at) = open.iter().position(|other| other == name) {
+        let circle = open[at..].iter().cloned().chain([name.to_owned()]).collect();
+        return Err(PluginError::Circle { circle });
+    }
+    open.push(name.into());
+    for member in members {
+        expand(entries, &member.value, names, open)?;
+    }
+    open.pop();
+    Ok(())
+}

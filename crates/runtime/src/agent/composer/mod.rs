@@ -1,0 +1,316 @@
+//! Changes of an agent while it runs: plugins come, go, and exchange their code.
+
+mod error;
+mod gather;
+mod reload;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use slate_blackboard::interface::Value;
+use slate_blackboard::{BoardError, nearest_names};
+use slate_module::{ModuleKind, Plugin};
+
+use super::composition::Composition;
+use crate::main_loop::Shared;
+use crate::plugin::Residence;
+pub use error::PluginError;
+use gather::Gathered;
+pub use reload::Reload;
+
+/// Changes an agent, from any thread and while it runs. One change is made at a time.
+#[derive(Clone)]
+pub struct Composer {
+    shared: Arc<Shared>,
+    composition: Arc<Mutex<Composition>>,
+}
+
+impl std::fmt::Debug for Composer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Composer").field("agent", &self.shared.board.agent()).finish_non_exhaustive()
+    }
+}
+
+/// A plugin of an agent.
+#[derive(Clone, Debug)]
+pub struct PluginStatus {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// The library; none when it is linked in.
+    pub file: Option<PathBuf>,
+    /// Whether it is loaded; else it is only known.
+    pub loaded: bool,
+    /// The kinds of modules that it brings.
+    pub kinds: Vec<String>,
+    /// The modules that run its code.
+    pub modules: Vec<String>,
+}
+
+/// A module of an agent.
+#[derive(Clone, Debug)]
+pub struct ModuleStatus {
+    /// Its name.
+    pub name: String,
+    /// The kind that it is of.
+    pub kind: String,
+    /// The plugin that brings the kind.
+    pub plugin: String,
+    /// How it is, as in its `state`.
+    pub condition: &'static str,
+    /// Ticks made.
+    pub ticks: u64,
+    /// Ticks beyond the deadline.
+    pub misses: u64,
+    /// Panics caught.
+    pub panics: u64,
+}
+
+/// Where a plugin's code comes from.
+#[derive(Clone, Debug)]
+pub(super) struct Origin {
+    pub file: PathBuf,
+    pub residence: Residence,
+}
+
+impl Composer {
+    pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
+        Self { shared, composition: Arc::new(Mutex::new(composition)) }
+    }
+
+    pub(super) fn composition(&self) -> MutexGuard<'_, Composition> {
+        self.composition.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
+    pub(super) fn start(&self, linked: &[Plugin]) -> Result<(), PluginError> {
+        let mut composition = self.composition();
+        let configuration = Arc::clone(&composition.configuration);
+        let mut gathered = Gathered::new(&composition);
+        gathered.linked(linked)?;
+        for entry in configuration.plugins() {
+            if entry.load {
+                gathered.named(&entry.name.value)?;
+            } else {
+                gathered.dormant(entry);
+            }
+        }
+        let (catalogue, origins, _) = gathered.done();
+        composition.origins = origins;
+        let target = composition.target(|present| *present = catalogue);
+        composition.change(target, &self.shared, &BTreeMap::new())?;
+        Ok(())
+    }
+
+    /// Starts the threads of modules that have their own.
+    pub(super) fn start_threads(&self) -> std::io::Result<()> {
+        let composition = self.composition();
+        let mut threads = self.shared.threads();
+        composition
+            .present
+            .values()
+            .filter(|present| present.own_thread)
+            .try_for_each(|present| threads.start(&self.shared, &present.seat))
+    }
+
+    /// Loads a plugin, or a list of plugins, of the configuration, with the plugins that it needs. The modules of the
+    /// configuration that are of its kinds begin; a kind of which there is none gets a module of its name. Returns the
+    /// modules that came.
+    ///
+    /// # Errors
+    /// What does not fit; nothing is loaded then.
+    pub fn load(&self, name: &str) -> Result<Vec<String>, PluginError> {
+        self.bring(|gathered| gathered.named_afresh(name))
+    }
+
+    /// Loads a plugin's library, as [`load`](Composer::load) does.
+    ///
+    /// # Errors
+    /// What does not fit; nothing is loaded then.
+    pub fn load_library(&self, file: &Path) -> Result<Vec<String>, PluginError> {
+        self.bring(|gathered| gathered.library(file, None))
+    }
+
+    fn bring(
+        &self,
+        gather: impl FnOnce(&mut Gathered<'_>) -> Result<(), PluginError>,
+    ) -> Result<Vec<String>, PluginError> {
+        let mut composition = self.composition();
+        let mut gathered = Gathered::new(&composition);
+        gather(&mut gathered)?;
+        let (catalogue, origins, came) = gathered.done();
+        let mut target = composition.target(|present| *present = catalogue);
+        for kind in came.iter().flat_map(Plugin::kinds) {
+            let modules = target.configuration.modules();
+            let wanted = modules.iter().any(|module| module.plugin.value == kind.name());
+            let taken = modules.iter().any(|module| module.name.value == kind.name());
+            if !wanted && !taken {
+                target.configuration = Arc::new(target.configuration.with_module(kind.name(), kind.name()));
+            }
+        }
+        let changed = composition.change(target, &self.shared, &BTreeMap::new())?;
+        composition.origins = origins;
+        for plugin in &came {
+            self.say(&format!("plugin {} is loaded; modules: {}", plugin.name(), list(&changed.arrived)));
+        }
+        Ok(changed.arrived)
+    }
+
+    /// Unloads a plugin, or the plugins of a list in reverse order: their modules end, their outputs get their safe
+    /// values, and what they wrote last stays where others read it. Says what became of each library's memory.
+    ///
+    /// # Errors
+    /// When another plugin needs it, a module does not let itself be unloaded, or has not returned from its tick.
+    pub fn unload(&self, name: &str) -> Result<Vec<(String, &'static str)>, PluginError> {
+        let mut composition = self.composition();
+        let configuration = Arc::clone(&composition.configuration);
+        let mut names = Vec::new();
+        gather::expand(configuration.plugins(), name, &mut names, &mut Vec::new())?;
+        names.reverse();
+        names.retain(|name| composition.catalogue.plugin(name).is_some());
+        if names.is_empty() {
+            return Err(unknown(&composition, name));
+        }
+        for name in &names {
+            let others = composition
+                .catalogue
+                .plugins
+                .iter()
+                .filter(|plugin| !names.iter().any(|own| own == plugin.name()));
+            let by: Vec<String> = others
+                .filter(|plugin| plugin.dependencies().contains(name))
+                .map(|plugin| plugin.name().to_owned())
+                .collect();
+            if !by.is_empty() {
+                return Err(PluginError::Needed { name: name.clone(), by });
+            }
+        }
+        let leaving = composition.modules_of(&names);
+        self.ask(&composition, &leaving)?;
+        let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
+        target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
+        // What left is dropped before the libraries are looked at.
+        drop(composition.change(target, &self.shared, &BTreeMap::new())?);
+        let residence = |name: String| {
+            let origin = composition.origins.remove(&name);
+            let state = origin.map_or("linked in", |origin| origin.residence.describe());
+            self.say(&format!("plugin {name} is unloaded; its library is {state}"));
+            (name, state)
+        };
+        Ok(names.into_iter().map(residence).collect())
+    }
+
+    /// Whether modules may be unloaded now.
+    fn ask(&self, composition: &Composition, modules: &[String]) -> Result<(), PluginError> {
+        if let Some(source) = composition.configuration.time_source()
+            && modules.contains(&source.value)
+        {
+            return Err(PluginError::TimeSource { module: source.value.clone() });
+        }
+        for module in modules {
+            let present = &composition.present[module];
+            let (own, seat, kind) = (present.own_thread, Arc::clone(&present.seat), present.kind.clone());
+            let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
+                // SAFETY: between two steps the runner is not in use; the reference ends before the call.
+                let instance = unsafe { seat.runner() }.instance;
+                // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
+                seat.call(own, || unsafe { kind.may_unload(instance) })
+            });
+            match veto {
+                Some(Ok(())) => {}
+                Some(Err(refusal)) => {
+                    return Err(PluginError::Veto { module: module.clone(), reason: refusal.0 });
+                }
+                None => return Err(PluginError::Late { module: module.clone() }),
+            }
+        }
+        Ok(())
+    }
+
+    /// Switches a module on or off.
+    ///
+    /// # Errors
+    /// When there is no such module, or another module switches it.
+    pub fn enable(&self, module: &str, on: bool) -> Result<(), BoardError> {
+        let value = Value::Bool(on);
+        self.shared.board.write(&format!("{module}/enabled/value"), &value, self.shared.clock.now()).map(drop)
+    }
+
+    /// The plugins that are loaded, and those of the configuration that are not.
+    pub fn plugins(&self) -> Vec<PluginStatus> {
+        let composition = self.composition();
+        let loaded = composition.catalogue.plugins.iter().map(|plugin| PluginStatus {
+            name: plugin.name().into(),
+            version: plugin.version_text().into(),
+            file: composition.origins.get(plugin.name()).map(|origin| origin.file.clone()),
+            loaded: true,
+            kinds: plugin.kinds().iter().map(|kind| kind.name().into()).collect(),
+            modules: composition.modules_of(&[plugin.name().to_owned()]),
+        });
+        let known: BTreeMap<&str, Vec<String>> =
+            composition.catalogue.dormant.iter().fold(BTreeMap::new(), |mut known, (kind, plugin)| {
+                known.entry(plugin.as_str()).or_default().push(kind.clone());
+                known
+            });
+        let dormant = known.into_iter().map(|(name, kinds)| PluginStatus {
+            name: name.into(),
+            version: String::new(),
+            file: None,
+            loaded: false,
+            kinds,
+            modules: Vec::new(),
+        });
+        loaded.chain(dormant).collect()
+    }
+
+    /// The modules that there are.
+    pub fn modules(&self) -> Vec<ModuleStatus> {
+        let composition = self.composition();
+        let status = |(name, present): (&String, &super::composition::Present)| {
+            let health = &present.seat.health;
+            ModuleStatus {
+                name: name.clone(),
+                kind: present.kind.name().into(),
+                plugin: composition
+                    .catalogue
+                    .plugin_of(&present.kind)
+                    .map(|p| p.name().into())
+                    .unwrap_or_default(),
+                condition: health.condition().name(),
+                ticks: health.ticks.load(Ordering::Relaxed),
+                misses: health.misses.load(Ordering::Relaxed),
+                panics: health.panics.load(Ordering::Relaxed),
+            }
+        };
+        composition.present.iter().map(status).collect()
+    }
+
+    fn say(&self, text: &str) {
+        self.shared.logger.log(self.shared.clock.now(), slate_module::Level::Info, text);
+    }
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".into() } else { names.join(", ") }
+}
+
+fn unknown(composition: &Composition, name: &str) -> PluginError {
+    let loaded = composition.catalogue.plugins.iter().map(Plugin::name);
+    let known = composition.configuration.plugins().iter().map(|entry| entry.name.value.as_str());
+    PluginError::Unknown { name: name.into(), near: nearest_names(name, loaded.chain(known)) }
+}
+
+impl Composition {
+    /// The modules that run code of those plugins.
+    fn modules_of(&self, plugins: &[String]) -> Vec<String> {
+        let of = |kind: &ModuleKind| {
+            self.catalogue
+                .plugin_of(kind)
+                .is_some_and(|plugin| plugins.iter().any(|own| own == plugin.name()))
+        };
+        self.present.iter().filter(|(_, present)| of(&present.kind)).map(|(name, _)| name.clone()).collect()
+    }
+}

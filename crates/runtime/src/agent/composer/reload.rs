@@ -1,0 +1,244 @@
+//! Exchanging the code of a plugin under the modules that run it.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use slate_blackboard::interface::Descriptor;
+use slate_module::{Description, ModuleKind, Plugin};
+
+use super::gather::{check_kinds, other_plugin};
+use super::{Composer, Origin, PluginError, unknown};
+use crate::agent::composition::Composition;
+use crate::main_loop::Seat;
+use crate::plugin;
+use crate::runner::Retired;
+
+/// What a reload came to.
+#[derive(Clone, Debug)]
+pub struct Reload {
+    /// The plugin.
+    pub plugin: String,
+    /// Its modules, each with what became of its state: carried over, or why it began afresh.
+    pub modules: Vec<(String, Result<(), String>)>,
+    /// Whether each module went on with its ports, between two ticks; else they are other ports now, and the modules
+    /// were away for some cycles.
+    pub in_place: bool,
+    /// What became of the old library's memory.
+    pub old_library: &'static str,
+}
+
+/// A module that goes on with other code.
+struct Exchange {
+    module: String,
+    seat: Arc<Seat>,
+    own_thread: bool,
+    kind: ModuleKind,
+    fresh: Retired,
+}
+
+impl Composer {
+    /// Exchanges the code of a plugin: with what its library is now, or with `file`. It is done between two ticks, and
+    /// each module's state is carried over when it fits the new code; else the module begins afresh.
+    ///
+    /// # Errors
+    /// What does not fit; the old code goes on then.
+    pub fn reload(&self, name: &str, file: Option<&Path>) -> Result<Reload, PluginError> {
+        let mut composition = self.composition();
+        let Some(old) = composition.catalogue.plugin(name).cloned() else {
+            return Err(unknown(&composition, name));
+        };
+        let origin = composition.origins.get(name).cloned();
+        let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
+            return Err(PluginError::Unknown {
+                name: format!("{name}` is linked in, so name a file: `{name}"),
+                near: Vec::new(),
+            });
+        };
+        let (new, _, residence) = plugin::load(file)?;
+        if new.name() != name {
+            return Err(other_plugin(file, &new, name));
+        }
+        let target = composition.target(|catalogue| catalogue.plugins.retain(|plugin| plugin.name() != name));
+        check_kinds(&target.catalogue, &new)?;
+        for dependency in new.dependencies() {
+            if target.catalogue.plugin(dependency).is_none() {
+                return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
+            }
+        }
+        let exchanged = |catalogue: &mut crate::agent::catalogue::Catalogue| {
+            catalogue
+                .plugins
+                .iter_mut()
+                .filter(|plugin| plugin.name() == name)
+                .for_each(|plugin| *plugin = new.clone());
+        };
+        let described = composition.check(&composition.target(exchanged))?;
+        let modules = composition.modules_of(&[name.to_owned()]);
+        let mut in_place = true;
+        for module in &modules {
+            let present = &composition.present[module];
+            in_place &= described
+                .iter()
+                .find(|(name, ..)| name == module)
+                .is_some_and(|(_, _, description)| alike(&present.description, description));
+        }
+        let modules = if in_place {
+            let modules = self.exchange(&mut composition, &modules, &described)?;
+            let target = composition.target(exchanged);
+            composition.catalogue = target.catalogue;
+            // Kinds that are new to the configuration come now.
+            let target = composition.target(|_| {});
+            composition.change(target, &self.shared, &BTreeMap::new())?;
+            modules
+        } else {
+            self.replace(&mut composition, &modules, &old, &new)?
+        };
+        composition.origins.insert(name.into(), Origin { file: file.into(), residence });
+        drop(old);
+        let old_library = origin.map_or("linked in", |origin| origin.residence.describe());
+        for (module, state) in &modules {
+            let what = match state {
+                Ok(()) => "with its state".to_owned(),
+                Err(reason) => format!("afresh, as its state could not be carried over: {reason}"),
+            };
+            self.say(&format!("module {module} runs the new code of plugin {name} {what}"));
+        }
+        Ok(Reload { plugin: name.into(), modules, in_place, old_library })
+    }
+
+    /// Exchanges the code under modules whose ports stay as they are.
+    fn exchange(
+        &self,
+        composition: &mut Composition,
+        modules: &[String],
+        described: &[(String, ModuleKind, Description)],
+    ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
+        let mut exchanges = Vec::new();
+        for module in modules {
+            let present = &composition.present[module];
+            let Some((_, kind, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
+            let params = self.shared.board.find(&format!("{module}/params"));
+            let params = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
+            let bytes = params.map_or(Vec::new(), |(bytes, ..)| bytes);
+            let instance = present.setup.with(|setup| kind.create(setup, &bytes));
+            let instance = instance
+                .map_err(|refusal| PluginError::Refused { module: module.clone(), reason: refusal.0 })?;
+            exchanges.push(Exchange {
+                module: module.clone(),
+                seat: Arc::clone(&present.seat),
+                own_thread: present.own_thread,
+                kind: kind.clone(),
+                fresh: Retired::new(kind.clone(), instance),
+            });
+        }
+        let (threaded, on_loop): (Vec<_>, Vec<_>) =
+            exchanges.into_iter().partition(|exchange| exchange.own_thread);
+        let mut states = Vec::new();
+        let groups = threaded.into_iter().map(|exchange| vec![exchange]).chain([on_loop]);
+        for group in groups.filter(|group| !group.is_empty()) {
+            let names: Vec<_> =
+                group.iter().map(|exchange| (exchange.module.clone(), exchange.kind.clone())).collect();
+            let seats: Vec<_> = group.iter().map(|exchange| Arc::clone(&exchange.seat)).collect();
+            let done = self.shared.with_seats(&seats, group[0].own_thread, move || exchange_all(group));
+            let Some((carried, old)) = done else {
+                let module = seats.iter().find(|seat| !seat.is_idle()).map(|seat| seat.name.to_string());
+                return Err(PluginError::Late { module: module.unwrap_or_default() });
+            };
+            // The old instances end here, and not on the loop.
+            drop(old);
+            for ((module, kind), state) in names.into_iter().zip(carried) {
+                if let Some(present) = composition.present.get_mut(&module) {
+                    present.kind = kind;
+                }
+                states.push((module, state));
+            }
+        }
+        Ok(states)
+    }
+
+    /// Takes modules out whose ports are other ones with the new code, and puts them in again.
+    fn replace(
+        &self,
+        composition: &mut Composition,
+        modules: &[String],
+        old: &Plugin,
+        new: &Plugin,
+    ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
+        self.ask(composition, modules)?;
+        let without = composition.target(|catalogue| catalogue.remove(old.name()));
+        let states = composition.change(without, &self.shared, &BTreeMap::new())?.left;
+        let with = composition.target(|catalogue| catalogue.add(new.clone()));
+        match composition.change(with, &self.shared, &states) {
+            Ok(mut changed) => Ok(modules
+                .iter()
+                .map(|module| {
+                    let state = match &states[module] {
+                        Ok(_) => changed.restored.remove(module).unwrap_or(Ok(())),
+                        Err(reason) => Err(reason.clone()),
+                    };
+                    (module.clone(), state)
+                })
+                .collect()),
+            Err(report) => {
+                // It was there a moment ago, so it fits.
+                let back = composition.target(|catalogue| catalogue.add(old.clone()));
+                composition.change(back, &self.shared, &states)?;
+                Err(report.into())
+            }
+        }
+    }
+}
+
+/// What became of each state, and what is no longer used.
+type Exchanged = (Vec<Result<(), String>>, Vec<Retired>);
+
+/// Carries the states over, and then exchanges the code of all; nothing when a module does not return.
+fn exchange_all(exchanges: Vec<Exchange>) -> Option<Exchanged> {
+    let mut carried = Vec::new();
+    let mut parts = Vec::new();
+    for exchange in exchanges {
+        let seat = exchange.seat;
+        let (kind, fresh) = exchange.fresh.into_parts();
+        // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
+        let (old_kind, instance) = {
+            let runner = unsafe { seat.runner() };
+            (runner.kind.clone(), runner.instance)
+        };
+        // SAFETY: both instances are of their kinds, and between two ticks they belong to this call.
+        let state = seat.call(exchange.own_thread, || unsafe {
+            if instance.is_null() {
+                return Err(slate_module::Refusal("it had failed".into()));
+            }
+            old_kind.save(instance).and_then(|state| kind.restore(fresh, &state))
+        })?;
+        carried.push(state.map_err(|refusal| refusal.0));
+        parts.push((seat, kind, fresh));
+    }
+    let exchange = |(seat, kind, fresh): (Arc<Seat>, ModuleKind, *mut ())| {
+        // SAFETY: as above.
+        let runner = unsafe { seat.runner() };
+        runner.exchange(kind, fresh)
+    };
+    Some((carried, parts.into_iter().map(exchange).collect()))
+}
+
+/// Whether a module can go on with its handles: ports, parameters and trigger are the same.
+fn alike(old: &Description, new: &Description) -> bool {
+    let same = |a: &'static Descriptor, b: &'static Descriptor| a.hash == b.hash;
+    old.stage == new.stage
+        && old.trigger == new.trigger
+        && old.deadline == new.deadline
+        && same(old.params, new.params)
+        && old.ports.len() == new.ports.len()
+        && old.ports.iter().zip(&new.ports).all(|(a, b)| {
+            a.name == b.name
+                && a.direction == b.direction
+                && same(a.descriptor, b.descriptor)
+                && a.role == b.role
+                && a.stale_after == b.stale_after
+                && a.safe == b.safe
+                && a.capacity == b.capacity
+                && a.window == b.window
+        })
+}

@@ -1,0 +1,245 @@
+//! What an agent is made of at present, and how that changes: everything fits and is exchanged between two cycles, or
+//! nothing happens.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_module::{Description, ModuleKind};
+
+use super::build::{Ground, build};
+use super::catalogue::Catalogue;
+use super::composer::Origin;
+use super::survey::{Complaints, RESERVED, Surveyed, survey};
+use crate::configuration::{Configuration, Report};
+use crate::main_loop::{Order, Seat, Shared};
+use crate::runner::{Condition, OwnSetup};
+
+/// A module that is there.
+pub(super) struct Present {
+    pub seat: Arc<Seat>,
+    pub kind: ModuleKind,
+    pub description: Description,
+    pub setup: OwnSetup,
+    pub own_thread: bool,
+}
+
+/// All that an agent is made of.
+pub(super) struct Composition {
+    pub configuration: Arc<Configuration>,
+    pub catalogue: Catalogue,
+    pub ground: Ground,
+    /// By name.
+    pub present: BTreeMap<String, Present>,
+    /// Where the code of libraries comes from, by plugin.
+    pub origins: BTreeMap<String, Origin>,
+    /// Whether actuators that come are armed.
+    pub armed: bool,
+}
+
+/// What an agent shall be made of.
+pub(super) struct Target {
+    pub configuration: Arc<Configuration>,
+    pub catalogue: Catalogue,
+}
+
+/// What a change came to.
+#[derive(Debug, Default)]
+pub(super) struct Changed {
+    pub arrived: Vec<String>,
+    /// With the states that they left, or why they could not be saved.
+    pub left: BTreeMap<String, Result<Vec<u8>, String>>,
+    /// Modules that took over a state, or why it did not fit.
+    pub restored: BTreeMap<String, Result<(), String>>,
+}
+
+impl Composition {
+    /// What the agent would be made of with that catalogue.
+    pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> Target {
+        let mut catalogue = self.catalogue.clone();
+        change(&mut catalogue);
+        Target { configuration: Arc::clone(&self.configuration), catalogue }
+    }
+
+    /// Whether it would fit.
+    pub fn check(&self, target: &Target) -> Result<Vec<(String, ModuleKind, Description)>, Report> {
+        let mut complaints = Complaints::new(&target.configuration);
+        let survey = survey(&target.configuration, &target.catalogue, &mut complaints);
+        if !complaints.diagnostics.is_empty() {
+            return Err(Report::from(complaints.diagnostics));
+        }
+        let described = |surveyed: Surveyed<'_>| {
+            (surveyed.module.name.value.clone(), surveyed.kind, surveyed.description)
+        };
+        Ok(survey.modules.into_iter().map(described).collect())
+    }
+
+    /// Makes the agent what it shall be: modules that are new come, with the states that they shall have, and those
+    /// that are no longer meant go. What stays is not touched.
+    pub fn change(
+        &mut self,
+        target: Target,
+        shared: &Arc<Shared>,
+        states: &BTreeMap<String, Result<Vec<u8>, String>>,
+    ) -> Result<Changed, Report> {
+        let configuration = Arc::clone(&target.configuration);
+        let mut complaints = Complaints::new(&configuration);
+        let survey = survey(&configuration, &target.catalogue, &mut complaints);
+        if !complaints.diagnostics.is_empty() {
+            return Err(Report::from(complaints.diagnostics));
+        }
+        let names: Vec<&str> =
+            survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
+        let arriving: Vec<usize> =
+            (0..names.len()).filter(|index| !self.present.contains_key(names[*index])).collect();
+        let standing = self.standing();
+        let built = build(&configuration, &survey, &mut self.ground, &arriving);
+        let mut runners = match built {
+            Ok(runners) => runners,
+            Err(diagnostics) => {
+                self.undo(&standing, arriving.iter().map(|index| names[*index]));
+                return Err(Report::from(diagnostics));
+            }
+        };
+        let mut changed = Changed::default();
+        for runner in &mut runners {
+            let Some(Ok(state)) = states.get(&*runner.name) else { continue };
+            // SAFETY: the runner was just made, so nobody runs it.
+            let fits = unsafe { runner.kind.restore(runner.instance, state) };
+            changed.restored.insert(runner.name.to_string(), fits.map_err(|refusal| refusal.0));
+        }
+        for (index, runner) in arriving.iter().zip(runners) {
+            let surveyed = &survey.modules[*index];
+            let present = Present {
+                seat: Arc::new(Seat::new(runner)),
+                kind: surveyed.kind.clone(),
+                description: surveyed.description.clone(),
+                setup: surveyed.setup.clone(),
+                own_thread: self.ground.has_own_thread(&surveyed.trigger),
+            };
+            changed.arrived.push(names[*index].to_owned());
+            self.present.insert(names[*index].to_owned(), present);
+        }
+        let stays: BTreeSet<&str> = names.iter().copied().collect();
+        let (staying, leaving): (BTreeMap<_, _>, BTreeMap<_, _>) = std::mem::take(&mut self.present)
+            .into_iter()
+            .partition(|(name, _)| stays.contains(name.as_str()));
+        self.present = staying;
+        let on_loop = |level: &Vec<usize>| {
+            let present = level.iter().map(|index| &self.present[names[*index]]);
+            present.filter(|present| !present.own_thread).map(|present| Arc::clone(&present.seat)).collect()
+        };
+        let order = Order::new(survey.order.iter().flatten().map(on_loop));
+        if self.armed {
+            // A stop that is still latched keeps them disarmed.
+            self.ground.actuators.values().filter(|actuator| !standing.1.contains(actuator.name())).for_each(
+                |actuator| {
+                    actuator.arm();
+                },
+            );
+        }
+        let actuators = self.ground.actuators.values().cloned().collect();
+        let watched =
+            self.present.values().map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();
+        shared.compose(order, actuators, watched);
+        for name in &changed.arrived {
+            let present = &self.present[name];
+            if present.own_thread && shared.is_running() {
+                if let Err(error) = shared.threads().start(shared, &present.seat) {
+                    let text = format!("the thread of {name} can't be started: {error}");
+                    shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
+                }
+            }
+        }
+        for (name, present) in leaving {
+            let state = self.dispose(&name, present, shared);
+            changed.left.insert(name, state);
+        }
+        self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
+        self.configuration = target.configuration;
+        self.catalogue = target.catalogue;
+        Ok(changed)
+    }
+
+    /// The paths and the actuators that there are.
+    fn standing(&self) -> (BTreeSet<String>, BTreeSet<String>) {
+        (self.paths(), self.ground.actuators.keys().cloned().collect())
+    }
+
+    fn paths(&self) -> BTreeSet<String> {
+        let board = &self.ground.board;
+        let aliases = board.aliases().into_iter().map(|(path, _)| path);
+        board.properties().iter().map(|property| property.path().to_owned()).chain(aliases).collect()
+    }
+
+    /// After a change that failed: nothing of it stays.
+    fn undo<'n>(
+        &mut self,
+        (paths, actuators): &(BTreeSet<String>, BTreeSet<String>),
+        arriving: impl Iterator<Item = &'n str>,
+    ) {
+        for path in self.paths().difference(paths) {
+            // It was there a moment ago, and nobody else takes it off.
+            let _ = self.ground.board.remove(path);
+        }
+        self.ground.actuators.retain(|name, _| actuators.contains(name));
+        for name in arriving {
+            self.ground.post(name).health.set(Condition::Unloaded);
+        }
+    }
+
+    /// Ends a module that the loop runs no more; its state is what it was.
+    fn dispose(&mut self, name: &str, present: Present, shared: &Shared) -> Result<Vec<u8>, String> {
+        let Present { seat, own_thread, .. } = present;
+        if own_thread {
+            seat.retire();
+            shared.threads().join_one(&seat);
+        }
+        if seat.is_late() {
+            // Its thread still refers to it, and so does the library to which that may return.
+            std::mem::forget(seat);
+            return Err("its tick has not returned".into());
+        }
+        let Some(seat) = last_owner(seat) else {
+            return Err("it is still in use".into());
+        };
+        let mut runner = seat.into_runner();
+        let now = shared.clock.now();
+        runner.set_condition(Condition::Unloaded, now);
+        runner.publish_safe(now);
+        // SAFETY: nobody else has the runner any more.
+        let state = unsafe { runner.kind.save(runner.instance) };
+        self.ground.post(name).health.set(Condition::Unloaded);
+        state.map_err(|refusal| refusal.0)
+    }
+
+    /// Takes the properties of modules that have left off the board, but for those that others read.
+    fn forget(&mut self, absent: &BTreeSet<&str>, left: &BTreeMap<String, Result<Vec<u8>, String>>) {
+        for name in left.keys() {
+            for path in self.paths() {
+                let own = path.strip_prefix(name.as_str()).and_then(|rest| rest.strip_prefix('/'));
+                let is_of_another = self.present.keys().any(|other| path.starts_with(&format!("{other}/")));
+                if own.is_none() || is_of_another || absent.contains(path.as_str()) {
+                    continue;
+                }
+                // The state of a module that has left says so.
+                if own != Some(RESERVED[2]) {
+                    // As above.
+                    let _ = self.ground.board.remove(&path);
+                }
+            }
+        }
+    }
+}
+
+/// The seat, when the watchdog has let go of it.
+fn last_owner(mut seat: Arc<Seat>) -> Option<Seat> {
+    for _ in 0..1000 {
+        match Arc::try_unwrap(seat) {
+            Ok(seat) => return Some(seat),
+            Err(shared) => seat = shared,
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    None
+}

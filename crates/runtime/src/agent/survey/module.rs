@@ -1,0 +1,107 @@
+//! A module of the configuration and the kind that it is of.
+
+use std::collections::BTreeMap;
+
+use slate_blackboard::interface::Value;
+use slate_module::{Direction, ModuleKind, Trigger};
+
+use super::{Complaints, RESERVED, Surveyed, suggest};
+use crate::agent::catalogue::Catalogue;
+use crate::agent::parameters;
+use crate::configuration::{Configuration, Module};
+use crate::runner::OwnSetup;
+
+pub(super) fn survey_module<'a>(
+    configuration: &'a Configuration,
+    module: &'a Module,
+    catalogue: &Catalogue,
+    complaints: &mut Complaints<'a>,
+) -> Option<Surveyed<'a>> {
+    let Some(kind) = catalogue.kind(&module.plugin.value) else {
+        let help = suggest(&module.plugin.value, catalogue.kinds().map(ModuleKind::name));
+        complaints.add(
+            module.plugin.span,
+            format!("no plugin brings a module `{}`", module.plugin.value),
+            help,
+        );
+        return None;
+    };
+
+    // The description says which section the module wants, and may itself depend on that section.
+    let first = kind.section();
+    let section = if first.is_empty() { None } else { configuration.table(first).map(Value::from) };
+    let setup = OwnSetup {
+        name: module.name.value.as_str().into(),
+        seed: configuration.seed().value,
+        period: configuration.period().value,
+        section,
+    };
+    let description = match setup.with(|setup| kind.describe(setup)) {
+        Ok(description) => description,
+        Err(refusal) => {
+            complaints.add(
+                module.name.span,
+                format!("{}: {refusal}", module.name.value),
+                "see the module's documentation",
+            );
+            return None;
+        }
+    };
+    if let Some(port) = description.ports.iter().find(|port| RESERVED.contains(&port.name.as_str())) {
+        let message =
+            format!("module type `{}` names a port `{}`, which every module has", kind.name(), port.name);
+        complaints.add(module.plugin.span, message, "rename the port");
+        return None;
+    }
+    let before = complaints.diagnostics.len();
+    let params = parameters::bytes(&description, &module.params, complaints);
+    let mut inputs = BTreeMap::new();
+    for (name, entry) in module.inputs.iter() {
+        let port =
+            description.ports.iter().position(|port| port.name == name && port.direction == Direction::Input);
+        match port {
+            Some(port) => {
+                let descriptor = description.ports[port].descriptor;
+                if let Some(bytes) = parameters::value_bytes(descriptor, &entry.value, complaints) {
+                    inputs.insert(port, bytes);
+                }
+            }
+            None => {
+                let names = description.ports.iter().filter(|port| port.direction == Direction::Input);
+                let help = suggest(name, names.map(|port| port.name.as_str()));
+                complaints.add(entry.key, format!("`{}` has no input `{name}`", module.name.value), help);
+            }
+        }
+    }
+    if complaints.diagnostics.len() > before {
+        return None;
+    }
+    let stage = module.stage.as_ref().map_or(description.stage, |stage| stage.value);
+    let trigger =
+        module.trigger.as_ref().map_or_else(|| description.trigger.clone(), |trigger| trigger.value.clone());
+    if let Trigger::On { ports, .. } = &trigger
+        && let Some(missing) =
+            ports.iter().find(|name| !description.ports.iter().any(|port| port.name == **name))
+    {
+        let span = module.trigger.as_ref().map_or(module.name.span, |trigger| trigger.span);
+        let help = suggest(missing, description.ports.iter().map(|port| port.name.as_str()));
+        complaints.add(
+            span,
+            format!("`{}` is to run on `{missing}`, which is none of its ports", module.name.value),
+            help,
+        );
+        return None;
+    }
+    let deadline = module.deadline.as_ref().map(|deadline| deadline.value).or(description.deadline);
+    Some(Surveyed {
+        module,
+        kind: kind.clone(),
+        description,
+        stage,
+        trigger,
+        deadline,
+        params,
+        setup,
+        inputs,
+    })
+}

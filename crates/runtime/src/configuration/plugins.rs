@@ -1,0 +1,98 @@
+//! The plugins that are libraries, and named lists of plugins.
+
+use std::path::{Path, PathBuf};
+
+use super::Configuration;
+use super::build::Build;
+use super::source::{Source, SourceKind, Span, Spanned};
+use super::value::{Entry, Table};
+use super::{Module, PluginEntry};
+
+impl Build<'_> {
+    pub(super) fn plugins(&mut self, root: &Table) -> Vec<PluginEntry> {
+        let table = self.problems.table(root, "plugins");
+        table.into_iter().flat_map(Table::iter).filter_map(|(name, entry)| self.plugin(name, entry)).collect()
+    }
+
+    fn plugin(&mut self, name: &str, entry: &Entry) -> Option<PluginEntry> {
+        if !self.problems.name("a plugin", name, false, entry.key) {
+            return None;
+        }
+        let table = self.problems.as_table(&format!("plugins.{name}"), entry)?;
+        self.problems.unknown_keys(table, &format!("in plugin `{name}`"), &["file", "load", "plugins"]);
+        let file = match table.get("file") {
+            Some(value) => {
+                let text = self.problems.as_text("file", value, "plugins/libfollower.so")?;
+                let path = self.folder(text.span).join(&text.value);
+                Some(Spanned::new(path, text.span))
+            }
+            None => None,
+        };
+        let members = table.entries.get("plugins");
+        if let (Some(file), Some(_)) = (&file, members) {
+            let help = "a list of plugins has no library of its own";
+            self.problems.add(file.span, "`file` and `plugins` exclude each other", help);
+            return None;
+        }
+        let members = members.map(|members| self.problems.texts("plugins", &members.value, "localizer"));
+        let load = match table.get("load") {
+            Some(_) => self.problems.flag(table, "load")?.value,
+            None => true,
+        };
+        Some(PluginEntry { name: Spanned::new(name.into(), entry.key), file, members, load })
+    }
+
+    /// Where the file is that a path is written in; the command line's are relative to where it was given.
+    fn folder(&self, span: Span) -> PathBuf {
+        let source = self.sources.of(span);
+        source.path.as_deref().and_then(Path::parent).map(Path::to_owned).unwrap_or_default()
+    }
+}
+
+impl Configuration {
+    /// The plugins that are libraries, and named lists of plugins, by name.
+    pub fn plugins(&self) -> &[PluginEntry] {
+        &self.plugins
+    }
+
+    /// The same with another module of that kind, which a plugin brought that was loaded by hand.
+    pub(crate) fn with_module(&self, name: &str, kind: &str) -> Self {
+        let mut configuration = self.clone();
+        let text = format!("modules.\"{name}\".plugin = \"{kind}\"");
+        let span = Span { source: configuration.sources.0.len(), start: 0, end: text.len() };
+        let rank = configuration.sources.0.iter().map(|source| source.rank).max().unwrap_or(0) + 1;
+        configuration.sources.0.push(Source {
+            name: LOADED.into(),
+            kind: SourceKind::Change,
+            path: None,
+            text: text.into(),
+            rank,
+            document: None,
+        });
+        configuration.modules.push(Module {
+            name: Spanned::new(name.into(), span),
+            plugin: Spanned::new(kind.into(), span),
+            enabled: Spanned::new(true, span),
+            isolated: Spanned::new(false, span),
+            stage: None,
+            trigger: None,
+            deadline: None,
+            params: Table::default(),
+            inputs: Table::default(),
+        });
+        configuration
+    }
+
+    /// The same without those modules that [`with_module`](Configuration::with_module) added.
+    pub(crate) fn without_loaded(&self, names: &[String]) -> Self {
+        let mut configuration = self.clone();
+        configuration.modules.retain(|module| {
+            let added = self.sources.0[module.name.span.source].name == LOADED;
+            !(added && names.contains(&module.name.value))
+        });
+        configuration
+    }
+}
+
+/// The source of modules that came with a plugin which was loaded by hand.
+const LOADED: &str = "plugin load";

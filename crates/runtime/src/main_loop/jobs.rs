@@ -1,0 +1,145 @@
+//! Work between two cycles: whoever has the loop's token does it there, so that nothing changes under a step.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::{Flow, Seat, Shared};
+
+/// What is done between two cycles; nothing of the core may be held when a module's code is called.
+pub(super) type Job = Box<dyn FnOnce(&Shared) -> Flow + Send>;
+
+/// Who has the token of the core.
+#[derive(Debug, Default)]
+pub(super) struct Token(AtomicU32);
+
+const FREE: u32 = 0;
+const TAKEN: u32 = 1;
+
+impl Token {
+    pub fn try_take(&self) -> bool {
+        self.0.compare_exchange(FREE, TAKEN, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    }
+
+    /// Takes it as soon as nobody has it, which is soon: a run of the loop is never waited for here.
+    pub fn take(&self) {
+        while !self.try_take() {
+            std::thread::yield_now();
+        }
+    }
+
+    pub fn give_back(&self) {
+        self.0.store(FREE, Ordering::Release);
+    }
+}
+
+/// The job that waits.
+#[derive(Default)]
+pub(super) struct Jobs {
+    waiting: AtomicBool,
+    job: Mutex<Option<Job>>,
+}
+
+impl Jobs {
+    fn give(&self, job: Job) {
+        *self.job.lock().unwrap_or_else(PoisonError::into_inner) = Some(job);
+        self.waiting.store(true, Ordering::Release);
+    }
+
+    fn take(&self) -> Option<Job> {
+        self.waiting.store(false, Ordering::Relaxed);
+        self.job.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// The job that waits, if one does; a look costs a load.
+    pub fn next(&self) -> Option<Job> {
+        if self.waiting.load(Ordering::Acquire) { self.take() } else { None }
+    }
+}
+
+/// The module's code did not return.
+#[derive(Debug)]
+pub(crate) struct NotReturned;
+
+/// How often is looked whether the loop has ended meanwhile, or a module hangs.
+const LOOK: Duration = Duration::from_millis(2);
+
+impl Shared {
+    /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
+    /// nothing when it lost the token, because a module of `seats` did not return in time.
+    ///
+    /// One caller at a time.
+    pub fn between_cycles<R: Send + 'static>(
+        &self,
+        seats: &[Arc<Seat>],
+        work: impl FnOnce(&Shared) -> Option<R> + Send + 'static,
+    ) -> Result<R, NotReturned> {
+        let (sender, receiver) = channel();
+        let job: Job = Box::new(move |shared| match work(shared) {
+            Some(result) => {
+                // Who asked has given up waiting, if it can't be sent.
+                let _ = sender.send(result);
+                Flow::Next
+            }
+            None => Flow::Lost,
+        });
+        self.jobs.give(job);
+        loop {
+            if self.token.try_take() {
+                let job = self.jobs.take();
+                let flow = job.map(|job| job(self));
+                if flow != Some(Flow::Lost) {
+                    self.token.give_back();
+                }
+            }
+            match receiver.recv_timeout(LOOK) {
+                Ok(result) => return Ok(result),
+                Err(RecvTimeoutError::Disconnected) => return Err(NotReturned),
+                Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => {
+                    return Err(NotReturned);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// Does `work` while the seat is in no step: in the loop's thread, or for a module with a thread of its own in one
+    /// that is made for it, so that nobody else waits for that module. Nothing when a module has not returned, from its
+    /// step or from this.
+    pub fn with_seats<R: Send + 'static>(
+        &self,
+        seats: &[Arc<Seat>],
+        own_thread: bool,
+        work: impl FnOnce() -> Option<R> + Send + 'static,
+    ) -> Option<R> {
+        let involved = seats.to_vec();
+        if !own_thread {
+            let between = move |_: &Shared| {
+                let free = involved.iter().all(|seat| seat.is_idle() || seat.readmit());
+                if free { work().map(Some) } else { Some(None) }
+            };
+            return self.between_cycles(seats, between).ok().flatten();
+        }
+        let (sender, receiver) = channel();
+        let thread = std::thread::Builder::new().name("exchange".into()).spawn(move || {
+            let mut held = 0;
+            while held < involved.len() && involved[held].claim_patiently() {
+                held += 1;
+            }
+            let result = if held == involved.len() { work() } else { None };
+            involved[..held].iter().for_each(|seat| seat.unclaim());
+            // Who asked has given up waiting, if it can't be sent.
+            let _ = sender.send(result);
+        });
+        thread.ok()?;
+        loop {
+            match receiver.recv_timeout(LOOK) {
+                Ok(result) => return result,
+                Err(RecvTimeoutError::Disconnected) => return None,
+                Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => return None,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+}
