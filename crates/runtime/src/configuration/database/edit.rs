@@ -29,7 +29,7 @@ fn locate(root: &Table, path: &[String]) -> (Vec<String>, String) {
         (keys, scope.to_owned())
     };
     let robots = root.get("robots").and_then(Item::as_table_like);
-    let mut robots: Vec<&str> =
+    let robots: Vec<&str> =
         robots.into_iter().flat_map(|robots| robots.iter()).map(|(name, _)| name).collect();
     for scope in [""].iter().chain(&robots) {
         let mut section_keys = section_of(scope, section).into_iter();
@@ -40,20 +40,13 @@ fn locate(root: &Table, path: &[String]) -> (Vec<String>, String) {
             return place(scope, key);
         }
     }
-    robots.retain(|robot| name.starts_with(&format!("{robot}/")));
-    match robots[..] {
-        [robot]
-            if flat_name(section, &name[robot.len() + 1..], robot) == *name && is_relative(section, name) =>
-        {
-            place(robot, &name[robot.len() + 1..])
+    match name.split_once('/') {
+        // A link's name must have a module before the port even then.
+        Some((robot, own)) if robots.contains(&robot) && (section != "links" || own.contains('/')) => {
+            place(robot, own)
         }
         _ => as_it_is,
     }
-}
-
-/// Whether a name may stand in a robot without the robot's: a link's must have a module before the port even then.
-fn is_relative(section: &str, name: &str) -> bool {
-    section != "links" || name.matches('/').count() > 1
 }
 
 fn section_of(scope: &str, section: &str) -> Vec<String> {
@@ -153,7 +146,7 @@ pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_
         && let Some(suffix) = last.decor().suffix().and_then(|suffix| suffix.as_str()).map(str::to_owned)
     {
         last.decor_mut().set_suffix("");
-        *value.decor_mut() = toml_edit::Decor::new(" ", suffix);
+        *value.decor_mut() = Decor::new(" ", suffix);
     }
     table.insert(key, value);
 }
