@@ -47,17 +47,19 @@ fn values<'a>(
 ) {
     let table = |value: Option<&'a Spanned<Value>>| value.and_then(|value| value.as_table());
     let (old_table, new_table) = (table(old), table(new));
-    // A table shows by what is in it; it is a value itself only while it is empty, against nothing.
-    let itself = |value: Option<&'a Spanned<Value>>, other: Option<&'a Spanned<Value>>| {
-        value.filter(|value| value.as_table().is_none_or(|table| table.is_empty() && other.is_none()))
+    // A table shows by what is in it; only an empty one is a value itself, unless the other one fills it.
+    let itself = |value: Option<&'a Spanned<Value>>, other: Option<&'a Table>| {
+        let empty = |table: &Table| table.is_empty() && other.is_none_or(Table::is_empty);
+        value.filter(|value| value.as_table().is_none_or(empty))
     };
-    let differ = match (itself(old, new), itself(new, old)) {
+    let (old_itself, new_itself) = (itself(old, new_table), itself(new, old_table));
+    let differ = match (old_itself, new_itself) {
         (Some(old), Some(new)) => !same(old, new),
         (None, None) => false,
         _ => true,
     };
     if differ {
-        found.push((path.clone(), itself(old, new), itself(new, old)));
+        found.push((path.clone(), old_itself, new_itself));
     }
     tables(old_table, new_table, &path, found);
 }

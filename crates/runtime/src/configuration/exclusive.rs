@@ -53,4 +53,16 @@ pub(super) fn settle(merged: &mut Table, sources: &Sources) {
     for path in lost {
         merged.remove(&path);
     }
+    // No inputs are the same as no table of them.
+    let Some(Value::Table(modules)) = merged.entries.get_mut("modules").map(|entry| &mut entry.value.value)
+    else {
+        return;
+    };
+    for entry in modules.entries.values_mut() {
+        if let Value::Table(module) = &mut entry.value.value
+            && module.get("inputs").and_then(|inputs| inputs.as_table()).is_some_and(Table::is_empty)
+        {
+            module.entries.remove("inputs");
+        }
+    }
 }

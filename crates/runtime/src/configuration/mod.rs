@@ -6,6 +6,9 @@
 //! and caret. Every value remembers where it is written, so that whoever finds out later that it doesn't fit can
 //! point there too ([`Configuration::diagnostic`]).
 //!
+//! A [`Configuration`] never changes. A [`Database`] holds the one of a running agent, with a last layer of changes
+//! made at run time.
+//!
 //! ```
 //! use slate_runtime::configuration::{Configuration, Options};
 //!

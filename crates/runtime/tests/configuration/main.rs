@@ -1,17 +1,25 @@
 //! What a configuration promises: a whole model or a report that shows what to do.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+mod changes;
 mod files;
+mod handlers;
 mod layers;
 mod reports;
+mod save;
+mod watch;
 
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use proptest::prelude::*;
 use slate_blackboard::interface;
 use slate_module::{Level, Stage, Trigger};
-use slate_runtime::configuration::{Configuration, Options, Report, SourceKind, Value};
+use slate_runtime::configuration::{
+    Change, Configuration, Database, Difference, Options, Report, SaveTo, SourceKind, Subscription, Value,
+    parse_change,
+};
 
 fn read(text: &str) -> Result<Configuration, Report> {
     Configuration::from_text("exp1.toml", text, &options(&[]))

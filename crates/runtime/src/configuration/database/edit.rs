@@ -1,11 +1,12 @@
 //! Changes of a document that leave everything else as it was written.
 
-use toml_edit::{DocumentMut, InlineTable, Item, Key, Table};
+use toml_edit::{Decor, DocumentMut, InlineTable, Item, Table};
 
 use super::super::exclusive::counterpart;
 use super::super::scope::{SECTIONS, flat_name, in_scope};
 use super::super::value::Value;
-use super::overwrite::{comments_in, overwrite, overwrite_value};
+use super::comments;
+use super::overwrite::{overwrite, overwrite_value};
 
 /// Sets what stands at a flat path, or else adds it; what it excludes is taken out.
 pub(super) fn set(document: &mut DocumentMut, path: &[String], value: &Value) {
@@ -28,7 +29,7 @@ fn locate(root: &Table, path: &[String]) -> (Vec<String>, String) {
         (keys, scope.to_owned())
     };
     let robots = root.get("robots").and_then(Item::as_table_like);
-    let mut robots: Vec<&str> =
+    let robots: Vec<&str> =
         robots.into_iter().flat_map(|robots| robots.iter()).map(|(name, _)| name).collect();
     for scope in [""].iter().chain(&robots) {
         let mut section_keys = section_of(scope, section).into_iter();
@@ -39,20 +40,13 @@ fn locate(root: &Table, path: &[String]) -> (Vec<String>, String) {
             return place(scope, key);
         }
     }
-    robots.retain(|robot| name.starts_with(&format!("{robot}/")));
-    match robots[..] {
-        [robot]
-            if flat_name(section, &name[robot.len() + 1..], robot) == *name && is_relative(section, name) =>
-        {
-            place(robot, &name[robot.len() + 1..])
+    match name.split_once('/') {
+        // A link's name must have a module before the port even then.
+        Some((robot, own)) if robots.contains(&robot) && (section != "links" || own.contains('/')) => {
+            place(robot, own)
         }
         _ => as_it_is,
     }
-}
-
-/// Whether a name may stand in a robot without the robot's: a link's must have a module before the port even then.
-fn is_relative(section: &str, name: &str) -> bool {
-    section != "links" || name.matches('/').count() > 1
 }
 
 fn section_of(scope: &str, section: &str) -> Vec<String> {
@@ -60,43 +54,59 @@ fn section_of(scope: &str, section: &str) -> Vec<String> {
     keys.into_iter().map(String::from).collect()
 }
 
-/// Sets the value below an item that is a table; `comments` go before the line where it stands.
-fn put(parent: &mut Item, keys: &[String], value: &Value, mut comments: String, root: bool) {
+/// Sets the value below an item that is a table; comments that have lost their place go before the line of the value.
+fn put(parent: &mut Item, keys: &[String], value: &Value, mut lost: String, root: bool) {
     let [key, rest @ ..] = keys else { return };
-    if rest.is_empty() {
-        comments += &leaf(parent, key, value);
-    } else {
-        make_table(parent, key, rest.len(), root);
-    }
-    if let Item::Table(table) = parent
-        && table.get(key).is_some_and(Item::is_value)
-        && let Some(mut key) = table.key_mut(key)
-    {
-        let decor = key.leaf_decor_mut();
-        let prefix = decor.prefix().and_then(|prefix| prefix.as_str()).unwrap_or_default();
-        let prefix = format!("{}{prefix}", std::mem::take(&mut comments));
-        decor.set_prefix(prefix);
-    }
+    lost +=
+        &if rest.is_empty() { leaf(parent, key, value) } else { make_table(parent, key, rest.len(), root) };
+    let Some(lost) = comment(parent, key, lost) else { return };
     if let Some(child) = parent.as_table_like_mut().and_then(|table| table.get_mut(key)) {
-        put(child, rest, value, comments, false);
+        put(child, rest, value, lost, false);
     }
+}
+
+/// Puts comments before the line of a key, if it has one; else they are returned.
+fn comment(parent: &mut Item, key: &str, comments: String) -> Option<String> {
+    let Item::Table(table) = parent else { return Some(comments) };
+    if comments.is_empty() {
+        return Some(comments);
+    }
+    let prepend = |decor: &mut Decor| {
+        let prefix = decor.prefix().and_then(|prefix| prefix.as_str()).unwrap_or_default();
+        decor.set_prefix(format!("{comments}{prefix}"));
+    };
+    match table.get_mut(key) {
+        Some(Item::ArrayOfTables(tables)) => prepend(tables.get_mut(0)?.decor_mut()),
+        Some(Item::Value(_)) => prepend(table.key_mut(key)?.leaf_decor_mut()),
+        _ => return Some(comments),
+    }
+    Some(String::new())
 }
 
 /// Sets the value of a key, and returns the comments that have lost their place.
 fn leaf(parent: &mut Item, key: &str, value: &Value) -> String {
-    match parent.as_table_like_mut().and_then(|table| table.get_mut(key)) {
-        // An empty table adds nothing to one that is there.
-        Some(item) if item.is_table_like() && value.as_table().is_some() => String::new(),
-        Some(item) => overwrite(item, value),
-        None => {
-            insert(parent, key, Item::Value(value.into()));
-            String::new()
-        }
+    let Some(table) = parent.as_table_like_mut() else { return String::new() };
+    let Some(item) = table.get_mut(key) else {
+        insert(parent, key, Item::Value(value.into()));
+        return String::new();
+    };
+    // An empty table adds nothing to one that is there.
+    if item.is_table_like() && value.as_table().is_some() {
+        return String::new();
     }
+    let was_line = item.is_value();
+    let lost = overwrite(item, value);
+    if item.is_value()
+        && !was_line
+        && let Some(mut key) = table.key_mut(key)
+    {
+        key.fmt();
+    }
+    lost
 }
 
-/// Makes sure that there is a table, above `depth` more keys.
-fn make_table(parent: &mut Item, key: &str, depth: usize, root: bool) {
+/// Makes sure that there is a table, above `depth` more keys; returns the comments that have lost their place.
+fn make_table(parent: &mut Item, key: &str, depth: usize, root: bool) -> String {
     let table = match parent {
         Item::Table(parent) => {
             let mut table = Table::new();
@@ -112,10 +122,11 @@ fn make_table(parent: &mut Item, key: &str, depth: usize, root: bool) {
     };
     match parent.as_table_like_mut().and_then(|table| table.get_mut(key)) {
         Some(item) if item.is_table_like() => {}
-        Some(Item::Value(value)) => overwrite_value(value, &Value::Table(Default::default())),
-        Some(item) => *item = table,
+        Some(Item::Value(value)) => return overwrite_value(value, &Value::Table(Default::default())),
+        Some(item) => return comments::of_item(&std::mem::replace(item, table)),
         None => insert(parent, key, table),
     }
+    String::new()
 }
 
 fn insert(parent: &mut Item, key: &str, item: Item) {
@@ -131,10 +142,11 @@ fn insert(parent: &mut Item, key: &str, item: Item) {
 
 /// Adds to an inline table; the blank before its brace stays there.
 pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_edit::Value) {
-    if let Some((_, last)) = table.iter_mut().last() {
-        let suffix = last.decor().suffix().and_then(|suffix| suffix.as_str()).unwrap_or_default().to_owned();
+    if let Some((_, last)) = table.iter_mut().last()
+        && let Some(suffix) = last.decor().suffix().and_then(|suffix| suffix.as_str()).map(str::to_owned)
+    {
         last.decor_mut().set_suffix("");
-        *value.decor_mut() = toml_edit::Decor::new(" ", suffix);
+        *value.decor_mut() = Decor::new(" ", suffix);
     }
     table.insert(key, value);
 }
@@ -154,9 +166,5 @@ fn remove(document: &mut DocumentMut, path: &[String]) -> String {
         }
         _ => None,
     };
-    removed.map_or(String::new(), |(key, item)| comments_before(&key) + &comments_in(&item))
-}
-
-fn comments_before(key: &Key) -> String {
-    super::overwrite::comments(key.leaf_decor().prefix())
+    removed.map_or(String::new(), |(key, item)| comments::of_entry(&key, item))
 }

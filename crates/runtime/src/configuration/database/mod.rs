@@ -1,5 +1,6 @@
 //! A configuration that changes while the agent runs.
 
+mod comments;
 mod edit;
 mod handlers;
 mod home;

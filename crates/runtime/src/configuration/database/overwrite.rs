@@ -1,84 +1,97 @@
 //! New values where old ones stand, which change no more of the text than they must.
+//!
+//! All of these return the comments that have lost their place, a line each.
 
-use toml_edit::{Array, Item, RawString};
+use toml_edit::{Array, Item, Table};
 
 use super::super::compare::same;
 use super::super::problems::Problems;
 use super::super::source::Span;
-use super::super::value::Value;
+use super::super::value::{self, Value};
+use super::comments;
 use super::edit::insert_inline;
 
-/// Makes an item what a value says, and returns the comments that have lost their place.
+/// Makes an item what a value says.
 pub(super) fn overwrite(item: &mut Item, value: &Value) -> String {
     match (&mut *item, value) {
         (Item::Value(old), new) => overwrite_value(old, new),
-        (Item::Table(old), Value::Table(new)) => {
-            old.retain(|key, _| new.get(key).is_some());
-            for (key, entry) in new.iter() {
-                match old.get_mut(key) {
-                    Some(item) => drop(overwrite(item, &entry.value)),
-                    None => drop(old.insert(key, Item::Value((&entry.value.value).into()))),
-                }
-            }
-        }
+        (Item::Table(old), Value::Table(new)) => overwrite_table(old, new),
         (Item::ArrayOfTables(old), Value::List(new))
             if !new.is_empty() && new.iter().all(|item| item.as_table().is_some()) =>
         {
-            while old.len() > new.len() {
-                old.remove(old.len() - 1);
+            let mut lost = String::new();
+            for removed in (new.len()..old.len()).rev() {
+                lost = comments::of_item(&Item::Table(old.remove(removed))) + &lost;
             }
             for (i, new) in new.iter().enumerate() {
                 if i == old.len() {
-                    old.push(toml_edit::Table::new());
+                    old.push(Table::new());
                 }
-                let Some(table) = old.get_mut(i) else { continue };
-                let mut item = Item::Table(std::mem::take(table));
-                overwrite(&mut item, new);
-                *table = item.into_table().unwrap_or_default();
+                if let (Some(table), Some(new)) = (old.get_mut(i), new.as_table()) {
+                    lost += &overwrite_table(table, new);
+                }
             }
+            lost
         }
-        (_, new) => {
-            let comments = comments_in(item);
-            *item = Item::Value(new.into());
-            return comments;
+        (_, new) => comments::of_item(&std::mem::replace(item, Item::Value(new.into()))),
+    }
+}
+
+fn overwrite_table(old: &mut Table, new: &value::Table) -> String {
+    let mut lost = String::new();
+    let gone: Vec<String> =
+        old.iter().map(|(key, _)| key.to_owned()).filter(|key| new.get(key).is_none()).collect();
+    for key in gone {
+        lost += &old.remove_entry(&key).map_or(String::new(), |(key, item)| comments::of_entry(&key, item));
+    }
+    for (key, entry) in new.iter() {
+        match old.get_mut(key) {
+            Some(item) => lost += &overwrite(item, &entry.value),
+            None => drop(old.insert(key, Item::Value((&entry.value.value).into()))),
         }
     }
-    String::new()
+    lost
 }
 
 /// Makes a value of a document another one; what is the same already stays as it is written.
-pub(super) fn overwrite_value(old: &mut toml_edit::Value, new: &Value) {
+pub(super) fn overwrite_value(old: &mut toml_edit::Value, new: &Value) -> String {
     let nowhere = Span { source: 0, start: 0, end: 0 };
     let present = Value::of_toml(old, nowhere, &mut Problems::default());
+    let mut lost = String::new();
     match (&mut *old, new) {
         _ if present.is_some_and(|present| same(&present, new)) => {}
         (toml_edit::Value::Array(old), Value::List(new)) => {
             for (i, new) in new.iter().enumerate() {
                 match old.get_mut(i) {
-                    Some(old) => overwrite_value(old, new),
+                    Some(old) => lost += &overwrite_value(old, new),
                     None => push(old, (&new.value).into()),
                 }
             }
-            while old.len() > new.len() {
-                let removed = old.remove(old.len() - 1);
-                keep_comments(old, &removed);
-            }
+            shorten(old, new.len());
         }
         (toml_edit::Value::InlineTable(old), Value::Table(new)) => {
-            old.retain(|key, _| new.get(key).is_some());
+            let gone: Vec<String> =
+                old.iter().map(|(key, _)| key.to_owned()).filter(|key| new.get(key).is_none()).collect();
+            for key in gone {
+                let removed = old.remove_entry(&key);
+                lost += &removed
+                    .map_or(String::new(), |(key, value)| comments::of_entry(&key, Item::Value(value)));
+            }
             for (key, entry) in new.iter() {
                 match old.get_mut(key) {
-                    Some(old) => overwrite_value(old, &entry.value),
+                    Some(old) => lost += &overwrite_value(old, &entry.value),
                     None => insert_inline(old, key, (&entry.value.value).into()),
                 }
             }
         }
         (old, new) => {
+            lost = comments::of_value(old);
             let decor = old.decor().clone();
             *old = new.into();
             *old.decor_mut() = decor;
         }
     }
+    lost
 }
 
 /// Adds an element, on a line of its own if the last one has one.
@@ -94,32 +107,15 @@ fn push(array: &mut Array, mut value: toml_edit::Value) {
     }
 }
 
-/// The comments around an element stay when it goes.
-fn keep_comments(array: &mut Array, removed: &toml_edit::Value) {
-    let text = |raw: Option<&RawString>| raw.and_then(RawString::as_str).unwrap_or_default().to_owned();
-    let around = text(removed.decor().prefix()) + &text(removed.decor().suffix());
-    if around.contains('#') {
-        array.set_trailing(around + array.trailing().as_str().unwrap_or_default());
+/// Takes elements off the end; their comments stay in the list.
+fn shorten(array: &mut Array, length: usize) {
+    let mut kept = String::new();
+    while array.len() > length {
+        kept = comments::of_text(&array.remove(array.len() - 1).to_string()) + &kept;
     }
-}
-
-/// The comments that stand with an item and in it, a line each.
-pub(super) fn comments_in(item: &Item) -> String {
-    match item {
-        Item::None => String::new(),
-        Item::Value(value) => comments(value.decor().suffix()),
-        Item::Table(table) => comments(table.decor().prefix()) + &comment_lines(&table.to_string()),
-        Item::ArrayOfTables(tables) => {
-            tables.iter().map(|table| comments_in(&Item::Table(table.clone()))).collect()
-        }
+    if !kept.is_empty() {
+        let trailing = array.trailing().as_str().unwrap_or_default();
+        let trailing = format!("\n{kept}{}", trailing.strip_prefix('\n').unwrap_or(trailing));
+        array.set_trailing(trailing);
     }
-}
-
-/// The comments before or after something, a line each.
-pub(super) fn comments(decor: Option<&RawString>) -> String {
-    comment_lines(decor.and_then(RawString::as_str).unwrap_or_default())
-}
-
-fn comment_lines(text: &str) -> String {
-    text.lines().map(str::trim).filter(|line| line.starts_with('#')).map(|line| format!("{line}\n")).collect()
 }

@@ -70,32 +70,46 @@ struct Watcher {
     database: Database,
     /// What stood on the disk at the last look, if it was new.
     seen: Option<Files>,
-    /// What was wrong, to be told once.
-    refused: Option<Files>,
+    refused: Option<Refused>,
+}
+
+/// An edit that is wrong.
+struct Refused {
+    files: Files,
+    /// What it was wrong for: it may be right after another change.
+    generation: u64,
+    /// What is wrong, to be told once.
+    report: String,
 }
 
 impl Watcher {
     fn look(&mut self) -> Option<Result<Vec<Change>, Report>> {
         let state = self.database.state();
-        let now = state.files.fresh(self.refused.as_ref().unwrap_or(&Files::default()));
+        let generation = state.generation;
+        let now =
+            state.files.fresh(self.refused.as_ref().map_or(&Files::default(), |refused| &refused.files));
         if state.files.hold_in(&now) {
             (self.seen, self.refused) = (None, None);
             return None;
         }
-        if self.refused.as_ref() == Some(&now) {
-            return None;
+        match &self.refused {
+            Some(refused) if refused.files == now && refused.generation == generation => return None,
+            Some(refused) if refused.files == now => {}
+            _ if self.seen.as_ref() == Some(&now) => {}
+            _ => {
+                self.seen = Some(now);
+                return None;
+            }
         }
-        if self.seen.as_ref() != Some(&now) {
-            self.seen = Some(now);
-            return None;
-        }
-        let (result, tried) = self.database.proposal(state, &[], now);
+        let (result, files) = self.database.proposal(state, &[], now);
         match result {
             // Overtaken by another change: the next look tries again.
             Ok(proposal) => proposal.apply().map(Ok),
             Err(report) => {
-                self.refused = Some(tried);
-                Some(Err(report))
+                let text = report.to_string();
+                let told = self.refused.as_ref().is_some_and(|refused| refused.report == text);
+                self.refused = Some(Refused { files, generation, report: text });
+                (!told).then_some(Err(report))
             }
         }
     }
