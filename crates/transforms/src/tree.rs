@@ -20,7 +20,7 @@ const NORM_TOLERANCE: f64 = 1e-3;
 pub struct Limits {
     /// How many frames there may be.
     pub frames: usize,
-    /// How many transforms are kept of each frame that moves; 72 bytes each.
+    /// How many transforms are kept of each frame that moves; 64 bytes each.
     pub history: usize,
     /// How far beyond the known times a lookup may be, nanoseconds; the nearest transform holds there. There is no
     /// extrapolation.
@@ -163,12 +163,7 @@ impl FrameTree {
     /// # Errors
     /// When a frame is not known, they are in different trees, or an edge on the way between them is not known at that
     /// time.
-    pub fn lookup(
-        &self,
-        target: &str,
-        source: &str,
-        time: u64,
-    ) -> Result<Isometry3<f64>, TransformError> {
+    pub fn lookup(&self, target: &str, source: &str, time: u64) -> Result<Isometry3<f64>, TransformError> {
         let (target, source) = (self.find(target)?, self.find(source)?);
         let top = self.common(target, source)?;
         let (target, source) = (self.climb(target, top, time)?, self.climb(source, top, time)?);
