@@ -13,6 +13,8 @@ mod digest;
 pub mod log;
 mod main_loop;
 mod runner;
+pub mod synchronization;
+pub mod timing;
 
 pub use agent::{Agent, Mode, Options, StartError, Stopper};
 pub use main_loop::{Control, Cycle, End, Observer, Rate};
