@@ -8,9 +8,11 @@ mod drive;
 mod mission;
 mod pose;
 mod range;
+mod transform;
 
 pub use contact::{Contact, Contacts};
 pub use drive::{Twist2, WheelSpeeds};
 pub use mission::{MissionState, Verdict};
 pub use pose::{Odometry, Orientation, Point2, Pose2, Position};
 pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};
+pub use transform::{FrameName, Quaternion, Transform};

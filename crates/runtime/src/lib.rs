@@ -14,6 +14,8 @@ pub mod log;
 mod main_loop;
 pub mod plugin;
 mod runner;
+pub mod synchronization;
+pub mod timing;
 
 pub use agent::{
     Agent, Composer, Mode, ModuleStatus, Options, PluginError, PluginStatus, Reload, StartError, Stopper,

@@ -1,0 +1,177 @@
+use slate_module::interface;
+
+/// Each power of two has so many buckets, as a power of two: 32 make them at most 3.1 % wide.
+const BITS: u32 = 5;
+const PART: usize = 1 << BITS;
+/// The first value that counts as the greatest: 2^37 ns, some 137 s.
+const LIMIT_BITS: u32 = 37;
+const BUCKETS: usize = (LIMIT_BITS - BITS + 1) as usize * PART;
+
+/// How long something took, of all times that it was done: what a property shows of a [`Histogram`].
+#[interface]
+#[derive(PartialEq)]
+pub struct TimingHistogram {
+    /// How often.
+    pub count: u64,
+    /// On average.
+    #[unit("ns")]
+    pub mean: u64,
+    /// Half of the times at most so long.
+    #[unit("ns")]
+    pub p50: u64,
+    /// 90 of 100 times at most so long.
+    #[unit("ns")]
+    pub p90: u64,
+    /// 99 of 100 times at most so long.
+    #[unit("ns")]
+    pub p99: u64,
+    /// 999 of 1000 times at most so long.
+    #[unit("ns")]
+    pub p999: u64,
+    /// Never longer.
+    #[unit("ns")]
+    pub max: u64,
+}
+
+/// Counts durations in nanoseconds by their size: exact up to 63 ns, and from there to 137 s in buckets that are at most
+/// 3.1 % wide. Takes 4 KiB, whatever is counted.
+///
+/// ```
+/// use slate_runtime::timing::Histogram;
+///
+/// let mut histogram = Histogram::default();
+/// (1..=100).for_each(|duration| histogram.record(duration * 1000));
+/// let p90 = histogram.quantile(0.9);
+/// assert!((88_000..92_000).contains(&p90));
+/// assert_eq!(histogram.summary().max, 100_000);
+/// ```
+#[derive(Clone, PartialEq, Eq)]
+pub struct Histogram {
+    buckets: Box<[u32; BUCKETS]>,
+    count: u64,
+    sum: u64,
+    min: u64,
+    max: u64,
+}
+
+impl Default for Histogram {
+    fn default() -> Self {
+        Self { buckets: Box::new([0; BUCKETS]), count: 0, sum: 0, min: u64::MAX, max: 0 }
+    }
+}
+
+impl std::fmt::Debug for Histogram {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Histogram").field(&self.summary()).finish()
+    }
+}
+
+impl Histogram {
+    /// Counts a duration, nanoseconds.
+    #[inline]
+    pub fn record(&mut self, duration: u64) {
+        let bucket = bucket(duration);
+        if self.buckets[bucket] == u32::MAX {
+            self.halve();
+        }
+        self.buckets[bucket] += 1;
+        self.count += 1;
+        self.sum = self.sum.saturating_add(duration);
+        self.min = self.min.min(duration);
+        self.max = self.max.max(duration);
+    }
+
+    /// Makes room in all counters: what was counted until now weighs half in the quantiles, once in thousands of
+    /// millions of times.
+    #[cold]
+    fn halve(&mut self) {
+        self.buckets.iter_mut().for_each(|count| *count /= 2);
+    }
+
+    /// How many durations were counted.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The mean, nanoseconds; 0 when nothing was counted.
+    pub fn mean(&self) -> u64 {
+        self.sum.checked_div(self.count).unwrap_or(0)
+    }
+
+    /// The longest, nanoseconds, exactly; 0 when nothing was counted.
+    pub fn max(&self) -> u64 {
+        self.max
+    }
+
+    /// The duration that a part (0 to 1) of all did not exceed, nanoseconds, to 1.6 %; 0 when nothing was counted.
+    pub fn quantile(&self, part: f64) -> u64 {
+        let total: u64 = self.buckets.iter().map(|count| u64::from(*count)).sum();
+        let rank = ((total as f64 * part).ceil() as u64).clamp(1, total.max(1));
+        let mut below = 0;
+        let reached = self.buckets.iter().position(|count| {
+            below += u64::from(*count);
+            below >= rank
+        });
+        // The longest is known exactly, and none is beyond the ends.
+        match reached {
+            Some(_) if rank == total => self.max,
+            Some(bucket) => middle(bucket).clamp(self.min, self.max),
+            None => 0,
+        }
+    }
+
+    /// Adds what another one has counted.
+    pub fn merge(&mut self, other: &Self) {
+        let mut halvings = 0;
+        for (own, others) in self.buckets.iter().zip(other.buckets.iter()) {
+            halvings |= u32::from(u64::from(*own) + u64::from(*others) > u64::from(u32::MAX));
+        }
+        for (own, others) in self.buckets.iter_mut().zip(other.buckets.iter()) {
+            *own = (*own >> halvings) + (*others >> halvings);
+        }
+        self.count = self.count.saturating_add(other.count);
+        self.sum = self.sum.saturating_add(other.sum);
+        self.min = self.min.min(other.min);
+        self.max = self.max.max(other.max);
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.buckets.fill(0);
+        (self.count, self.sum, self.min, self.max) = (0, 0, u64::MAX, 0);
+    }
+
+    /// What a property shows of it.
+    pub fn summary(&self) -> TimingHistogram {
+        TimingHistogram {
+            count: self.count,
+            mean: self.mean(),
+            p50: self.quantile(0.5),
+            p90: self.quantile(0.9),
+            p99: self.quantile(0.99),
+            p999: self.quantile(0.999),
+            max: self.max,
+        }
+    }
+}
+
+/// Where a duration is counted: the power of two, and as many of the bits below it as tell its buckets apart.
+#[inline]
+fn bucket(duration: u64) -> usize {
+    let duration = duration.min((1 << LIMIT_BITS) - 1);
+    if duration < PART as u64 {
+        return duration as usize;
+    }
+    let shift = duration.ilog2() - BITS;
+    (shift as usize) * PART + (duration >> shift) as usize
+}
+
+/// The duration in the middle of a bucket.
+fn middle(bucket: usize) -> u64 {
+    if bucket < PART {
+        return bucket as u64;
+    }
+    let shift = bucket / PART - 1;
+    let low = ((PART + bucket % PART) as u64) << shift;
+    low + (1 << shift >> 1)
+}

@@ -1,0 +1,12 @@
+//! Where the time goes: [`Histogram`]s of how long steps take, and a [`Trace`] of what ran when.
+//!
+//! Both cost the measured thread some nanoseconds and no allocation. What is measured is wall-clock time, so it stays
+//! outside of what a run can repeat.
+
+mod histogram;
+mod json;
+mod ring;
+mod trace;
+
+pub use histogram::{Histogram, TimingHistogram};
+pub use trace::{Exported, Label, Span, Trace, TraceError, Track};
