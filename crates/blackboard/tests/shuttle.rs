@@ -271,7 +271,7 @@ fn events_tell_what_comes_and_goes_while_all_comes_and_goes() {
                 told
             });
             adding.join().unwrap();
-            linking.map(|thread| thread.join().unwrap());
+            linking.into_iter().for_each(|thread| thread.join().unwrap());
             let told = observing.join().unwrap();
             assert_eq!(few.by_ref().count() as u64 + few.missed(), told);
         },

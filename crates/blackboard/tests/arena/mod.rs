@@ -1,5 +1,6 @@
 //! Memory for values, of a few equal blocks, that watches how it is used.
 #![allow(unsafe_code, reason = "memory that is handed out")]
+#![allow(clippy::unwrap_used, reason = "all of it is a test")]
 #![allow(dead_code, reason = "not every test uses all of it")]
 
 use std::alloc::Layout;
@@ -65,7 +66,7 @@ unsafe impl ValueMemory for Arena {
 
     unsafe fn free(&self, memory: NonNull<u8>, layout: Layout) {
         let index = self.blocks.iter().position(|block| block.0.get().cast() == memory.as_ptr());
-        let freed = self.taken.lock().unwrap()[index.expect("it is of this arena")].take();
+        let freed = self.taken.lock().unwrap()[index.unwrap()].take();
         assert_eq!(freed, Some(layout));
         // SAFETY: nobody uses it any more.
         unsafe { memory.as_ptr().write_bytes(0xaa, BLOCK) };
