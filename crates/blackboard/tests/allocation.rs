@@ -77,6 +77,19 @@ fn writing_and_reading_values_allocates_nothing() {
 }
 
 #[test]
+fn leaving_a_draft_to_a_late_step_allocates_nothing() {
+    let channel = Channel::new(Shape::fixed(4096, 8), 1, Budget { latest: 1, queues: 0, window: 0 });
+    let mut writer = channel.writer().unwrap();
+    let count = allocations(|| {
+        for number in 0..10 {
+            let aside = writer.set_aside();
+            assert!(aside.is_some() && writer.write(&[1; 4096], 0, number).is_ok());
+        }
+    });
+    assert_eq!(count, 0);
+}
+
+#[test]
 fn sending_and_collecting_messages_allocates_nothing() {
     let mailbox = Mailbox::new(Shape::fixed(64, 8), 2, 4);
     let mut senders = [mailbox.sender().unwrap(), mailbox.sender().unwrap()];

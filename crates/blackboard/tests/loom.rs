@@ -6,11 +6,12 @@
 
 use loom::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use loom::thread;
-use slate_blackboard::Shape;
 use slate_blackboard::channel::{Budget, Channel, Latest, Loan, Policy, Start, Writer};
 use slate_blackboard::commit::{CommitWord, Pin, pin};
+use slate_blackboard::interface::Interface;
 use slate_blackboard::message::{Answer, Mailbox, Sender, Status};
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Access, Board, Event, Observer, Pattern, Shape, Store};
 use std::sync::Arc;
 
 const SHAPE: Shape = Shape::fixed(16, 8);
@@ -261,5 +262,68 @@ fn no_notification_is_lost_and_what_came_before_it_is_seen() {
         notify(1);
         other.join().unwrap();
         waiter.join().unwrap();
+    });
+}
+
+/// A board with a property `a`, and who observes it.
+fn observed(limit: usize, wake: Option<Arc<Wake>>) -> (Board, Arc<Channel>, Observer) {
+    let board = Board::new("base");
+    let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 2, queues: 0, window: 0 } };
+    let property = board.add_channel("a", "", <()>::DESCRIPTOR, store, Access::Output).unwrap();
+    let observer = board.observe(&Pattern::parse("a").unwrap(), limit, wake);
+    (board, property.channel().unwrap().clone(), observer)
+}
+
+#[test]
+fn an_observer_gets_events_whole_and_in_order_or_counts_them() {
+    check(3, || {
+        let (board, channel, mut observer) = observed(1, None);
+        // Loom forgets that a load came before the store of a thread that loads too: so the one that stores goes first.
+        let thread = thread::spawn(move || {
+            let seen: Vec<_> = (0..2).filter_map(|_| observer.next()).collect();
+            (observer, seen)
+        });
+        drop(channel.writer().unwrap());
+        drop(channel.latest().unwrap());
+        let (mut observer, mut seen) = thread.join().unwrap();
+        seen.extend(&mut observer);
+        let a: Arc<str> = "a".into();
+        let all = [
+            Event::WriterCame(a.clone(), 1),
+            Event::WriterLeft(a.clone(), 1),
+            Event::ReaderCame(a.clone()),
+            Event::ReaderLeft(a),
+        ];
+        let mut rest = all.iter();
+        assert!(seen.iter().all(|event| rest.any(|other| other == event)), "{seen:?}");
+        assert_eq!(seen.len() as u64 + observer.missed(), 4);
+        drop(board);
+    });
+}
+
+#[test]
+fn an_observer_that_is_woken_finds_the_event() {
+    check(3, || {
+        let wake = Arc::new(Wake::new());
+        let (board, channel, mut observer) = observed(2, Some(wake.clone()));
+        let thread = thread::spawn(move || channel.latest().unwrap());
+        wake.wait();
+        assert_eq!(observer.next(), Some(Event::ReaderCame("a".into())));
+        thread.join().unwrap();
+        drop(board);
+    });
+}
+
+#[test]
+fn nothing_is_told_of_a_property_after_it_vanished() {
+    check(3, || {
+        let (board, channel, mut observer) = observed(8, None);
+        let thread = thread::spawn(move || drop(channel.latest().unwrap()));
+        board.remove("a").unwrap();
+        thread.join().unwrap();
+        let told: Vec<_> = observer.by_ref().collect();
+        assert_eq!(told.last(), Some(&Event::Vanished("a".into())));
+        assert_eq!(told.iter().filter(|event| matches!(event, Event::Vanished(_))).count(), 1);
+        assert!(told.len() <= 3 && observer.missed() == 0);
     });
 }

@@ -1,6 +1,9 @@
 //! Random uses by one thread, compared with a simple model.
 #![cfg(not(any(loom, feature = "shuttle")))]
 
+mod arena;
+
+use arena::Arena;
 use proptest::prelude::*;
 use slate_blackboard::channel::{Budget, Channel, Evicted, Latest, Policy, QueueReader, SetAside, Start};
 use slate_blackboard::message::{ABANDONED, Answer, Mailbox, Sender, Status, Ticket};
@@ -119,9 +122,12 @@ proptest! {
     fn a_channel_does_what_the_model_does(
         depth in 1..4_usize,
         window in 1..4_u16,
+        given in any::<bool>(),
         operations in prop::collection::vec(operation(), 1..120),
     ) {
-        let channel = Channel::new(SHAPE, depth, Budget { latest: 2, queues: 3, window });
+        let arena = Arena::new(64);
+        let memory = given.then(|| arena.memory());
+        let channel = Channel::new_in(SHAPE, depth, Budget { latest: 2, queues: 3, window }, memory);
         let mut latest = [(); 2].map(|()| channel.latest().unwrap());
         let mut queues = POLICIES.map(|policy| channel.queue(policy, Start::Next).unwrap());
         let mut writer = Some(channel.writer().unwrap());
@@ -213,6 +219,8 @@ proptest! {
                 check_queue(reader, model, &stamps);
             }
         }
+        drop((channel, latest, queues, writer, aside));
+        prop_assert_eq!(arena.taken(), 0);
     }
 }
 

@@ -45,17 +45,21 @@ expect_caught loom ordering \
     a_snapshot_holds_values_of_one_commit \
     messages_of_two_senders_all_arrive_each_senders_in_order \
     a_message_stays_as_it_is_until_the_receiver_releases_it \
-    no_notification_is_lost_and_what_came_before_it_is_seen
+    no_notification_is_lost_and_what_came_before_it_is_seen \
+    an_observer_gets_events_whole_and_in_order_or_counts_them
 expect_caught loom readers \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
     two_readers_see_whole_values_in_order_and_in_the_end_the_last \
     an_overtaken_reader_of_a_queue_counts_what_it_lost
 expect_caught loom commit a_snapshot_holds_values_of_one_commit
+expect_caught loom events an_observer_gets_events_whole_and_in_order_or_counts_them
 expect_caught loom mailbox a_message_stays_as_it_is_until_the_receiver_releases_it
 expect_caught loom wake no_notification_is_lost_and_what_came_before_it_is_seen
 expect_caught shuttle readers \
     a_reader_outlives_writers_and_tells_their_generations \
-    readers_come_and_go_while_a_writer_writes
+    readers_come_and_go_while_a_writer_writes \
+    what_a_late_step_writes_reaches_nobody
+expect_caught shuttle events events_tell_what_comes_and_goes_while_all_comes_and_goes
 expect_caught shuttle wake no_notification_is_lost_when_the_waiting_thread_changes
 expect_caught sanitizer ordering threads
 expect_caught sanitizer readers threads

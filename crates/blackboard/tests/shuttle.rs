@@ -6,9 +6,10 @@
 #![allow(unsafe_code, reason = "a late step writes through a pointer")]
 
 use shuttle::{check_random, thread};
-use slate_blackboard::Shape;
 use slate_blackboard::channel::{Budget, Channel, Latest, Policy, Start, Writer};
+use slate_blackboard::interface::Interface;
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Access, Board, Event, Pattern, Shape, Store};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -209,6 +210,70 @@ fn no_notification_is_lost_when_the_waiting_thread_changes() {
             });
             second.join().unwrap();
             notifiers.into_iter().for_each(|notifier| notifier.join().unwrap());
+        },
+        SCHEDULES,
+    );
+}
+
+#[test]
+fn events_tell_what_comes_and_goes_while_all_comes_and_goes() {
+    check_random(
+        || {
+            let board = Arc::new(Board::new("base"));
+            let wake = Arc::new(Wake::new());
+            let pattern = Pattern::parse("*").unwrap();
+            let mut all = board.observe(&pattern, 100, Some(wake.clone()));
+            let mut few = board.observe(&pattern, 2, None);
+            let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 1, queues: 1, window: 1 } };
+            let adding = {
+                let board = board.clone();
+                thread::spawn(move || {
+                    for _ in 0..3 {
+                        board.add_channel("a", "", <()>::DESCRIPTOR, store, Access::Output).unwrap();
+                        thread::yield_now();
+                        board.remove("a").unwrap();
+                    }
+                })
+            };
+            let linking = [false, true].map(|writes| {
+                let board = board.clone();
+                thread::spawn(move || {
+                    for _ in 0..4 {
+                        let Ok((property, _)) = board.find("a") else { continue };
+                        let channel = property.channel().unwrap();
+                        if writes {
+                            drop(channel.writer().unwrap());
+                        } else {
+                            drop(channel.latest().unwrap());
+                        }
+                    }
+                })
+            });
+            let observing = thread::spawn(move || {
+                let (mut present, mut vanished, mut readers, mut writer, mut told) = (false, 0, 0, None, 0);
+                while vanished < 3 {
+                    assert_eq!(wake.wait(), 1);
+                    for event in &mut all {
+                        told += 1;
+                        assert_eq!(present, !matches!(event, Event::Appeared(_)), "{event:?}");
+                        match event {
+                            Event::Appeared(_) => (present, readers, writer) = (true, 0, None),
+                            Event::Vanished(_) => (present, vanished) = (false, vanished + 1),
+                            Event::WriterCame(_, generation) => writer = Some(generation),
+                            Event::WriterLeft(_, generation) => assert_eq!(writer.take(), Some(generation)),
+                            Event::ReaderCame(_) => readers += 1,
+                            Event::ReaderLeft(_) => readers -= 1,
+                        }
+                        assert!((0..=1).contains(&readers));
+                    }
+                }
+                assert_eq!(all.missed(), 0);
+                told
+            });
+            adding.join().unwrap();
+            linking.into_iter().for_each(|thread| thread.join().unwrap());
+            let told = observing.join().unwrap();
+            assert_eq!(few.by_ref().count() as u64 + few.missed(), told);
         },
         SCHEDULES,
     );

@@ -195,6 +195,17 @@ impl Board {
     /// Gets the events, from now on, of the properties whose paths are meant: at most `limit` (at least 1) wait for it,
     /// what comes beyond is counted. It notifies `wake` (of 1), if there is one, of each. Who wants to know of what is
     /// there already begins to observe first, and then looks, so that nothing comes in between.
+    ///
+    /// ```
+    /// # use slate_blackboard::{Access, Board, Event, Pattern, Store, channel::Budget, interface::Interface};
+    /// let board = Board::new("base");
+    /// let mut observer = board.observe(&Pattern::parse("*/hit")?, 16, None);
+    /// let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 1, queues: 0, window: 0 } };
+    /// board.add_channel("bumper/hit", "Something was hit.", <()>::DESCRIPTOR, store, Access::Output)?;
+    /// assert_eq!(observer.next(), Some(Event::Appeared("bumper/hit".into())));
+    /// assert_eq!(observer.next(), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn observe(&self, pattern: &Pattern, limit: usize, wake: Option<Arc<Wake>>) -> Observer {
         self.observers.observe(pattern, limit, wake)
     }

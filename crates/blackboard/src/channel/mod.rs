@@ -4,8 +4,12 @@
 //! it has pinned; the writer exchanges the word and learns how many readers pinned the slot that it took out. A slot
 //! is free again when as many readers have given it back. So a channel with one cell is the wait-free register (after
 //! Ianni, Pellegrini and Quaglia, "A Wait-free Multi-word Atomic (1,N) Register", 2017), and one with more cells a
-//! queue with history. The pool has a slot for every value kept, one to work in, and one for each pin that a reader
-//! may hold, so the writer's bounded search always finds one.
+//! queue with history. The pool has a slot for every value kept, one to work in, one that a late step may still write
+//! to, and one for each pin that a reader may hold, so the writer's bounded search always finds one.
+//!
+//! What readers and the writer agree on is in private memory, and only the bytes of values may be elsewhere
+//! ([`ValueMemory`]). So a process that maps them too, and runs a module over values that the host pinned and drafts
+//! that the host publishes, can spoil nothing but what it writes.
 
 mod error;
 mod latest;

@@ -113,10 +113,17 @@ impl Pool {
         self.table.len()
     }
 
-    /// Makes slots until there are `count`; false when the memory is spent. Called under the channel's lock.
+    /// Makes slots until there are `count`, or none and returns false when the memory is spent. Called under the
+    /// channel's lock.
     pub fn provide(&self, count: usize) -> bool {
-        for index in self.ready()..count {
-            let Some(place) = self.make() else { return false };
+        let first = self.ready();
+        let places: Vec<_> = (first..count).map_while(|_| self.make()).collect();
+        if first + places.len() < count {
+            // SAFETY: just made, and in no table.
+            places.into_iter().for_each(|place| unsafe { self.free(place) });
+            return false;
+        }
+        for (index, place) in (first..).zip(places) {
             // What the slot holds is published with the count, and to readers with the cell that names it.
             self.table[index].slot.store(place.slot.as_ptr(), Ordering::Relaxed);
             self.table[index].data.store(place.data.as_ptr(), Ordering::Relaxed);
@@ -153,6 +160,19 @@ impl Pool {
         // SAFETY: fresh memory of this layout.
         unsafe { slot.write(Slot { returned: AtomicU64::new(0), header }) };
         Some(Place { slot, data })
+    }
+
+    /// # Safety
+    /// It was made by this pool, and nobody uses it any more.
+    unsafe fn free(&self, place: Place) {
+        // SAFETY: allocated with these layouts, and passed on to the caller.
+        unsafe {
+            if let Memory::Given(memory) = &self.memory {
+                memory.free(place.data, self.bytes);
+            }
+            place.slot.drop_in_place();
+            dealloc(place.slot.as_ptr().cast(), self.slot);
+        }
     }
 
     #[inline]
@@ -199,15 +219,8 @@ const IMPOSSIBLE: Layout = match Layout::from_size_align(isize::MAX as usize, 1)
 impl Drop for Pool {
     fn drop(&mut self) {
         for index in 0..self.ready() {
-            let Place { slot, data } = self.place(index as u16);
-            // SAFETY: no handle is left, as each keeps the channel alive; allocated with these layouts.
-            unsafe {
-                if let Memory::Given(memory) = &self.memory {
-                    memory.free(data, self.bytes);
-                }
-                slot.drop_in_place();
-                dealloc(slot.as_ptr().cast(), self.slot);
-            }
+            // SAFETY: no handle is left, as each keeps the channel alive.
+            unsafe { self.free(self.place(index as u16)) };
         }
     }
 }
