@@ -71,6 +71,7 @@
 
 extern crate self as slate_module;
 
+pub mod aspect;
 mod description;
 mod export;
 mod frame;
