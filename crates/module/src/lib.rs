@@ -97,7 +97,7 @@ pub use slate_blackboard::Stamp;
 pub use slate_blackboard::interface::{Bool, Interface, Optional, Plain, Sequence, Text};
 pub use slate_module_macros::{interface, module, params, ports};
 pub use table::{Plugin, Table};
-pub use tick::Tick;
+pub use tick::{FieldValue, Tick};
 
 /// What a module's file imports.
 pub mod prelude {
