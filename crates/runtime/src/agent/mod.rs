@@ -16,7 +16,7 @@ use slate_safety::StopLatch;
 use crate::actuators::Actuator;
 use crate::clock::Clock;
 use crate::configuration::{Configuration, Report};
-use crate::log::{LogTarget, Logger};
+use crate::log::{LogTarget, Logger, Settings};
 use crate::main_loop::{
     End, Flow, ModuleThreads, Observer, Order, Pace, Rate, Seat, Shared, Watchdog, Workers, cycle, drive,
 };
@@ -40,7 +40,7 @@ pub struct Options {
     pub workers: usize,
     /// Uses the workers also where it does not pay; the result is the same.
     pub always_help: bool,
-    /// Where the log goes.
+    /// Where the log goes, beside the targets of the configuration.
     pub log: Vec<Box<dyn LogTarget>>,
     /// Arms the actuators at the start, as robots in the simulator do.
     pub armed: bool,
@@ -115,10 +115,10 @@ impl Agent {
         }
         let driven = configuration.time_source().is_some();
         let lockstep = driven && options.mode == Mode::Staged;
-        let log = configuration.log();
-        let levels = log.levels.iter().map(|(name, level)| (name.value.clone(), level.value)).collect();
-        let logger = Arc::new(Logger::new(options.log, log.level.value, levels)?);
+        let logger = Arc::new(Logger::new(Settings::of(configuration, lockstep), options.log)?);
         let built = build::build(configuration, plugins, &logger, lockstep, &options.stop)?;
+        // Only now, as a configuration that is refused leaves no file behind.
+        logger.configure(configuration, &built.board)?;
         let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
         let own_thread = |index: &usize| options.mode == Mode::Threaded && built.waits[*index];
         let mut runners = built.runners;
@@ -162,6 +162,11 @@ impl Agent {
     /// Everything that the robot knows.
     pub fn board(&self) -> &Arc<Board> {
         &self.shared.board
+    }
+
+    /// What the agent and its modules log with.
+    pub fn logger(&self) -> &Arc<Logger> {
+        &self.shared.logger
     }
 
     /// The agent's time, nanoseconds.

@@ -26,6 +26,7 @@
 mod build;
 mod diagnostic;
 mod layers;
+mod log;
 mod model;
 mod problems;
 mod scope;
@@ -38,7 +39,7 @@ use std::path::{Path, PathBuf};
 use build::Build;
 pub use diagnostic::{Diagnostic, Report};
 use layers::Layers;
-pub use model::{Actuator, Limit, Link, Log, Mission, Module, RateLimit};
+pub use model::{Actuator, Limit, Link, Log, LogFile, LogTargets, Mission, Module, RateLimit};
 use problems::Problems;
 use source::Sources;
 pub use source::{Origin, Source, SourceKind, Span, Spanned};
