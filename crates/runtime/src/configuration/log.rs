@@ -55,7 +55,7 @@ impl Build<'_> {
         let problems = &mut *self.problems;
         problems.unknown_keys(table, "in [log.targets]", &["console", "file", "syslog", "remote"]);
         // What an earlier layer asked for, a later one switches off with `false`.
-        let mut wanted = |name| {
+        let wanted = |name| {
             let entry = table.entries.get(name)?;
             (entry.value.as_bool() != Some(false)).then_some(entry)
         };
@@ -71,7 +71,8 @@ impl Build<'_> {
 
 impl Problems {
     fn log_file(&mut self, entry: &Entry) -> Option<LogFile> {
-        const EXAMPLE: &str = "write file = \"agent.log\", or file = { path = \"agent.log\", size = \"10MB\", keep = 5 }";
+        const EXAMPLE: &str =
+            "write file = \"agent.log\", or file = { path = \"agent.log\", size = \"10MB\", keep = 5 }";
         let table = match &entry.value.value {
             Value::Text(path) => {
                 let path = Spanned::new(PathBuf::from(path), entry.value.span);
@@ -109,8 +110,13 @@ impl Problems {
             _ => None,
         };
         if address.is_none() {
-            let help = "write syslog = true, a socket such as \"/dev/log\", or a server such as \"192.168.0.2:514\"";
-            self.add(value.span, "`syslog` takes true, the path of a socket, or the address of a server", help);
+            let help =
+                "write syslog = true, a socket such as \"/dev/log\", or a server such as \"192.168.0.2:514\"";
+            self.add(
+                value.span,
+                "`syslog` takes true, the path of a socket, or the address of a server",
+                help,
+            );
         }
         Some(Spanned::new(address?, value.span))
     }
@@ -128,7 +134,8 @@ impl Problems {
     fn count(&mut self, name: &str, value: &Spanned<Value>) -> Option<Spanned<u64>> {
         let count = value.as_integer().and_then(|number| u64::try_from(number).ok());
         if count.is_none() {
-            let message = format!("`{name}` takes a whole number from 0");
+            let found = value.as_integer().map_or(value.describe().into(), |number| number.to_string());
+            let message = format!("`{name}` takes a whole number from 0, found {found}");
             self.add(value.span, message, format!("write a number such as {name} = 5"));
         }
         Some(Spanned::new(count?, value.span))

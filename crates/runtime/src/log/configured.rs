@@ -3,9 +3,7 @@ use std::io;
 use slate_blackboard::Board;
 use slate_module::Level;
 
-use super::{
-    ConsoleTarget, FileTarget, LogTarget, Logger, RemoteTarget, Rotation, Settings, SyslogTarget,
-};
+use super::{ConsoleTarget, FileTarget, LogTarget, Logger, RemoteTarget, Rotation, Settings, SyslogTarget};
 use crate::configuration::{Configuration, Diagnostic, Report, Span};
 
 impl Settings {

@@ -98,8 +98,7 @@ impl Logger {
         let counts = Arc::new(Counts::default());
         let repeats = Repeats::new(settings.repeat);
         let thread = Thread::new(targets, repeats, Arc::clone(&counts), settings.lockstep);
-        let thread =
-            std::thread::Builder::new().name("log".into()).spawn(move || thread.run(&receiver))?;
+        let thread = std::thread::Builder::new().name("log".into()).spawn(move || thread.run(&receiver))?;
         let name = Arc::from("agent");
         let source = Arc::new(Source::new(&name, settings.levels.of(&name)));
         // The agent may log from any thread and about what is late, so it never waits.
@@ -109,7 +108,10 @@ impl Logger {
             thread: Some(thread),
             messages: Some(messages),
             counts,
-            modules: Mutex::new(Modules { levels: settings.levels, sources: BTreeMap::from([(name, source)]) }),
+            modules: Mutex::new(Modules {
+                levels: settings.levels,
+                sources: BTreeMap::from([(name, source)]),
+            }),
         })
     }
 

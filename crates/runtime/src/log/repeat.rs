@@ -20,7 +20,7 @@ pub(super) struct Repeats {
     seen: BTreeMap<Arc<Text>, Seen>,
     /// All that was seen, by the beginning of the window.
     windows: VecDeque<Arc<Text>>,
-    /// What was suppressed since it was last told, by module.
+    /// What was suppressed, by module, and not told yet in this window.
     untold: BTreeSet<Arc<Text>>,
     pub suppressed: u64,
 }
@@ -40,6 +40,9 @@ struct Seen {
     /// Lines that were dropped before suppressed ones.
     dropped: u64,
     last: u64,
+    /// Whether another message of the module brought a sum. That happens once in a window, as else messages that
+    /// alternate would make as many sums as there are lines.
+    told: bool,
 }
 
 impl Repeats {
@@ -68,7 +71,7 @@ impl Repeats {
                 seen.suppressed += 1;
                 seen.dropped += record.dropped;
                 seen.last = record.time;
-                if seen.suppressed == 1 {
+                if seen.suppressed == 1 && !seen.told {
                     self.untold.insert(Arc::new(text));
                 }
                 return;
@@ -79,18 +82,20 @@ impl Repeats {
             }
             let (text, start) = (Arc::new(text), record.time);
             self.windows.push_back(Arc::clone(&text));
-            self.seen.insert(text, Seen { start, count: 1, suppressed: 0, dropped: 0, last: start });
+            let seen = Seen { start, count: 1, suppressed: 0, dropped: 0, last: start, told: false };
+            self.seen.insert(text, seen);
         }
-        let other: Vec<_> =
-            self.untold.iter().filter(|text| text.module == record.module).cloned().collect();
+        let other: Vec<_> = self.untold.iter().filter(|text| text.module == record.module).cloned().collect();
         other.iter().for_each(|text| self.tell(text, write));
         write(&record);
     }
 
     /// Tells of all that is suppressed and not told yet.
     pub fn settle(&mut self, write: &mut dyn FnMut(&Record)) {
-        let untold: Vec<_> = self.untold.iter().cloned().collect();
-        untold.iter().for_each(|text| self.tell(text, write));
+        for at in 0..self.windows.len() {
+            let text = Arc::clone(&self.windows[at]);
+            self.tell(&text, write);
+        }
     }
 
     fn expire(&mut self, now: u64, write: &mut dyn FnMut(&Record)) {
@@ -116,7 +121,7 @@ impl Repeats {
         };
         let mut record = Record::new(seen.last, text.level, &text.module, summary);
         record.dropped = std::mem::take(&mut seen.dropped);
-        seen.suppressed = 0;
+        (seen.suppressed, seen.told) = (0, true);
         self.untold.remove(text);
         write(&record);
     }

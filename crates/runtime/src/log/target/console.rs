@@ -12,7 +12,11 @@ pub struct ConsoleTarget;
 
 static COLOURED: LazyLock<bool> = LazyLock::new(|| {
     let variable = |name| std::env::var_os(name);
-    wants_colour(std::io::stderr().is_terminal(), variable("NO_COLOR").as_deref(), variable("TERM").as_deref())
+    wants_colour(
+        std::io::stderr().is_terminal(),
+        variable("NO_COLOR").as_deref(),
+        variable("TERM").as_deref(),
+    )
 });
 
 impl LogTarget for ConsoleTarget {

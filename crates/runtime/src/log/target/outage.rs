@@ -12,13 +12,15 @@ impl Outage {
     pub fn look(&mut self, place: &str, result: io::Result<()>) {
         match result {
             Ok(()) if self.lost > 0 => {
-                self.complaint = Some(format!("{place} can be written again; lines missing there: {}", self.lost));
+                self.complaint =
+                    Some(format!("{place} can be written again; lines missing there: {}", self.lost));
                 self.lost = 0;
             }
             Ok(()) => {}
             Err(error) => {
                 if self.lost == 0 {
-                    self.complaint = Some(format!("{place} can't be written, so lines are missing there: {error}"));
+                    self.complaint =
+                        Some(format!("{place} can't be written, so lines are missing there: {error}"));
                 }
                 self.lost += 1;
             }

@@ -133,8 +133,10 @@ fn local(record: &Record, agent: &str) -> String {
 fn structured(record: &Record, agent: &str) -> String {
     let (priority, process) = (priority(record.level), std::process::id());
     let time = record.time as f64 * 1e-9;
-    let mut message =
-        format!("<{priority}>1 - - {agent} {process} - [slate@32473 module=\"{}\" time=\"{time}\"", record.module);
+    let mut message = format!(
+        "<{priority}>1 - - {agent} {process} - [slate@32473 module=\"{}\" time=\"{time}\"",
+        record.module
+    );
     if record.dropped > 0 {
         // Writing to a String can't fail.
         let _ = write!(message, " dropped=\"{}\"", record.dropped);
