@@ -8,6 +8,7 @@
 //! ([`Options::log`](crate::Options::log)), or at run time ([`Logger::add_target`]). The last lines are always on the
 //! blackboard, at `/log/tail`, and what became of all lines at `/log/counts`.
 
+mod buffer;
 mod configured;
 mod levels;
 mod record;
@@ -20,7 +21,6 @@ mod thread;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -36,6 +36,7 @@ pub use target::{
     ConsoleTarget, FileTarget, LogTarget, MemoryTarget, RemoteTarget, Rotation, SyslogAddress, SyslogTarget,
 };
 
+use buffer::{Sender, buffer};
 use repeat::Repeats;
 use source::{COMMON, Message, OWN, Source};
 use tail::Tail;
@@ -60,7 +61,7 @@ pub struct Logger {
     /// The log of the agent itself; nothing only at the end.
     agent: Option<ModuleLog>,
     thread: Option<JoinHandle<()>>,
-    messages: Option<SyncSender<Message>>,
+    messages: Option<Sender>,
     counts: Arc<Counts>,
     modules: Mutex<Modules>,
 }
@@ -94,7 +95,7 @@ impl Logger {
     /// When its thread can't be started.
     pub fn new(settings: Settings, targets: Vec<Box<dyn LogTarget>>) -> std::io::Result<Self> {
         let places = COMMON as usize + OWN as usize * (settings.modules + 1);
-        let (messages, receiver) = sync_channel(places);
+        let (messages, receiver) = buffer(places);
         let counts = Arc::new(Counts::default());
         let repeats = Repeats::new(settings.repeat);
         let thread = Thread::new(targets, repeats, Arc::clone(&counts), settings.lockstep);
@@ -151,7 +152,7 @@ impl Logger {
             waited += LOOK;
             waited < limit && !has_ended()
         };
-        while let Err(TrySendError::Full(_)) = messages.try_send(Message::Settle) {
+        while messages.try_send(Message::Settle).is_err() {
             if !wait() {
                 return;
             }
@@ -193,7 +194,7 @@ impl Logger {
 
     fn send(&self, message: Message) {
         if let Some(messages) = &self.messages
-            && messages.send(message).is_ok()
+            && messages.send(message)
         {
             self.counts.sent.fetch_add(1, Ordering::Release);
         }

@@ -1,11 +1,11 @@
 //! The way of a line from a module to the logger's thread.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use slate_module::{Host, Level};
 
+use super::buffer::Sender;
 use super::tail::Tail;
 use super::{Counts, LogTarget, Record};
 
@@ -133,7 +133,7 @@ impl Line {
 
 /// The log of one module, as its frame's host knows it.
 pub(crate) struct ModuleLog {
-    lines: SyncSender<Message>,
+    lines: Sender,
     counts: Arc<Counts>,
     source: Arc<Source>,
     lossless: bool,
@@ -145,12 +145,7 @@ pub(crate) struct ModuleLog {
 
 impl ModuleLog {
     /// The log of that module; `lossless` waits for a full buffer rather than drop a line.
-    pub(super) fn new(
-        lines: SyncSender<Message>,
-        counts: Arc<Counts>,
-        source: Arc<Source>,
-        lossless: bool,
-    ) -> Self {
+    pub(super) fn new(lines: Sender, counts: Arc<Counts>, source: Arc<Source>, lossless: bool) -> Self {
         Self {
             lines,
             counts,
@@ -212,8 +207,7 @@ impl ModuleLog {
 
     fn pass_on(&self, mut line: Line) {
         if self.lossless {
-            // The receiver ends only after all senders.
-            if self.lines.send(Message::Line(line)).is_ok() {
+            if self.lines.send(Message::Line(line)) {
                 self.counts.sent.fetch_add(1, Ordering::Release);
             }
             return;

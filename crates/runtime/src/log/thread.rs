@@ -2,11 +2,11 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use slate_module::Level;
 
+use super::buffer::{Nothing, Receiver};
 use super::repeat::{Repeats, WINDOW};
 use super::source::{Line, Message, Source};
 use super::tail::{LogCounts, Tail};
@@ -21,14 +21,12 @@ const LATER: Duration = Duration::from_nanos(WINDOW);
 
 /// The thread that writes to the targets.
 pub(super) struct Thread {
-    pub targets: Vec<Box<dyn LogTarget>>,
-    pub repeats: Repeats,
-    pub counts: Arc<Counts>,
-    pub lockstep: bool,
-    tail: Option<Box<Tail>>,
+    output: Output,
+    repeats: Repeats,
+    counts: Arc<Counts>,
+    lockstep: bool,
     /// The modules that have logged, to ask them for lines dropped since.
     sources: BTreeMap<Arc<str>, Arc<Source>>,
-    written: u64,
     /// The time of the newest line, nanoseconds.
     time: u64,
 }
@@ -40,24 +38,25 @@ impl Thread {
         counts: Arc<Counts>,
         lockstep: bool,
     ) -> Self {
-        let sources = BTreeMap::new();
-        Self { targets, repeats, counts, lockstep, tail: None, sources, written: 0, time: 0 }
+        let output = Output { targets, tail: None, written: 0 };
+        Self { output, repeats, counts, lockstep, sources: BTreeMap::new(), time: 0 }
     }
 
     /// Takes what comes until nobody can send any more.
-    pub fn run(mut self, messages: &Receiver<Message>) {
+    pub fn run(mut self, messages: &Receiver) {
         let mut quiet = Duration::ZERO;
         let mut busy = false;
         loop {
             let patience = if busy { SOON } else { LATER };
-            match messages.recv_timeout(patience) {
+            match messages.receive(patience) {
                 Ok(message) => {
                     quiet = Duration::ZERO;
-                    busy |= self.take(message);
+                    busy = true;
+                    self.take(message);
                     self.counts.written.fetch_add(1, Ordering::Release);
                 }
-                Err(RecvTimeoutError::Timeout) => {
-                    busy = self.targets.iter_mut().fold(false, |busy, target| target.idle() || busy);
+                Err(Nothing::Yet) => {
+                    busy = self.output.idle();
                     quiet += patience;
                     // In lockstep the wall clock must not decide where a line stands.
                     if quiet >= LATER && !self.lockstep {
@@ -65,22 +64,20 @@ impl Thread {
                         self.settle();
                     }
                 }
-                Err(RecvTimeoutError::Disconnected) => break,
+                Err(Nothing::Ever) => break,
             }
         }
         self.settle();
     }
 
-    /// True when targets may have something left to do.
-    fn take(&mut self, message: Message) -> bool {
+    fn take(&mut self, message: Message) {
         match message {
             Message::Line(line) => self.line(line),
-            Message::Target(target) => self.targets.push(target),
-            Message::Tail(tail) => self.tail = Some(tail),
+            Message::Target(target) => self.output.targets.push(target),
+            Message::Tail(tail) => self.output.tail = Some(tail),
             Message::Settle => self.settle(),
         }
         self.count();
-        true
     }
 
     fn line(&mut self, line: Line) {
@@ -89,22 +86,18 @@ impl Thread {
         if !self.sources.contains_key(&source.name) {
             self.sources.insert(Arc::clone(&source.name), source);
         }
-        let mut output =
-            Output { targets: &mut self.targets, tail: &mut self.tail, written: &mut self.written };
-        self.repeats.pass(record, &mut |record| output.write(record));
+        self.repeats.pass(record, &mut |record| self.output.write(record));
     }
 
     /// Writes what would come with the next lines.
     fn settle(&mut self) {
-        let mut output =
-            Output { targets: &mut self.targets, tail: &mut self.tail, written: &mut self.written };
-        self.repeats.settle(&mut |record| output.write(record));
+        self.repeats.settle(&mut |record| self.output.write(record));
         for source in self.sources.values() {
             let dropped = source.take_untold();
             if dropped > 0 {
                 let text = "lines of the log were dropped, as its targets are too slow";
                 let record = Record { dropped, ..Record::new(self.time, Level::Warn, &source.name, text) };
-                output.write(&record);
+                self.output.write(&record);
             }
         }
         self.count();
@@ -112,48 +105,62 @@ impl Thread {
 
     fn count(&mut self) {
         let dropped = self.counts.dropped.load(Ordering::Relaxed);
-        let counts = LogCounts { written: self.written, dropped, suppressed: self.repeats.suppressed };
-        if let Some(tail) = &mut self.tail {
+        let counts = LogCounts { written: self.output.written, dropped, suppressed: self.repeats.suppressed };
+        if let Some(tail) = &mut self.output.tail {
             tail.count(counts, self.time);
         }
     }
 }
 
 /// Where records go.
-struct Output<'a> {
-    targets: &'a mut Vec<Box<dyn LogTarget>>,
-    tail: &'a mut Option<Box<Tail>>,
-    written: &'a mut u64,
+struct Output {
+    targets: Vec<Box<dyn LogTarget>>,
+    tail: Option<Box<Tail>>,
+    written: u64,
 }
 
-impl Output<'_> {
+impl Output {
     fn write(&mut self, record: &Record) {
-        let mut complaints = self.pass_on(record);
-        for target in self.targets.iter_mut() {
-            complaints.extend(target.complaint());
-        }
+        self.pass_on(record);
+        let mut complaints = Vec::new();
+        self.each(&mut |target| complaints.extend(target.complaint()));
         for text in complaints {
-            if self.targets.len() < 2 {
-                // Nobody else would say it.
-                say(&text);
-            }
-            self.pass_on(&Record::new(record.time, Level::Warn, &Arc::from("agent"), text));
+            self.complain(record.time, &text);
         }
     }
 
-    /// Returns complaints about targets that are no more.
-    fn pass_on(&mut self, record: &Record) -> Vec<String> {
-        *self.written += 1;
-        if let Some(tail) = self.tail {
+    fn complain(&mut self, time: u64, text: &str) {
+        if self.targets.len() < 2 {
+            // Nobody else would say it.
+            say(text);
+        }
+        self.pass_on(&Record::new(time, Level::Warn, &Arc::from("agent"), text));
+    }
+
+    fn pass_on(&mut self, record: &Record) {
+        self.written += 1;
+        if let Some(tail) = &mut self.tail {
             tail.write(record);
         }
+        let lost = self.each(&mut |target| target.write(record));
+        for _ in 0..lost {
+            self.complain(record.time, "a target of the log panicked and gets no more lines");
+        }
+    }
+
+    /// Whether a target has something left to do.
+    fn idle(&mut self) -> bool {
+        let mut busy = false;
+        self.each(&mut |target| busy |= target.idle());
+        busy
+    }
+
+    /// Calls all targets. A target of the application that panics must not take the others with it: it is removed.
+    /// Returns how many that were.
+    fn each(&mut self, call: &mut dyn FnMut(&mut dyn LogTarget)) -> usize {
         let before = self.targets.len();
-        self.targets.retain_mut(|target| {
-            // A target of the application that panics must not take the others with it.
-            catch_unwind(AssertUnwindSafe(|| target.write(record))).is_ok()
-        });
-        let lost = before - self.targets.len();
-        (0..lost).map(|_| "a target of the log panicked and gets no more lines".into()).collect()
+        self.targets.retain_mut(|target| catch_unwind(AssertUnwindSafe(|| call(target.as_mut()))).is_ok());
+        before - self.targets.len()
     }
 }
 

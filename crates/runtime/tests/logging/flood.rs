@@ -1,3 +1,4 @@
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use slate_module::prelude::{Module, Outcome, Tick, module};
@@ -12,10 +13,13 @@ use crate::{LONG, Talker};
 struct Stuck {
     gate: Arc<Mutex<()>>,
     then: MemoryTarget,
+    /// Whether a line waits at the gate.
+    waits: Arc<AtomicBool>,
 }
 
 impl LogTarget for Stuck {
     fn write(&mut self, record: &Record) {
+        self.waits.store(true, Ordering::Release);
         let _open = self.gate.lock();
         self.then.write(record);
     }
@@ -42,7 +46,7 @@ impl Module for Quiet {
 fn a_target_that_hangs_holds_nobody_up_and_a_module_that_floods_leaves_room_for_others() {
     let (gate, then) = (Arc::new(Mutex::new(())), MemoryTarget::default());
     let closed = gate.lock().unwrap();
-    let target = Stuck { gate: Arc::clone(&gate), then: then.clone() };
+    let target = Stuck { gate: Arc::clone(&gate), then: then.clone(), waits: Arc::default() };
     let text =
         "loop.period = \"1ms\"\nlog.repeat = 0\n[modules.talker]\nparams.lines = 20\n[modules.quiet]\n";
     let options = Options { log: vec![Box::new(target)], ..Options::default() };
@@ -74,8 +78,13 @@ fn the_line_after_dropped_ones_says_how_many_they_were() {
     let closed = gate.lock().unwrap();
     // In lockstep only lines bring what was dropped; those of the agent itself never wait.
     let settings = Settings { levels: Levels::new(Level::Info), repeat: 0, lockstep: true, modules: 0 };
-    let target = Stuck { gate: Arc::clone(&gate), then: then.clone() };
+    let waits = Arc::<AtomicBool>::default();
+    let target = Stuck { gate: Arc::clone(&gate), then: then.clone(), waits: Arc::clone(&waits) };
     let logger = Logger::new(settings, vec![Box::new(target)]).unwrap();
+    logger.log(0, Level::Info, "first");
+    while !waits.load(Ordering::Acquire) {
+        std::thread::yield_now();
+    }
     (0..3000).for_each(|number| logger.log(0, Level::Info, &format!("line {number}")));
     let mut dropped = logger.dropped();
     assert!(dropped > 2000);
