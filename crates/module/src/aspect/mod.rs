@@ -78,10 +78,14 @@
 //! # fn main() {}
 //! ```
 
+mod blackboard;
+
 use std::marker::PhantomData;
 use std::ops::Deref;
 
 use slate_blackboard::interface::{Descriptor, schema_hash};
+
+pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 
