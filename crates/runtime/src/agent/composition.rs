@@ -9,7 +9,7 @@ use slate_module::{Description, ModuleKind};
 
 use super::build::{Ground, build};
 use super::catalogue::Catalogue;
-use super::composer::Origin;
+use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
 use crate::configuration::{Configuration, Report};
 use crate::main_loop::{Order, Seat, Shared};
@@ -33,6 +33,8 @@ pub(super) struct Composition {
     pub present: BTreeMap<String, Present>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, Origin>,
+    /// Plugins whose new code runs beside the old.
+    pub trials: BTreeMap<String, Trial>,
     /// Whether actuators that come are armed.
     pub armed: bool,
 }
@@ -144,11 +146,12 @@ impl Composition {
         shared.compose(order, actuators, watched);
         for name in &changed.arrived {
             let present = &self.present[name];
-            if present.own_thread && shared.is_running() {
-                if let Err(error) = shared.threads().start(shared, &present.seat) {
-                    let text = format!("the thread of {name} can't be started: {error}");
-                    shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
-                }
+            if present.own_thread
+                && shared.is_running()
+                && let Err(error) = shared.threads().start(shared, &present.seat)
+            {
+                let text = format!("the thread of {name} can't be started: {error}");
+                shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
             }
         }
         for (name, present) in leaving {

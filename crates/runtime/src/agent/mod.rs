@@ -152,6 +152,7 @@ impl Agent {
             ground,
             present: BTreeMap::new(),
             origins: BTreeMap::new(),
+            trials: BTreeMap::new(),
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);

@@ -11,6 +11,7 @@ use crate::digest::Digest;
 impl Runner {
     /// Checks and commits what a step wrote. `code` is what the step returned.
     pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
+        self.hand_to_shadow();
         for inbox in &mut self.inboxes {
             for (i, entry) in inbox.entries.iter().enumerate() {
                 let reason = entry.answer.get();

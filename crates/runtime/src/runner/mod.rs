@@ -5,6 +5,7 @@ mod commit;
 mod health;
 mod ports;
 mod prepare;
+mod shadow;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -18,6 +19,7 @@ use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Tr
 use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use shadow::{Shadow, ShadowState};
 
 use crate::log::ModuleLog;
 
@@ -65,6 +67,8 @@ pub(crate) struct Runner {
     pub aspects: Vec<AspectPort>,
     /// Services for other modules.
     pub providers: Vec<ProviderPort>,
+    /// New code beside this one.
+    pub shadow: Option<Shadow>,
     /// Services of the host.
     pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
@@ -255,6 +259,24 @@ impl Retired {
     /// An instance that was made and is not used yet.
     pub fn new(kind: ModuleKind, instance: *mut ()) -> Self {
         Self { kind, instance }
+    }
+
+    /// Makes a step.
+    ///
+    /// # Safety
+    /// The frame was filled for this instance.
+    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.kind.table().tick)(self.instance, frame) }
+    }
+
+    /// Gives the instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
+        // SAFETY: the kind made this instance, and nobody else uses it.
+        unsafe { self.kind.restore(self.instance, state) }
     }
 
     /// Takes the instance out.

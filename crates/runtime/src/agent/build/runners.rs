@@ -84,6 +84,7 @@ impl Builder<'_, '_> {
             aspects: Vec::new(),
             providers: Vec::new(),
             services: Vec::new(),
+            shadow: None,
             params,
             enabled,
             on: true,
@@ -127,6 +128,8 @@ impl Builder<'_, '_> {
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
+                    // Who read it first may have made room for less.
+                    runner.slots[p].capacity = output.shape.capacity;
                     runner.outputs.push(output);
                 }
                 Direction::Aspect => self.aspect(m, p, &mut runner)?,

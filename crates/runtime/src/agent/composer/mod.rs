@@ -3,6 +3,7 @@
 mod error;
 mod gather;
 mod reload;
+mod shadow;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,7 @@ use crate::plugin::Residence;
 pub use error::PluginError;
 use gather::Gathered;
 pub use reload::Reload;
+pub(super) use shadow::Trial;
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]
@@ -189,6 +191,8 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
+        // New code beside a module ends with it.
+        names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
@@ -286,6 +290,13 @@ impl Composer {
             }
         };
         composition.present.iter().map(status).collect()
+    }
+
+    /// The present parameters of a module.
+    fn params_of(&self, module: &str) -> Vec<u8> {
+        let params = self.shared.board.find(&format!("{module}/params"));
+        let newest = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
+        newest.map_or(Vec::new(), |(bytes, ..)| bytes)
     }
 
     fn say(&self, text: &str) {
