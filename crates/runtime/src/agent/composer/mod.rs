@@ -7,11 +7,11 @@ mod reload;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use slate_blackboard::interface::Value;
-use slate_blackboard::{BoardError, nearest_names};
-use slate_module::{ModuleKind, Plugin};
+use slate_blackboard::{Board, BoardError, nearest_names};
+use slate_module::{Level, ModuleKind, Plugin};
 
 use super::composition::Composition;
 use crate::main_loop::Shared;
@@ -76,7 +76,27 @@ pub(super) struct Origin {
     pub residence: Residence,
 }
 
+/// A composer that does not keep its agent.
+pub(super) struct WeakComposer {
+    shared: Weak<Shared>,
+    composition: Weak<Mutex<Composition>>,
+}
+
+impl WeakComposer {
+    /// The composer, as long as the agent is there.
+    pub fn upgrade(&self) -> Option<Composer> {
+        Some(Composer { shared: self.shared.upgrade()?, composition: self.composition.upgrade()? })
+    }
+}
+
 impl Composer {
+    pub(super) fn downgrade(&self) -> WeakComposer {
+        WeakComposer {
+            shared: Arc::downgrade(&self.shared),
+            composition: Arc::downgrade(&self.composition),
+        }
+    }
+
     pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
         Self { shared, composition: Arc::new(Mutex::new(composition)) }
     }
@@ -288,8 +308,38 @@ impl Composer {
         composition.present.iter().map(status).collect()
     }
 
+    /// Everything that the robot knows.
+    pub fn board(&self) -> &Arc<Board> {
+        &self.shared.board
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.shared.clock.now()
+    }
+
+    /// As [`Agent::stop_actuators`](crate::Agent::stop_actuators).
+    pub fn stop_actuators(&self, reason: &str) {
+        let now = self.now();
+        self.composition().ground.actuators.values().for_each(|actuator| actuator.stop(reason, now));
+    }
+
+    /// As [`Agent::reset`](crate::Agent::reset).
+    pub fn reset(&self) {
+        self.composition().ground.actuators.values().for_each(|actuator| actuator.reset());
+    }
+
+    /// As [`Agent::arm`](crate::Agent::arm).
+    pub fn arm(&self) -> bool {
+        self.composition().ground.actuators.values().filter(|actuator| !actuator.arm()).count() == 0
+    }
+
     fn say(&self, text: &str) {
-        self.shared.logger.log(self.shared.clock.now(), slate_module::Level::Info, text);
+        self.log(Level::Info, text);
+    }
+
+    pub(super) fn log(&self, level: Level, text: &str) {
+        self.shared.logger.log(self.now(), level, text);
     }
 }
 
