@@ -7,6 +7,7 @@
 
 mod actuators;
 mod agent;
+mod aspects;
 mod clock;
 pub mod configuration;
 mod digest;

@@ -17,9 +17,10 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
+use crate::aspects::Means;
 use crate::clock::Clock;
 use crate::configuration::{Configuration, Database, Report};
-use crate::log::{LogTarget, Logger};
+use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{End, Flow, Observer, Pace, Rate, Shared, Watchdog, Workers, cycle, drive};
 use build::Ground;
 use catalogue::Catalogue;
@@ -46,7 +47,7 @@ pub struct Options {
     pub workers: usize,
     /// Uses the workers also where it does not pay; the result is the same.
     pub always_help: bool,
-    /// Where the log goes.
+    /// Where the log goes, beside the targets of the configuration.
     pub log: Vec<Box<dyn LogTarget>>,
     /// Arms the actuators at the start, as robots in the simulator do.
     pub armed: bool,
@@ -124,9 +125,7 @@ impl Agent {
         }
         let driven = configuration.time_source().is_some();
         let lockstep = driven && options.mode == Mode::Staged;
-        let log = configuration.log();
-        let levels = log.levels.iter().map(|(name, level)| (name.value.clone(), level.value)).collect();
-        let logger = Arc::new(Logger::new(options.log, log.level.value, levels)?);
+        let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
         let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
         let board = Arc::new(Board::new(configuration.agent_name()));
         let shared = Arc::new(Shared::new(
@@ -147,6 +146,8 @@ impl Agent {
             stop: options.stop,
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
+            services: BTreeMap::new(),
+            means: Means { board: Arc::clone(&shared.board) },
             index: 0,
         };
         let composition = Composition {
@@ -162,6 +163,8 @@ impl Agent {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
+        // Only now, as a configuration that is refused leaves no file behind.
+        shared.logger.configure(configuration, &shared.board)?;
         let hang = Duration::from_nanos(configuration.hang().value);
         Ok(Self { shared, composer, hang, settings: None })
     }
@@ -191,6 +194,11 @@ impl Agent {
     /// Everything that the robot knows.
     pub fn board(&self) -> &Arc<Board> {
         &self.shared.board
+    }
+
+    /// What the agent and its modules log with.
+    pub fn logger(&self) -> &Arc<Logger> {
+        &self.shared.logger
     }
 
     /// The agent's time, nanoseconds.

@@ -60,6 +60,7 @@ enum Live<'a> {
     Parameter { module: &'a str, name: &'a str },
     Enabled { module: &'a str },
     Input { module: &'a str, port: &'a str },
+    LogLevel,
 }
 
 impl<'a> Live<'a> {
@@ -69,7 +70,7 @@ impl<'a> Live<'a> {
             ["modules", module, "params", name, ..] => Some(Self::Parameter { module, name }),
             ["modules", module, "enabled"] => Some(Self::Enabled { module }),
             ["modules", module, "inputs", port, ..] => Some(Self::Input { module, port }),
-            // LOG LEVELS: `log.level` and `log.levels.*` come here with `Logger::set_level`.
+            ["log", "level"] | ["log", "levels", _] => Some(Self::LogLevel),
             _ => None,
         }
     }
@@ -120,7 +121,7 @@ impl Composition {
                 configuration.links().iter().any(|link| link.to.value == input)
             };
             let refusal = match Live::of(change) {
-                Some(Live::Parameter { .. }) => None,
+                Some(Live::Parameter { .. } | Live::LogLevel) => None,
                 Some(Live::Enabled { module }) => linked(configuration, &format!("{module}/enabled"))
                     .then(|| format!("`{path}` has no effect, as a link switches the module")),
                 Some(Live::Input { module, port }) => {
@@ -158,7 +159,11 @@ impl Composer {
     pub(crate) fn homeless(&self, configuration: &Configuration) -> Option<String> {
         let composition = self.composition();
         let homeless = |kind: &str| {
-            let plugin = composition.catalogue.plugins.iter().find(|plugin| plugin.kinds().iter().any(|own| own.name() == kind));
+            let plugin = composition
+                .catalogue
+                .plugins
+                .iter()
+                .find(|plugin| plugin.kinds().iter().any(|own| own.name() == kind));
             plugin.is_some_and(|plugin| {
                 composition.origins.contains_key(plugin.name())
                     && !configuration.plugins().iter().any(|entry| entry.name.value == plugin.name())
@@ -172,6 +177,7 @@ impl Composer {
     /// Brings changes to the modules; they were found to fit.
     fn apply(&self, configuration: &Configuration, changes: &[Change]) {
         let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
+        let mut of_log = false;
         for change in changes {
             match Live::of(change) {
                 Some(Live::Parameter { module, name }) => {
@@ -181,8 +187,12 @@ impl Composer {
                 Some(Live::Input { module, port }) => {
                     of_modules.entry(module).or_default().inputs.insert(port);
                 }
+                Some(Live::LogLevel) => of_log = true,
                 None => {}
             }
+        }
+        if of_log {
+            self.set_log_levels(configuration.log().levels());
         }
         let mut composition = self.composition();
         let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));

@@ -2,23 +2,15 @@ use std::cmp::Ordering;
 use std::path::Path;
 
 use slate_blackboard::Url;
-use slate_module::{Level, Stage, Trigger};
+use slate_module::{Stage, Trigger};
 
-use super::model::{Actuator, Agent, Limit, Link, Log, Mission, Module, RateLimit};
+use super::model::{Actuator, Agent, Limit, Link, Mission, Module, RateLimit};
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
 
 /// How long a command is followed when nothing else is said, nanoseconds.
 const TIME_TO_LIVE: u64 = 100_000_000;
-
-const LEVELS: [(&str, Level); 5] = [
-    ("error", Level::Error),
-    ("warn", Level::Warn),
-    ("info", Level::Info),
-    ("debug", Level::Debug),
-    ("trace", Level::Trace),
-];
 
 /// Makes the model out of the merged settings; what is wrong is added to `problems`.
 pub(super) struct Build<'a> {
@@ -86,20 +78,6 @@ impl Build<'_> {
         let outcome = self.problems.text(table, "outcome", "referee/verdict")?;
         let url = self.problems.url(&outcome, outcome.span)?;
         Some(Mission { outcome: Spanned::new(absolute(&url, ""), outcome.span) })
-    }
-
-    pub(super) fn log(&mut self, root: &Table) -> Option<Log> {
-        let table = self.problems.table(root, "log")?;
-        self.problems.unknown_keys(table, "in [log]", &["level", "levels"]);
-        let level = table.get("level").and_then(|value| self.problems.choice("level", value, &LEVELS));
-        let mut levels = Vec::new();
-        for (name, entry) in self.problems.table(table, "levels").into_iter().flat_map(Table::iter) {
-            let good = self.problems.name("a module", name, true, entry.key);
-            if let Some(level) = self.problems.choice(name, &entry.value, &LEVELS).filter(|_| good) {
-                levels.push((Spanned::new(name.into(), entry.key), level));
-            }
-        }
-        Some(Log { level: level?, levels })
     }
 
     pub(super) fn modules(&mut self, root: &Table) -> Vec<Module> {

@@ -88,7 +88,8 @@ impl Configuration {
         let missing = |module: &&Module| {
             other.is_loaded(module) && !self.modules.iter().any(|own| own.name.value == module.name.value)
         };
-        let add = |configuration: Self, module: &Module| configuration.with_module(&module.name, &module.plugin);
+        let add =
+            |configuration: Self, module: &Module| configuration.with_module(&module.name, &module.plugin);
         other.modules.iter().filter(missing).fold(self.clone(), add)
     }
 

@@ -23,6 +23,8 @@ pub(crate) struct Seat {
     pub health: Arc<Health>,
     /// Whether every step is timed.
     pub has_deadline: bool,
+    /// Whether its steps reach beyond its ports, so that they are never made beside others.
+    pub alone: bool,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
     state: AtomicU32,
@@ -43,6 +45,7 @@ impl Seat {
         Self {
             name: Arc::clone(&runner.name),
             health: Arc::clone(&runner.health),
+            alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
             has_deadline: runner.deadline.is_some(),
             wake: Arc::clone(&runner.wake),
             state: AtomicU32::new(IDLE),

@@ -74,7 +74,7 @@ impl Workers {
 
     /// Whether helping with these modules is worth a wake-up.
     pub fn pay(&self, modules: &[Arc<Seat>]) -> bool {
-        if self.workers.is_empty() || modules.len() < 2 {
+        if self.workers.is_empty() || modules.len() < 2 || modules.iter().any(|seat| seat.alone) {
             return false;
         }
         let work: u64 = modules.iter().map(|seat| seat.health.duration.load(Ordering::Relaxed)).sum();

@@ -25,7 +25,10 @@ impl Desk {
     /// Answers a line.
     pub fn answer(&self, line: &[u8]) -> Answer {
         let call = serde_json::from_slice(line).map_err(|error| {
-            refusal(format!("the line is no call: {error}"), r#"send a call a line, such as {"call":"plugin/list"}"#)
+            refusal(
+                format!("the line is no call: {error}"),
+                r#"send a call a line, such as {"call":"plugin/list"}"#,
+            )
         });
         match call.and_then(|call| self.call(call)) {
             Ok(result) => Answer::Result(result),
@@ -39,7 +42,11 @@ impl Desk {
             Call::PluginLoad { name, file } => self.load(name.as_deref(), file.as_deref()),
             Call::PluginUnload { name } => {
                 let unloaded = self.composer.unload(&name)?.into_iter();
-                result(unloaded.map(|(name, library)| UnloadedPlugin { name, library: library.into() }).collect::<Vec<_>>())
+                result(
+                    unloaded
+                        .map(|(name, library)| UnloadedPlugin { name, library: library.into() })
+                        .collect::<Vec<_>>(),
+                )
             }
             Call::PluginReload { name, file } => self.reload(&name, file.as_deref()),
             Call::ModuleList {} => self.modules(),
@@ -60,7 +67,9 @@ impl Desk {
                 result(())
             }
             Call::Arm {} if self.composer.arm() => result(()),
-            Call::Arm {} => Err(refusal("an actuator is still stopped", "end the stop first: reset, then arm")),
+            Call::Arm {} => {
+                Err(refusal("an actuator is still stopped", "end the stop first: reset, then arm"))
+            }
         }
     }
 
@@ -135,7 +144,10 @@ impl Desk {
         };
         let settings: Vec<_> = self.database()?.get(path)?.into_iter().map(entry).collect();
         if settings.is_empty() && !path.trim().is_empty() {
-            return Err(refusal(format!("no setting at `{path}` or below it"), "`config get` without a path lists all"));
+            return Err(refusal(
+                format!("no setting at `{path}` or below it"),
+                "`config get` without a path lists all",
+            ));
         }
         result(settings)
     }
@@ -165,7 +177,9 @@ impl Desk {
         // The files would name a module that nobody brings at the next start.
         if let Some(module) = self.composer.homeless(&current) {
             return Err(refusal(
-                format!("module `{module}` is of a plugin that was loaded by hand, so its settings can't be saved"),
+                format!(
+                    "module `{module}` is of a plugin that was loaded by hand, so its settings can't be saved"
+                ),
                 "add the plugin to [plugins] in the file, with its `file`, and start the agent again",
             ));
         }
@@ -174,7 +188,8 @@ impl Desk {
 
     fn read(&self, url: &str) -> Done {
         let known = "`module list` shows the modules; their ports, params, enabled, state and timing are below their names";
-        let parsed = Url::parse(url).map_err(|error| refusal(error.to_string(), "such as /module/property"))?;
+        let parsed =
+            Url::parse(url).map_err(|error| refusal(error.to_string(), "such as /module/property"))?;
         let board = self.composer.board();
         board.resolve(&parsed).map_err(|error| refusal(error.to_string(), known))?;
         let reading = board.read(&parsed.path_in("")).map_err(|error| refusal(error.to_string(), known))?;
@@ -232,6 +247,9 @@ impl From<PluginError> for Refusal {
 
 impl From<BoardError> for Refusal {
     fn from(error: BoardError) -> Self {
-        refusal(error.to_string(), "name a module of the agent; one that a link switches can't be switched by hand")
+        refusal(
+            error.to_string(),
+            "name a module of the agent; one that a link switches can't be switched by hand",
+        )
     }
 }

@@ -150,9 +150,10 @@ fn serve(mut stream: UnixStream, hall: &Hall, number: u64) -> std::io::Result<()
     loop {
         let answer = match line::read(&mut reader, LINE_LIMIT)? {
             Line::End => return Ok(()),
-            Line::TooLong => {
-                Answer::Error(refusal(format!("the line is longer than {LINE_LIMIT} bytes"), "send less at once"))
-            }
+            Line::TooLong => Answer::Error(refusal(
+                format!("the line is longer than {LINE_LIMIT} bytes"),
+                "send less at once",
+            )),
             Line::Whole(line) => {
                 hall.guests().begin(number);
                 let answer = hall.desk.answer(&line);

@@ -29,6 +29,7 @@ impl Runner {
         };
         self.set_condition(condition, now);
         if condition == Condition::Failed {
+            self.services.iter_mut().for_each(|service| service.abandon());
             self.publish_safe(now);
         } else {
             self.publish(now, digest);
@@ -70,6 +71,9 @@ impl Runner {
             if self.slots[output.slot].flags.get() & Flags::SET != 0 {
                 output.wakes.iter().for_each(|wake| wake.notify(1));
             }
+        }
+        for service in &mut self.services {
+            service.commit(now, digest.as_deref_mut());
         }
         for outbox in &mut self.outboxes {
             let count = self.slots[outbox.slot].count.get();
@@ -122,6 +126,7 @@ impl Runner {
 
     /// After a panic: safe values, and an instance made anew.
     fn recover(&mut self, now: u64) {
+        self.services.iter_mut().for_each(|service| service.abandon());
         self.panics += 1;
         self.health.panics.store(self.panics.into(), Ordering::Relaxed);
         self.set_condition(Condition::Failed, now);

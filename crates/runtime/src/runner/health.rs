@@ -32,6 +32,8 @@ pub(crate) enum ModuleCondition {
     Faulted,
     /// Its plugin is not loaded.
     Unloaded,
+    /// A service that it needs is not provided.
+    Waiting,
 }
 
 /// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
@@ -85,6 +87,8 @@ pub(crate) enum Condition {
     Faulted = 5,
     /// Its plugin is not loaded.
     Unloaded = 6,
+    /// A service that it needs is not provided.
+    Waiting = 7,
 }
 
 impl Condition {
@@ -126,7 +130,8 @@ impl Health {
             3 => Condition::Failed,
             4 => Condition::Late,
             5 => Condition::Faulted,
-            _ => Condition::Unloaded,
+            6 => Condition::Unloaded,
+            _ => Condition::Waiting,
         }
     }
 

@@ -15,6 +15,7 @@ use slate_blackboard::interface::{Value, View};
 use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
 
+use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
 
@@ -60,6 +61,12 @@ pub(crate) struct Runner {
     pub inboxes: Vec<InboxPort>,
     pub outputs: Vec<OutputPort>,
     pub outboxes: Vec<OutboxPort>,
+    /// Services of other modules.
+    pub aspects: Vec<AspectPort>,
+    /// Services for other modules.
+    pub providers: Vec<ProviderPort>,
+    /// Services of the host.
+    pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
     pub enabled: Latest,
     /// What `enabled` said last.
@@ -155,6 +162,13 @@ impl Runner {
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
         let condition = self.health.condition();
+        if !self.aspects.is_empty() && self.on && !self.has_services() {
+            if condition.is_working() {
+                self.set_condition(Condition::Waiting, self.last_tick);
+                self.publish_safe(self.last_tick);
+            }
+            return false;
+        }
         if !self.on {
             if condition.is_working() {
                 self.set_condition(Condition::Inactive, self.last_tick);
@@ -162,10 +176,22 @@ impl Runner {
             }
             return false;
         }
-        if condition == Condition::Inactive {
+        if matches!(condition, Condition::Inactive | Condition::Waiting) {
             self.set_condition(Condition::Working, self.last_tick);
         }
         condition != Condition::Faulted && condition != Condition::Late
+    }
+
+    /// Whether all services of other modules that it needs are provided.
+    fn has_services(&mut self) -> bool {
+        let mut all = true;
+        for aspect in &mut self.aspects {
+            match aspect.table() {
+                Some(table) => self.slots[aspect.slot].data = table.cast_mut(),
+                None => all = false,
+            }
+        }
+        all
     }
 
     /// Changes how the module is, and shows it.
@@ -195,12 +221,14 @@ impl Runner {
     /// Goes on with other code and its instance; returns the old code and instance.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         let kind = std::mem::replace(&mut self.kind, kind);
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
         Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
     }
 
     /// Ends the instance.
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
             unsafe { self.kind.destroy(instance) }

@@ -63,6 +63,10 @@ impl Runner {
         for outbox in &mut self.outboxes {
             self.slots[outbox.slot].count.set(0);
         }
+        for provider in &self.providers {
+            self.slots[provider.slot].flags.set(if provider.is_provided() { Flags::SET } else { 0 });
+        }
+        self.services.iter_mut().for_each(|service| service.prepare(now));
         if self.params.refresh() {
             self.frame.params_version += 1;
         }

@@ -11,6 +11,7 @@ use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot
 
 use super::{Builder, SPARE_READERS, new_writer};
 use crate::agent::survey::{Target, Wire};
+use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
     Group, InboxPort, InputPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort,
     QueuePort, Runner,
@@ -80,6 +81,9 @@ impl Builder<'_, '_> {
             inboxes: Vec::new(),
             outputs: Vec::new(),
             outboxes: Vec::new(),
+            aspects: Vec::new(),
+            providers: Vec::new(),
+            services: Vec::new(),
             params,
             enabled,
             on: true,
@@ -125,6 +129,13 @@ impl Builder<'_, '_> {
                     let output = self.output(m, p, port)?;
                     runner.outputs.push(output);
                 }
+                Direction::Aspect => self.aspect(m, p, &mut runner)?,
+                Direction::Provider => {
+                    let place = self.ground.service(&format!("{}/{}", self.name(m), port.name));
+                    let provider = ProviderPort::new(p, place, runner.kind.clone());
+                    runner.slots[p].data = provider.table().cast_mut().cast();
+                    runner.providers.push(provider);
+                }
                 Direction::Outbox => {
                     let outbox = self.outbox(m, p, port)?;
                     let slot = &mut runner.slots[p];
@@ -147,6 +158,23 @@ impl Builder<'_, '_> {
             }
         }
         Some(runner)
+    }
+
+    /// The service that a port needs.
+    fn aspect(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
+        match *self.survey.services.get(&(m, p))? {
+            Some((provider, port)) => {
+                let path = format!("{}/{}", self.name(provider), self.port(provider, port).name);
+                runner.aspects.push(AspectPort::new(p, self.ground.service(&path)));
+            }
+            None => {
+                let schema = self.port(m, p).descriptor.hash;
+                let service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                runner.slots[p].data = service.table().cast_mut();
+                runner.services.push(service);
+            }
+        }
+        Some(())
     }
 
     /// The writer of a property that every module has.

@@ -14,6 +14,7 @@ use slate_blackboard::{Board, BoardError, nearest_names};
 use slate_module::{Level, ModuleKind, Plugin};
 
 use super::composition::Composition;
+use crate::log::Levels;
 use crate::main_loop::Shared;
 use crate::plugin::Residence;
 pub use error::PluginError;
@@ -91,10 +92,7 @@ impl WeakComposer {
 
 impl Composer {
     pub(super) fn downgrade(&self) -> WeakComposer {
-        WeakComposer {
-            shared: Arc::downgrade(&self.shared),
-            composition: Arc::downgrade(&self.composition),
-        }
+        WeakComposer { shared: Arc::downgrade(&self.shared), composition: Arc::downgrade(&self.composition) }
     }
 
     pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
@@ -336,6 +334,10 @@ impl Composer {
 
     fn say(&self, text: &str) {
         self.log(Level::Info, text);
+    }
+
+    pub(super) fn set_log_levels(&self, levels: Levels) {
+        self.shared.logger.set_levels(levels);
     }
 
     pub(super) fn log(&self, level: Level, text: &str) {

@@ -1,0 +1,79 @@
+//! Who provides what modules need.
+
+use std::collections::BTreeMap;
+
+use slate_module::Direction;
+
+use super::{Complaints, Surveyed};
+use crate::agent::catalogue::Catalogue;
+use crate::aspects;
+
+/// For each port that needs a service, the port that provides it; nothing when the host does.
+pub(super) fn survey_services(
+    modules: &[Surveyed<'_>],
+    catalogue: &Catalogue,
+    complaints: &mut Complaints<'_>,
+) -> BTreeMap<(usize, usize), Option<(usize, usize)>> {
+    let ports = |direction| {
+        modules.iter().enumerate().flat_map(move |(m, surveyed)| {
+            let ports = surveyed.description.ports.iter().enumerate();
+            ports.filter(move |(_, port)| port.direction == direction).map(move |(p, port)| (m, p, port))
+        })
+    };
+    let mut services = BTreeMap::new();
+    for (m, p, wanted) in ports(Direction::Aspect) {
+        let descriptor = wanted.descriptor;
+        if aspects::services().any(|service| service.hash == descriptor.hash) {
+            services.insert((m, p), None);
+            continue;
+        }
+        let module = modules[m].module;
+        let providers: Vec<_> = ports(Direction::Provider)
+            .filter(|(_, _, offered)| offered.descriptor.hash == descriptor.hash)
+            .map(|(m, p, _)| (m, p))
+            .collect();
+        match providers[..] {
+            [provider] => {
+                services.insert((m, p), Some(provider));
+            }
+            [(first, _), (second, _), ..] => {
+                let name = |m: usize| &modules[m].module.name.value;
+                let message = format!(
+                    "`{}` needs `{}`, which both `{}` and `{}` provide",
+                    module.name.value,
+                    descriptor.name,
+                    name(first),
+                    name(second)
+                );
+                complaints.add(module.name.span, message, "leave one of the two out");
+            }
+            [] => {
+                let message =
+                    format!("`{}` needs `{}`, which nothing provides", module.name.value, descriptor.name);
+                complaints.add(module.name.span, message, help(descriptor.name, modules, catalogue));
+            }
+        }
+    }
+    services
+}
+
+/// Where the service may come from.
+fn help(wanted: &str, modules: &[Surveyed<'_>], catalogue: &Catalogue) -> String {
+    // A name ends with its version.
+    let base = |name: &str| name.rsplit_once(' ').map_or(name, |(base, _)| base).to_owned();
+    let offered = modules.iter().flat_map(|surveyed| &surveyed.description.ports);
+    let offered = offered
+        .filter(|port| port.direction == Direction::Provider)
+        .map(|port| port.descriptor.name)
+        .chain(aspects::services().map(|service| service.name));
+    let all: Vec<_> = offered.collect();
+    if let Some(other) = all.iter().find(|name| base(name) == base(wanted)) {
+        return format!("there is `{other}`: build both with the same version");
+    }
+    let dormant: Vec<_> = catalogue.dormant.values().map(String::as_str).collect();
+    if dormant.is_empty() {
+        format!("add a module that provides it; there are: {}", all.join(", "))
+    } else {
+        format!("load a plugin that provides it; not loaded: {}", dormant.join(", "))
+    }
+}

@@ -1,0 +1,50 @@
+//! What modules need that can be missing: services of the host, and those that modules provide to each other.
+
+mod blackboard;
+mod place;
+
+use std::sync::Arc;
+
+use slate_blackboard::Board;
+use slate_blackboard::interface::Descriptor;
+use slate_module::aspect::{BlackBoard, Service};
+
+use crate::digest::Digest;
+pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
+
+/// A service of the host for one module: a table of calls over an object of its own.
+pub(crate) trait HostService: Send {
+    /// The table, which stays where it is as long as the service.
+    fn table(&self) -> *const u8;
+
+    /// Before a tick.
+    fn prepare(&mut self, _: u64) {}
+
+    /// After a tick that went as it should: what it asked for happens now.
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {}
+
+    /// After a tick that failed: what it asked for does not happen.
+    fn abandon(&mut self) {}
+}
+
+/// What services are made of.
+pub(crate) struct Means {
+    pub board: Arc<Board>,
+}
+
+/// Makes a service for a module.
+type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
+
+/// The services of the host.
+const SERVICES: &[(&Descriptor, Maker)] = &[(BlackBoard::DESCRIPTOR, blackboard::make)];
+
+/// The descriptors of the host's services.
+pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
+    SERVICES.iter().map(|(descriptor, _)| *descriptor)
+}
+
+/// The host's service of that schema, for a module.
+pub(crate) fn service(schema: u64, means: &Means, module: &Arc<str>) -> Option<Box<dyn HostService>> {
+    let (_, make) = SERVICES.iter().find(|(descriptor, _)| descriptor.hash == schema)?;
+    Some(make(means, module))
+}
