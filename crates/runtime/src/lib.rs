@@ -14,6 +14,7 @@ mod digest;
 pub mod log;
 mod main_loop;
 pub mod plugin;
+pub mod remote;
 mod runner;
 pub mod synchronization;
 pub mod timing;

@@ -5,6 +5,7 @@ mod catalogue;
 mod composer;
 mod composition;
 mod parameters;
+mod settings;
 mod survey;
 
 use std::collections::BTreeMap;
@@ -18,13 +19,14 @@ use slate_safety::StopLatch;
 
 use crate::aspects::Means;
 use crate::clock::Clock;
-use crate::configuration::{Configuration, Report};
-use crate::log::{LogTarget, Logger, Settings};
+use crate::configuration::{Configuration, Database, Report};
+use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{End, Flow, Observer, Pace, Rate, Shared, Watchdog, Workers, cycle, drive};
 use build::Ground;
 use catalogue::Catalogue;
 pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
+use settings::Settings;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +100,8 @@ pub struct Agent {
     shared: Arc<Shared>,
     composer: Composer,
     hang: Duration,
+    /// Those that change while it runs.
+    settings: Option<Settings>,
 }
 
 impl std::fmt::Debug for Agent {
@@ -121,7 +125,7 @@ impl Agent {
         }
         let driven = configuration.time_source().is_some();
         let lockstep = driven && options.mode == Mode::Staged;
-        let logger = Arc::new(Logger::new(Settings::of(configuration, lockstep), options.log)?);
+        let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
         let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
         let board = Arc::new(Board::new(configuration.agent_name()));
         let shared = Arc::new(Shared::new(
@@ -162,7 +166,25 @@ impl Agent {
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
-        Ok(Self { shared, composer, hang: Duration::from_nanos(configuration.hang().value) })
+        let hang = Duration::from_nanos(configuration.hang().value);
+        Ok(Self { shared, composer, hang, settings: None })
+    }
+
+    /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
+    /// values of inputs, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
+    /// that are edited are taken over too. What else is changed, or does not fit, is refused and changes nothing.
+    ///
+    /// # Errors
+    /// As [`load`](Agent::load).
+    pub fn load_with(database: &Database, plugins: &[Plugin], options: Options) -> Result<Self, StartError> {
+        let mut agent = Self::load(&database.current(), plugins, options)?;
+        agent.settings = Some(Settings::follow(database, &agent.composer)?);
+        Ok(agent)
+    }
+
+    /// Where its configuration is changed; none when it was loaded without one.
+    pub fn database(&self) -> Option<&Database> {
+        self.settings.as_ref().map(|settings| &settings.database)
     }
 
     /// What changes the agent, also while it runs and from any thread.
@@ -212,18 +234,17 @@ impl Agent {
 
     /// Stops all actuators, and keeps them stopped until [`reset`](Agent::reset) and [`arm`](Agent::arm).
     pub fn stop_actuators(&self, reason: &str) {
-        let now = self.now();
-        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.stop(reason, now));
+        self.composer.stop_actuators(reason);
     }
 
     /// Ends a stop of the actuators.
     pub fn reset(&self) {
-        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.reset());
+        self.composer.reset();
     }
 
     /// Lets commands through to the actuators; false when one is still stopped.
     pub fn arm(&self) -> bool {
-        self.composer.composition().ground.actuators.values().filter(|actuator| !actuator.arm()).count() == 0
+        self.composer.arm()
     }
 
     /// What ends a run from another thread.

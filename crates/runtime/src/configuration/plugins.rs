@@ -83,13 +83,27 @@ impl Configuration {
         configuration
     }
 
+    /// The same with the modules that [`with_module`](Configuration::with_module) added to another one.
+    pub(crate) fn with_loaded_of(&self, other: &Self) -> Self {
+        let missing = |module: &&Module| {
+            other.is_loaded(module) && !self.modules.iter().any(|own| own.name.value == module.name.value)
+        };
+        let add =
+            |configuration: Self, module: &Module| configuration.with_module(&module.name, &module.plugin);
+        other.modules.iter().filter(missing).fold(self.clone(), add)
+    }
+
+    /// Whether a module of this configuration came with a plugin that was loaded by hand.
+    pub(crate) fn is_loaded(&self, module: &Module) -> bool {
+        self.sources.of(module.name.span).name == LOADED
+    }
+
     /// The same without those modules that [`with_module`](Configuration::with_module) added.
     pub(crate) fn without_loaded(&self, names: &[String]) -> Self {
         let mut configuration = self.clone();
-        configuration.modules.retain(|module| {
-            let added = self.sources.0[module.name.span.source].name == LOADED;
-            !(added && names.contains(&module.name.value))
-        });
+        configuration
+            .modules
+            .retain(|module| !(self.is_loaded(module) && names.contains(&module.name.value)));
         configuration
     }
 }

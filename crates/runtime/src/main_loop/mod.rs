@@ -132,6 +132,8 @@ pub(crate) struct Shared {
     token: Token,
     jobs: Jobs,
     watched: Mutex<Watched>,
+    /// For a stop, which waits for nothing else.
+    gates: Mutex<Arc<[Arc<Actuator>]>>,
     threads: Mutex<ModuleThreads>,
     ending: Mutex<Ending>,
     changed: Condvar,
@@ -187,6 +189,7 @@ impl Shared {
             token: Token::default(),
             jobs: Jobs::default(),
             watched: Mutex::new(Arc::from([])),
+            gates: Mutex::new(Arc::from([])),
             threads: Mutex::default(),
             ending: Mutex::default(),
             changed: Condvar::new(),
@@ -212,6 +215,11 @@ impl Shared {
         Arc::clone(&self.watched.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
+    /// The gates.
+    pub fn actuators(&self) -> Arc<[Arc<Actuator>]> {
+        Arc::clone(&self.gates.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
     /// The threads of modules.
     pub fn threads(&self) -> MutexGuard<'_, ModuleThreads> {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
@@ -220,6 +228,7 @@ impl Shared {
     /// From the next cycle on the loop runs these modules, and ends stale commands of these actuators.
     pub fn compose(&self, order: Order, mut actuators: Vec<Arc<Actuator>>, watched: Watched) {
         *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = watched;
+        *self.gates.lock().unwrap_or_else(PoisonError::into_inner) = actuators.iter().cloned().collect();
         let exchanged = self.between_cycles(&[], move |shared| {
             // SAFETY: jobs are done by who has the token.
             let core = unsafe { shared.core() };

@@ -8,13 +8,14 @@ mod shadow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use slate_blackboard::interface::Value;
-use slate_blackboard::{BoardError, nearest_names};
-use slate_module::{ModuleKind, Plugin};
+use slate_blackboard::{Board, BoardError, nearest_names};
+use slate_module::{Level, ModuleKind, Plugin};
 
 use super::composition::Composition;
+use crate::log::Levels;
 use crate::main_loop::Shared;
 use crate::plugin::Residence;
 pub use error::PluginError;
@@ -78,7 +79,24 @@ pub(super) struct Origin {
     pub residence: Residence,
 }
 
+/// A composer that does not keep its agent.
+pub(super) struct WeakComposer {
+    shared: Weak<Shared>,
+    composition: Weak<Mutex<Composition>>,
+}
+
+impl WeakComposer {
+    /// The composer, as long as the agent is there.
+    pub fn upgrade(&self) -> Option<Composer> {
+        Some(Composer { shared: self.shared.upgrade()?, composition: self.composition.upgrade()? })
+    }
+}
+
 impl Composer {
+    pub(super) fn downgrade(&self) -> WeakComposer {
+        WeakComposer { shared: Arc::downgrade(&self.shared), composition: Arc::downgrade(&self.composition) }
+    }
+
     pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
         Self { shared, composition: Arc::new(Mutex::new(composition)) }
     }
@@ -299,8 +317,42 @@ impl Composer {
         newest.map_or(Vec::new(), |(bytes, ..)| bytes)
     }
 
+    /// Everything that the robot knows.
+    pub fn board(&self) -> &Arc<Board> {
+        &self.shared.board
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.shared.clock.now()
+    }
+
+    /// As [`Agent::stop_actuators`](crate::Agent::stop_actuators).
+    pub fn stop_actuators(&self, reason: &str) {
+        let now = self.now();
+        self.shared.actuators().iter().for_each(|actuator| actuator.stop(reason, now));
+    }
+
+    /// As [`Agent::reset`](crate::Agent::reset).
+    pub fn reset(&self) {
+        self.shared.actuators().iter().for_each(|actuator| actuator.reset());
+    }
+
+    /// As [`Agent::arm`](crate::Agent::arm).
+    pub fn arm(&self) -> bool {
+        self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
+    }
+
     fn say(&self, text: &str) {
-        self.shared.logger.log(self.shared.clock.now(), slate_module::Level::Info, text);
+        self.log(Level::Info, text);
+    }
+
+    pub(super) fn set_log_levels(&self, levels: Levels) {
+        self.shared.logger.set_levels(levels);
+    }
+
+    pub(super) fn log(&self, level: Level, text: &str) {
+        self.shared.logger.log(self.now(), level, text);
     }
 }
 

@@ -62,8 +62,14 @@ pub(super) fn survey_module<'a>(
         match port {
             Some(port) => {
                 let descriptor = description.ports[port].descriptor;
-                if let Some(bytes) = parameters::value_bytes(descriptor, &entry.value, complaints) {
-                    inputs.insert(port, bytes);
+                let room = descriptor.shape(description.ports[port].capacity);
+                match parameters::value_bytes(descriptor, &entry.value, complaints) {
+                    Some(bytes) if bytes.len() > room.bytes(room.capacity) => {
+                        let message = format!("the input `{name}` has room for {} items", room.capacity);
+                        complaints.add(entry.value.span, message, "shorten the list");
+                    }
+                    Some(bytes) => drop(inputs.insert(port, bytes)),
+                    None => {}
                 }
             }
             None => {
