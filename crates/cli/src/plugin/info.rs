@@ -23,7 +23,7 @@ pub fn info(file: &Path, json: bool) -> Result<(), Failure> {
         module.doc.lines().for_each(|line| output::line(format_args!("  {}", line.trim())));
         let row = |direction: &str, name: &str, carries: &InterfaceOutline| {
             let schema = if carries.schema.is_empty() { "schema unknown" } else { &carries.schema };
-            [format!("  {direction}"), name.into(), carries.interface.clone(), schema.into()]
+            [format!("  {}", direction.to_lowercase()), name.into(), carries.interface.clone(), schema.into()]
         };
         let ports = module.ports.iter().map(|port| row(&port.direction, &port.name, &port.carries));
         let params = module.params.iter().map(|params| row("params", "", params));

@@ -107,10 +107,10 @@ pub fn new(name: &str, slate: Option<&Path>) -> Result<(), Failure> {
   slate plugin info target/debug/lib{kind}.so
   slate run {name}.toml
 
-and while it runs, after a change of src/lib.rs:
+To exchange the code under the robot, let it go slowly, and change src/lib.rs meanwhile:
 
-  cargo build
-  slate plugin reload {name}"
+  slate run {name}.toml --set modules.{kind}.params.speed=0.05
+  cargo build && slate plugin reload {name}"
     ));
     Ok(())
 }

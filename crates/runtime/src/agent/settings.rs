@@ -154,26 +154,6 @@ struct ModuleChange<'a> {
 }
 
 impl Composer {
-    /// A module of that configuration whose plugin no start would load: it was loaded by hand, and is not in
-    /// `[plugins]`.
-    pub(crate) fn homeless(&self, configuration: &Configuration) -> Option<String> {
-        let composition = self.composition();
-        let homeless = |kind: &str| {
-            let plugin = composition
-                .catalogue
-                .plugins
-                .iter()
-                .find(|plugin| plugin.kinds().iter().any(|own| own.name() == kind));
-            plugin.is_some_and(|plugin| {
-                composition.origins.contains_key(plugin.name())
-                    && !configuration.plugins().iter().any(|entry| entry.name.value == plugin.name())
-            })
-        };
-        // What is not of the files at the start came by hand.
-        let module = configuration.modules().iter().find(|module| homeless(&module.plugin.value));
-        module.map(|module| module.name.value.clone())
-    }
-
     /// Brings changes to the modules; they were found to fit.
     fn apply(&self, configuration: &Configuration, changes: &[Change]) {
         let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();

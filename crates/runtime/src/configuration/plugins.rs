@@ -15,7 +15,8 @@ impl Build<'_> {
     }
 
     fn plugin(&mut self, name: &str, entry: &Entry) -> Option<PluginEntry> {
-        if !self.problems.name("a plugin", name, false, entry.key) {
+        // A plugin is called as its package, which may have hyphens.
+        if !self.problems.name("a plugin", &name.replace('-', "_"), false, entry.key) {
             return None;
         }
         let table = self.problems.as_table(&format!("plugins.{name}"), entry)?;

@@ -122,7 +122,8 @@ impl Desk {
         };
         match self.database.as_ref().filter(known) {
             Some(database) => {
-                database.set(&[(format!("modules.\"{name}\".enabled"), on.to_string())])?;
+                let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
+                database.set(&[(path, on.to_string())])?;
             }
             // One that came with a plugin which was loaded by hand is in no file.
             None => self.composer.enable(name, on)?,
@@ -153,12 +154,32 @@ impl Desk {
     }
 
     fn set(&self, changes: &[(String, String)]) -> Done {
-        let changed = self.database()?.set(changes)?.into_iter().map(|change| Changed {
+        let database = self.database()?;
+        let changed = database.set(changes).map_err(|report| match self.loaded_by_hand(database, changes) {
+            Some(module) => refusal(
+                format!("module `{module}` came with a plugin that was loaded by hand, so it has no settings"),
+                "add the module to [modules], and its plugin with its `file` to [plugins], and start again",
+            ),
+            None => report.into(),
+        })?;
+        let changed = changed.into_iter().map(|change| Changed {
             path: change.path,
             before: text(change.before),
             after: text(change.after),
         });
         result(changed.collect::<Vec<_>>())
+    }
+
+    /// A module among those to change that the agent has, but not its configuration.
+    fn loaded_by_hand(&self, database: &Database, changes: &[(String, String)]) -> Option<String> {
+        let configuration = database.current();
+        let is_known = |name: &str| configuration.modules().iter().any(|module| module.name.value == name);
+        let modules = self.composer.modules().into_iter().map(|module| module.name);
+        let named: Vec<_> = changes.iter().filter_map(|(path, _)| toml_edit::Key::parse(path).ok()).collect();
+        let is_named = |module: &String| {
+            named.iter().any(|names| matches!(&names[..], [section, name, ..] if section == "modules" && name == module.as_str()))
+        };
+        modules.filter(|module| !is_known(module)).find(is_named)
     }
 
     fn differences(&self) -> Done {
@@ -172,18 +193,7 @@ impl Desk {
     }
 
     fn save(&self, to: SaveTo) -> Done {
-        let database = self.database()?;
-        let current = database.current();
-        // The files would name a module that nobody brings at the next start.
-        if let Some(module) = self.composer.homeless(&current) {
-            return Err(refusal(
-                format!(
-                    "module `{module}` is of a plugin that was loaded by hand, so its settings can't be saved"
-                ),
-                "add the plugin to [plugins] in the file, with its `file`, and start the agent again",
-            ));
-        }
-        result(Saved { files: database.save(to)? })
+        result(Saved { files: self.database()?.save(to)? })
     }
 
     fn read(&self, url: &str) -> Done {

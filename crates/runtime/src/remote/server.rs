@@ -5,6 +5,7 @@ use std::io::{BufReader, Write};
 use std::net::Shutdown;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
@@ -91,6 +92,11 @@ impl Server {
     /// The name under which the agent is reached.
     pub fn name(&self) -> &str {
         &self.place.name
+    }
+
+    /// Where the socket is.
+    pub fn socket(&self) -> &Path {
+        &self.place.socket
     }
 }
 

@@ -34,9 +34,10 @@ pub struct Params {
     track: f64,
 }
 
-/// Turns to the target and drives there.
+/// The module; its state is beside it, so that the host can save it.
 pub struct Follower;
 
+/// Turns to the target and drives there.
 #[module(stage = Act, name = "KIND")]
 impl Module for Follower {
     type Io = Io;
@@ -45,7 +46,8 @@ impl Module for Follower {
     type State = ();
 
     fn tick(_: &mut (), io: &Io, params: &Params, _: &Tick) -> Outcome {
-        let (Some(position), Some(orientation)) = (io.position.fresh(), io.orientation.fresh()) else {
+        let (Some(position), Some(orientation)) = (io.position.fresh(), io.orientation.fresh())
+        else {
             // Who does not know where it is commands nothing, and the gate stops the wheels.
             return Outcome::Degraded;
         };
@@ -57,10 +59,17 @@ impl Module for Follower {
         }
         let error = math::angle_between(orientation.theta, math::atan2(y, x));
         // It goes only as far as it looks there, and slows down before it arrives.
-        let speed = math::min(params.speed, params.gain * distance) * math::max(math::cos(error), 0.0);
+        let speed =
+            math::min(params.speed, params.gain * distance) * math::max(math::cos(error), 0.0);
         let turn = params.gain * error * params.track / 2.0;
         let wheel = |speed: f64| speed / params.wheel_radius;
-        io.wheels.send(WheelSpeeds { left: wheel(speed - turn), right: wheel(speed + turn) }, Priority::Plan);
+        io.wheels.send(
+            WheelSpeeds {
+                left: wheel(speed - turn),
+                right: wheel(speed + turn),
+            },
+            Priority::Plan,
+        );
         Outcome::Ok
     }
 }
@@ -76,7 +85,14 @@ mod tests {
     /// What it commands at the origin, looking along x.
     fn wheels(target: Point2) -> WheelSpeeds {
         let mut follower = Fixture::<Follower>::new();
-        follower.set("position", Position { x: 0.0, y: 0.0, z: 0.0 });
+        follower.set(
+            "position",
+            Position {
+                x: 0.0,
+                y: 0.0,
+                z: 0.0,
+            },
+        );
         follower.set("orientation", Orientation { theta: 0.0 });
         follower.set("target", target);
         assert_eq!(follower.tick(), Outcome::Ok);
