@@ -2,6 +2,8 @@ use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use slate_module::interface;
 
+use crate::timing::LiveHistogram;
+
 /// How a module is: `/module/state`, written when it changes.
 #[interface]
 pub(crate) struct ModuleState {
@@ -63,8 +65,10 @@ pub(crate) struct Health {
     pub misses: AtomicU64,
     /// Panics caught.
     pub panics: AtomicU64,
-    /// Wall-clock nanoseconds of the last tick.
+    /// Wall-clock nanoseconds of the last tick that was timed.
     pub duration: AtomicU64,
+    /// Wall-clock nanoseconds of all ticks that were timed.
+    pub histogram: LiveHistogram,
 }
 
 /// The condition of a module.
@@ -107,6 +111,7 @@ impl Health {
             misses: AtomicU64::new(0),
             panics: AtomicU64::new(0),
             duration: AtomicU64::new(0),
+            histogram: LiveHistogram::default(),
         }
     }
 
@@ -115,6 +120,7 @@ impl Health {
         for counter in [&self.ticks, &self.misses, &self.panics, &self.duration] {
             counter.store(0, Ordering::Relaxed);
         }
+        self.histogram.clear();
         self.set(Condition::Working);
     }
 

@@ -23,7 +23,7 @@ pub use reload::Reload;
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]
 pub struct Composer {
-    shared: Arc<Shared>,
+    pub(super) shared: Arc<Shared>,
     composition: Arc<Mutex<Composition>>,
 }
 
