@@ -12,7 +12,7 @@ use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
 use crate::configuration::{Configuration, Report};
-use crate::main_loop::{Order, Seat, Shared};
+use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 
 /// A module that is there.
@@ -131,7 +131,7 @@ impl Composition {
             let present = level.iter().map(|index| &self.present[names[*index]]);
             present.filter(|present| !present.own_thread).map(|present| Arc::clone(&present.seat)).collect()
         };
-        let order = Order::new(survey.order.iter().flatten().map(on_loop));
+        let stages = survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect();
         if self.armed {
             // A stop that is still latched keeps them disarmed.
             self.ground.actuators.values().filter(|actuator| !standing.1.contains(actuator.name())).for_each(
@@ -141,9 +141,8 @@ impl Composition {
             );
         }
         let actuators = self.ground.actuators.values().cloned().collect();
-        let watched =
-            self.present.values().map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();
-        shared.compose(order, actuators, watched);
+        let threaded = self.present.values().filter(|present| present.own_thread);
+        shared.compose(stages, threaded.map(|present| Arc::clone(&present.seat)).collect(), actuators);
         for name in &changed.arrived {
             let present = &self.present[name];
             if present.own_thread

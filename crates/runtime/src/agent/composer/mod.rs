@@ -26,7 +26,7 @@ pub(super) use shadow::Trial;
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]
 pub struct Composer {
-    shared: Arc<Shared>,
+    pub(super) shared: Arc<Shared>,
     composition: Arc<Mutex<Composition>>,
 }
 
