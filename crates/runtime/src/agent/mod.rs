@@ -160,7 +160,7 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
-            means: Means { board: Arc::clone(&shared.board) },
+            means: Means { board: Arc::clone(&shared.board), policy: Arc::default(), time: Arc::default() },
             index: 0,
         };
         let composition = Composition {
@@ -168,8 +168,11 @@ impl Agent {
             catalogue: Catalogue::default(),
             ground,
             present: BTreeMap::new(),
+            linked: Vec::new(),
             origins: BTreeMap::new(),
             trials: BTreeMap::new(),
+            loop_owner: None,
+            time_owner: None,
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);

@@ -1,16 +1,20 @@
 //! What modules need that can be missing: services of the host, and those that modules provide to each other.
 
 mod blackboard;
+mod main_loop;
 mod place;
+mod time_source;
 
 use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Descriptor;
-use slate_module::aspect::{BlackBoard, Service};
+use slate_module::aspect::{BlackBoard, MainLoop, Service, TimeSource};
 
 use crate::digest::Digest;
+pub(crate) use main_loop::{PlacePolicy, PolicyPlace};
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
+pub(crate) use time_source::{PlaceTime, TimePlace};
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub(crate) trait HostService: Send {
@@ -25,18 +29,29 @@ pub(crate) trait HostService: Send {
 
     /// After a tick that failed: what it asked for does not happen.
     fn abandon(&mut self) {}
+
+    /// The instance is gone, or will be: nothing of its code may be called any more.
+    fn leave(&mut self) {}
 }
 
 /// What services are made of.
 pub(crate) struct Means {
     pub board: Arc<Board>,
+    /// Where the loop finds the policy of a module.
+    pub policy: Arc<PolicyPlace>,
+    /// Where the loop finds the time that a module has said.
+    pub time: Arc<TimePlace>,
 }
 
 /// Makes a service for a module.
 type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
-const SERVICES: &[(&Descriptor, Maker)] = &[(BlackBoard::DESCRIPTOR, blackboard::make)];
+const SERVICES: &[(&Descriptor, Maker)] = &[
+    (BlackBoard::DESCRIPTOR, blackboard::make),
+    (MainLoop::DESCRIPTOR, main_loop::make),
+    (TimeSource::DESCRIPTOR, time_source::make),
+];
 
 /// The descriptors of the host's services.
 pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {

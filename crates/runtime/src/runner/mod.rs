@@ -178,6 +178,7 @@ impl Runner {
             if condition.is_working() {
                 self.set_condition(Condition::Waiting, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
             }
             return false;
         }
@@ -185,6 +186,7 @@ impl Runner {
             if condition.is_working() {
                 self.set_condition(Condition::Inactive, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
             }
             return false;
         }
@@ -234,6 +236,7 @@ impl Runner {
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         let kind = std::mem::replace(&mut self.kind, kind);
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.services.iter_mut().for_each(|service| service.leave());
         Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
     }
 
@@ -241,6 +244,7 @@ impl Runner {
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.services.iter_mut().for_each(|service| service.leave());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
             unsafe { self.kind.destroy(instance) }

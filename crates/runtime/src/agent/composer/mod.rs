@@ -108,6 +108,7 @@ impl Composer {
     /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
     pub(super) fn start(&self, linked: &[Plugin]) -> Result<(), PluginError> {
         let mut composition = self.composition();
+        composition.linked = linked.to_vec();
         let configuration = Arc::clone(&composition.configuration);
         let mut gathered = Gathered::new(&composition);
         gathered.linked(linked)?;

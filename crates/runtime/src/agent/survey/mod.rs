@@ -124,6 +124,7 @@ pub(super) fn survey<'a>(
     }
     check_unique(&modules, complaints);
     check_time_source(configuration, &modules, complaints);
+    aspects::check_single(configuration, &modules, complaints);
     let services = aspects::survey_services(&modules, catalogue, complaints);
     let mut survey = Survey { modules, joints: Vec::new(), absent: Vec::new(), services, order: Vec::new() };
     // Links can only be judged when every module is known.
