@@ -79,6 +79,8 @@
 //! ```
 
 mod blackboard;
+mod main_loop;
+mod time_source;
 
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -86,6 +88,8 @@ use std::ops::Deref;
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
+pub use main_loop::{LoopPlace, MainLoop, Policy, PolicyTable};
+pub use time_source::TimeSource;
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 

@@ -4,6 +4,7 @@ mod build;
 mod catalogue;
 mod composer;
 mod composition;
+mod looping;
 mod parameters;
 mod settings;
 mod survey;
@@ -18,14 +19,17 @@ use slate_module::Plugin;
 use slate_safety::StopLatch;
 
 use crate::aspects::Means;
-use crate::clock::Clock;
+use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
 use crate::log::{self, LogTarget, Logger};
-use crate::main_loop::{End, Flow, Observer, Pace, Rate, Shared, Watchdog, Workers, cycle, drive};
+use crate::main_loop::{
+    End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
+};
 use build::Ground;
 use catalogue::Catalogue;
 pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
+pub use looping::SystemClock;
 use settings::Settings;
 
 /// How the modules of an agent are run.
@@ -53,6 +57,10 @@ pub struct Options {
     pub armed: bool,
     /// The stop that all gates obey.
     pub stop: StopLatch,
+    /// Sets the agent's time, in place of a module that the configuration names as its time source, or beside it.
+    pub time_source: Option<Box<dyn TimeSource>>,
+    /// Says the date, for logs; the system's if there is none.
+    pub calendar: Option<Calendar>,
 }
 
 impl Default for Options {
@@ -65,6 +73,8 @@ impl Default for Options {
             log: Vec::new(),
             armed: false,
             stop: StopLatch::in_memory(),
+            time_source: None,
+            calendar: None,
         }
     }
 }
@@ -123,21 +133,24 @@ impl Agent {
         if options.mode == Mode::Threaded && options.rate == Rate::Max {
             return Err(StartError::ThreadedMax);
         }
-        let driven = configuration.time_source().is_some();
+        let driven = configuration.time_source().is_some() || options.time_source.is_some();
         let lockstep = driven && options.mode == Mode::Staged;
         let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
-        let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
+        let clock = Arc::new(Clock::new(driven, options.calendar));
+        // What is measured in lockstep is no reason to wait.
+        let minimum = if lockstep { 0 } else { configuration.minimum().map_or(0, |minimum| minimum.value) };
         let board = Arc::new(Board::new(configuration.agent_name()));
-        let shared = Arc::new(Shared::new(
-            Arc::clone(&board),
+        let shared = Arc::new(Shared::new(Parameters {
+            board: Arc::clone(&board),
             clock,
-            Arc::clone(&logger),
-            configuration.period().value,
+            logger: Arc::clone(&logger),
+            period: configuration.period().value,
             lockstep,
-            lockstep.then(crate::digest::Digest::new),
-            Workers::start(options.workers, options.always_help)?,
-            Pace::new(options.rate),
-        ));
+            schedule: configuration.schedule().clone(),
+            workers: Workers::start(options.workers, options.always_help)?,
+            pace: Pace::new(options.rate, minimum),
+            time_source: options.time_source,
+        }));
         let ground = Ground {
             board,
             logger,
@@ -156,6 +169,7 @@ impl Agent {
             ground,
             present: BTreeMap::new(),
             origins: BTreeMap::new(),
+            trials: BTreeMap::new(),
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
@@ -278,13 +292,16 @@ impl Agent {
         // SAFETY: `begin` took the token.
         unsafe { shared.core() }.observer = Some(observer);
         let watchdog = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.watch());
+        let measured = Arc::clone(shared);
+        let timing = std::thread::Builder::new().name("timing".into());
+        let timing = timing.spawn(move || measured.publish_until_over());
         let driver = Arc::clone(shared);
         let main_loop = std::thread::Builder::new().name("main loop".into());
-        let started = match &watchdog {
-            Ok(_) => {
+        let started = match (&watchdog, &timing) {
+            (Ok(_), Ok(_)) => {
                 self.composer.start_threads().and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop))
             }
-            Err(error) => Err(error.kind().into()),
+            (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
         if started.is_err() {
             shared.finish(End::Stopped);
@@ -293,9 +310,9 @@ impl Agent {
         let end = shared.wait();
         shared.threads().join();
         let panic = shared.close();
-        if let Ok(watchdog) = watchdog {
-            // It has nothing that panics.
-            let _ = watchdog.join();
+        for thread in [watchdog, timing].into_iter().flatten() {
+            // They have nothing that panics.
+            let _ = thread.join();
         }
         shared.take_token();
         // SAFETY: the token was taken.

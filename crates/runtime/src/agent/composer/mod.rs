@@ -3,6 +3,7 @@
 mod error;
 mod gather;
 mod reload;
+mod shadow;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,11 +21,12 @@ use crate::plugin::Residence;
 pub use error::PluginError;
 use gather::Gathered;
 pub use reload::Reload;
+pub(super) use shadow::Trial;
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]
 pub struct Composer {
-    shared: Arc<Shared>,
+    pub(super) shared: Arc<Shared>,
     composition: Arc<Mutex<Composition>>,
 }
 
@@ -207,6 +209,8 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
+        // New code beside a module ends with it.
+        names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
@@ -306,6 +310,13 @@ impl Composer {
         composition.present.iter().map(status).collect()
     }
 
+    /// The present parameters of a module.
+    fn params_of(&self, module: &str) -> Vec<u8> {
+        let params = self.shared.board.find(&format!("{module}/params"));
+        let newest = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
+        newest.map_or(Vec::new(), |(bytes, ..)| bytes)
+    }
+
     /// Everything that the robot knows.
     pub fn board(&self) -> &Arc<Board> {
         &self.shared.board
@@ -319,17 +330,17 @@ impl Composer {
     /// As [`Agent::stop_actuators`](crate::Agent::stop_actuators).
     pub fn stop_actuators(&self, reason: &str) {
         let now = self.now();
-        self.composition().ground.actuators.values().for_each(|actuator| actuator.stop(reason, now));
+        self.shared.actuators().iter().for_each(|actuator| actuator.stop(reason, now));
     }
 
     /// As [`Agent::reset`](crate::Agent::reset).
     pub fn reset(&self) {
-        self.composition().ground.actuators.values().for_each(|actuator| actuator.reset());
+        self.shared.actuators().iter().for_each(|actuator| actuator.reset());
     }
 
     /// As [`Agent::arm`](crate::Agent::arm).
     pub fn arm(&self) -> bool {
-        self.composition().ground.actuators.values().filter(|actuator| !actuator.arm()).count() == 0
+        self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
     }
 
     fn say(&self, text: &str) {

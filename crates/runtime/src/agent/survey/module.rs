@@ -17,6 +17,11 @@ pub(super) fn survey_module<'a>(
     catalogue: &Catalogue,
     complaints: &mut Complaints<'a>,
 ) -> Option<Surveyed<'a>> {
+    if module.name.value == "loop" || module.name.value.starts_with("loop/") {
+        let message = format!("no module can be named `{}`: `loop` is the main loop", module.name.value);
+        complaints.add(module.name.span, message, "rename it");
+        return None;
+    }
     let Some(kind) = catalogue.kind(&module.plugin.value) else {
         let help = suggest(&module.plugin.value, catalogue.kinds().map(ModuleKind::name));
         complaints.add(
