@@ -79,6 +79,10 @@
 //! ```
 
 mod blackboard;
+mod logger;
+mod plugins;
+mod synchronization;
+mod threads;
 
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -86,6 +90,10 @@ use std::ops::Deref;
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
+pub use logger::Logger;
+pub use plugins::{PENDING, PluginAnswer, PluginEntry, Plugins};
+pub use synchronization::Synchronization;
+pub use threads::{FULL, Stop, ThreadBody, ThreadState, Threads};
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 
