@@ -66,13 +66,7 @@ impl Logger {
     /// The level of a module.
     pub fn level(&self, module: &str) -> Level {
         // SAFETY: the name lives during the call.
-        match unsafe { (self.level)(self.context, Bytes::of(module)) } {
-            0 => Level::Error,
-            1 => Level::Warn,
-            2 => Level::Info,
-            3 => Level::Debug,
-            _ => Level::Trace,
-        }
+        Level::from_number(unsafe { (self.level)(self.context, Bytes::of(module)) })
     }
 
     /// Changes the level of a module and of all whose names go on from that one, such as `r2` for `r2/planner`; or,

@@ -315,8 +315,7 @@ impl Stop {
     /// When it is no name of a point, or there are too many.
     pub fn emit(&self, point: &str) -> Result<(), Refusal> {
         // SAFETY: everything lives during the call.
-        let (code, reason) =
-            answered(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
+        let (code, reason) = answered(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
         if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 

@@ -158,6 +158,7 @@ impl Composition {
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
+        self.ground.means.plugins.show(self.catalogue.list());
         Ok(changed)
     }
 

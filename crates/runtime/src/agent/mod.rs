@@ -16,13 +16,15 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
-use crate::aspects::Means;
+use crate::aspects::{Means, PluginControl, ThreadKeeper};
 use crate::clock::Clock;
 use crate::configuration::{Configuration, Report};
 use crate::log::{LogTarget, Logger, Settings};
 use crate::main_loop::{End, Flow, Observer, Pace, Rate, Shared, Watchdog, Workers, cycle, drive};
+use crate::synchronization::Synchronization;
 use build::Ground;
 use catalogue::Catalogue;
+pub(crate) use composer::WeakComposer;
 pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
 
@@ -98,6 +100,8 @@ pub struct Agent {
     shared: Arc<Shared>,
     composer: Composer,
     hang: Duration,
+    synchronization: Arc<Synchronization>,
+    threads: Arc<ThreadKeeper>,
 }
 
 impl std::fmt::Debug for Agent {
@@ -134,6 +138,18 @@ impl Agent {
             Workers::start(options.workers, options.always_help)?,
             Pace::new(options.rate),
         ));
+        let hang = Duration::from_nanos(configuration.hang().value);
+        let synchronization = Arc::new(Synchronization::default());
+        let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
+        let control = Arc::new(PluginControl::default());
+        let means = Means {
+            board: Arc::clone(&board),
+            logger: Arc::clone(&logger),
+            clock: Arc::clone(&shared.clock),
+            synchronization: Arc::clone(&synchronization),
+            threads: Arc::clone(&threads),
+            plugins: Arc::clone(&control),
+        };
         let ground = Ground {
             board,
             logger,
@@ -143,7 +159,7 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
-            means: Means { board: Arc::clone(&shared.board) },
+            means,
             index: 0,
         };
         let composition = Composition {
@@ -155,13 +171,14 @@ impl Agent {
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
+        control.connect(composer.downgrade());
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
-        Ok(Self { shared, composer, hang: Duration::from_nanos(configuration.hang().value) })
+        Ok(Self { shared, composer, hang, synchronization, threads })
     }
 
     /// What changes the agent, also while it runs and from any thread.
@@ -172,6 +189,11 @@ impl Agent {
     /// Everything that the robot knows.
     pub fn board(&self) -> &Arc<Board> {
         &self.shared.board
+    }
+
+    /// The points at which threads outside the main loop fall in with it.
+    pub fn synchronization(&self) -> &Arc<Synchronization> {
+        &self.synchronization
     }
 
     /// What the agent and its modules log with.
@@ -295,6 +317,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.threads.end();
         self.shared.logger.flush(LAST_LINES);
     }
 }

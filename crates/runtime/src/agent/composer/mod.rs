@@ -3,11 +3,12 @@
 mod error;
 mod gather;
 mod reload;
+mod threads;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{BoardError, nearest_names};
@@ -30,6 +31,19 @@ pub struct Composer {
 impl std::fmt::Debug for Composer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Composer").field("agent", &self.shared.board.agent()).finish_non_exhaustive()
+    }
+}
+
+/// A way to the composer that does not keep the agent.
+pub(crate) struct WeakComposer {
+    shared: Weak<Shared>,
+    composition: Weak<Mutex<Composition>>,
+}
+
+impl WeakComposer {
+    /// The composer, while there is the agent.
+    pub fn upgrade(&self) -> Option<Composer> {
+        Some(Composer { shared: self.shared.upgrade()?, composition: self.composition.upgrade()? })
     }
 }
 
@@ -79,6 +93,10 @@ pub(super) struct Origin {
 impl Composer {
     pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
         Self { shared, composition: Arc::new(Mutex::new(composition)) }
+    }
+
+    pub(super) fn downgrade(&self) -> WeakComposer {
+        WeakComposer { shared: Arc::downgrade(&self.shared), composition: Arc::downgrade(&self.composition) }
     }
 
     pub(super) fn composition(&self) -> MutexGuard<'_, Composition> {
@@ -190,6 +208,7 @@ impl Composer {
         }
         let leaving = composition.modules_of(&names);
         self.ask(&composition, &leaving)?;
+        let _closed = self.end_threads(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
         // What left is dropped before the libraries are looked at.
@@ -228,6 +247,15 @@ impl Composer {
             }
         }
         Ok(())
+    }
+
+    /// Whether a module runs code of that plugin, or of one of that list.
+    pub(crate) fn runs(&self, module: &str, name: &str) -> bool {
+        let composition = self.composition();
+        let mut names = Vec::new();
+        // A list in a circle is refused when it is unloaded.
+        let _ = gather::expand(composition.configuration.plugins(), name, &mut names, &mut Vec::new());
+        composition.modules_of(&names).iter().any(|own| own == module)
     }
 
     /// Switches a module on or off.
