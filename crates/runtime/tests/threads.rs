@@ -141,13 +141,11 @@ fn a_full_ring_refuses_and_another_interface_is_dropped() {
                 };
                 threads.spawn("sender", sender).unwrap();
             }
-            _ if threads.state("sender") == ThreadState::Ended => {
-                match threads.receive::<Number>("sender") {
-                    Err(refusal) => assert!(refusal.0.contains("another interface"), "{refusal}"),
-                    Ok(Some(number)) => io.number.set(number),
-                    Ok(None) => {}
-                }
-            }
+            _ if threads.state("sender") == ThreadState::Ended => match threads.receive::<Number>("sender") {
+                Err(refusal) => assert!(refusal.0.contains("another interface"), "{refusal}"),
+                Ok(Some(number)) => io.number.set(number),
+                Ok(None) => {}
+            },
             _ => {}
         }
         Outcome::Ok
@@ -169,7 +167,9 @@ fn wrong_names_double_names_and_too_many_threads_are_refused() {
             assert!(spawn("one").unwrap_err().contains("`one` runs already"));
             (2..=16).for_each(|number| spawn(&format!("thread-{number}")).unwrap());
             assert!(spawn("one-more").unwrap_err().contains("there are 16, which is the limit"));
-            assert!(io.threads.send("none", &Number { value: 1 }).unwrap_err().0.contains("no thread `none`"));
+            assert!(
+                io.threads.send("none", &Number { value: 1 }).unwrap_err().0.contains("no thread `none`")
+            );
             assert!(io.threads.receive::<Number>("none").unwrap_err().0.contains("no thread `none`"));
             assert_eq!(io.threads.state("none"), ThreadState::Absent);
         }
@@ -456,9 +456,11 @@ fn lockstep_says_once_that_threads_cannot_be_repeated() {
         Outcome::Ok
     });
     let mut stage = Stage::on_the_wall_clock(&["unsaid"]);
-    let five = Box::new(|cycle: &slate_runtime::Cycle<'_>| {
-        if cycle.number < 5 { Control::Continue } else { Control::Stop }
-    });
+    let five = Box::new(
+        |cycle: &slate_runtime::Cycle<'_>| {
+            if cycle.number < 5 { Control::Continue } else { Control::Stop }
+        },
+    );
     stage.agent.run(five).unwrap();
     assert!(stage.lines().iter().all(|line| !line.contains("can't be repeated")));
 }
@@ -476,7 +478,9 @@ fn threads_and_ticks_meet_at_synchronisation_points() {
                 assert!(stop.wait_for("no name", 0, Duration::ZERO).is_err());
                 assert!(stop.emit("no name").is_err());
                 assert_eq!(stop.wait_for("/never", 0, Duration::from_millis(1)), Ok(None));
-                while let Some(count) = stop.wait_for("/meeting/tick", seen, Duration::from_secs(3600)).unwrap() {
+                while let Some(count) =
+                    stop.wait_for("/meeting/tick", seen, Duration::from_secs(3600)).unwrap()
+                {
                     seen = count;
                     stop.emit("/meeting/thread").unwrap();
                 }
@@ -532,4 +536,3 @@ fn levels_are_changed_by_a_module_and_not_by_its_failed_tick() {
     (0..3).for_each(|_| stage.step());
     assert_eq!(stage.number("attentive"), Some(1), "{:?}", stage.lines());
 }
-

@@ -53,6 +53,14 @@ impl Catalogue {
         self.plugins.push(plugin);
     }
 
+    /// Another version of a plugin takes the place of the one that is there.
+    pub fn replace(&mut self, plugin: &Plugin) {
+        let place = self.plugins.iter_mut().find(|other| other.name() == plugin.name());
+        if let Some(place) = place {
+            *place = plugin.clone();
+        }
+    }
+
     /// A plugin goes; its kinds stay known.
     pub fn remove(&mut self, name: &str) {
         self.plugins.retain(|plugin| {

@@ -9,10 +9,10 @@ use slate_module::{Description, ModuleKind};
 
 use super::build::{Ground, build};
 use super::catalogue::Catalogue;
-use super::composer::Origin;
+use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
 use crate::configuration::{Configuration, Report};
-use crate::main_loop::{Order, Seat, Shared};
+use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 
 /// A module that is there.
@@ -33,6 +33,8 @@ pub(super) struct Composition {
     pub present: BTreeMap<String, Present>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, Origin>,
+    /// Plugins whose new code runs beside the old.
+    pub trials: BTreeMap<String, Trial>,
     /// Whether actuators that come are armed.
     pub armed: bool,
 }
@@ -129,7 +131,7 @@ impl Composition {
             let present = level.iter().map(|index| &self.present[names[*index]]);
             present.filter(|present| !present.own_thread).map(|present| Arc::clone(&present.seat)).collect()
         };
-        let order = Order::new(survey.order.iter().flatten().map(on_loop));
+        let stages = survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect();
         if self.armed {
             // A stop that is still latched keeps them disarmed.
             self.ground.actuators.values().filter(|actuator| !standing.1.contains(actuator.name())).for_each(
@@ -139,16 +141,16 @@ impl Composition {
             );
         }
         let actuators = self.ground.actuators.values().cloned().collect();
-        let watched =
-            self.present.values().map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();
-        shared.compose(order, actuators, watched);
+        let threaded = self.present.values().filter(|present| present.own_thread);
+        shared.compose(stages, threaded.map(|present| Arc::clone(&present.seat)).collect(), actuators);
         for name in &changed.arrived {
             let present = &self.present[name];
-            if present.own_thread && shared.is_running() {
-                if let Err(error) = shared.threads().start(shared, &present.seat) {
-                    let text = format!("the thread of {name} can't be started: {error}");
-                    shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
-                }
+            if present.own_thread
+                && shared.is_running()
+                && let Err(error) = shared.threads().start(shared, &present.seat)
+            {
+                let text = format!("the thread of {name} can't be started: {error}");
+                shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
             }
         }
         for (name, present) in leaving {
@@ -208,10 +210,12 @@ impl Composition {
         let now = shared.clock.now();
         runner.set_condition(Condition::Unloaded, now);
         runner.publish_safe(now);
-        // SAFETY: nobody else has the runner any more.
-        let state = unsafe { runner.kind.save(runner.instance) };
         self.ground.post(name).health.set(Condition::Unloaded);
-        state.map_err(|refusal| refusal.0)
+        if runner.instance.is_null() {
+            return Err("it had failed".into());
+        }
+        // SAFETY: nobody else has the runner any more.
+        unsafe { runner.kind.save(runner.instance) }.map_err(|refusal| refusal.0)
     }
 
     /// Takes the properties of modules that have left off the board, but for those that others read.

@@ -38,11 +38,8 @@ impl Build<'_> {
             None => Some(Spanned::new(name_of_file(&self.sources.of(main).name), main)),
         };
         let seed = agent.get("seed").and_then(|value| self.seed(value));
-        let pace = self.problems.table(root, "loop").unwrap_or(&empty);
-        self.problems.unknown_keys(pace, "in [loop]", &["period", "hang"]);
-        let period = self.problems.duration(pace, "period");
-        let hang = self.problems.duration(pace, "hang");
-        Some(Agent { name: name?, seed: seed?, period: period?, hang: hang? })
+        let main_loop = self.main_loop(root);
+        Some(Agent { name: name?, seed: seed?, main_loop: main_loop? })
     }
 
     fn seed(&mut self, value: &Spanned<Value>) -> Option<Spanned<u64>> {

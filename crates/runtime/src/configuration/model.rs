@@ -7,6 +7,7 @@ use slate_module::{Level, Stage, Trigger};
 use super::source::Spanned;
 use super::value::Table;
 use crate::log::{Levels, SyslogAddress};
+use crate::main_loop::Schedule;
 
 /// A module of the agent.
 #[derive(Clone, Debug)]
@@ -152,11 +153,19 @@ impl Log {
     }
 }
 
-/// Name, seed and pace of the agent.
+/// Name, seed and main loop of the agent.
 #[derive(Clone, Debug)]
 pub(super) struct Agent {
     pub(super) name: Spanned<String>,
     pub(super) seed: Spanned<u64>,
+    pub(super) main_loop: Loop,
+}
+
+/// Pace and stages of the main loop; durations in nanoseconds.
+#[derive(Clone, Debug)]
+pub(super) struct Loop {
     pub(super) period: Spanned<u64>,
+    pub(super) minimum: Option<Spanned<u64>>,
     pub(super) hang: Spanned<u64>,
+    pub(super) schedule: Schedule,
 }

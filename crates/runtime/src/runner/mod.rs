@@ -5,6 +5,7 @@ mod commit;
 mod health;
 mod ports;
 mod prepare;
+mod shadow;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -16,8 +17,9 @@ use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
-pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
+pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use shadow::{Shadow, ShadowState};
 
 use crate::log::ModuleLog;
 
@@ -65,6 +67,8 @@ pub(crate) struct Runner {
     pub aspects: Vec<AspectPort>,
     /// Services for other modules.
     pub providers: Vec<ProviderPort>,
+    /// New code beside this one.
+    pub shadow: Option<Shadow>,
     /// Services of the host.
     pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
@@ -75,6 +79,8 @@ pub(crate) struct Runner {
     pub state: Writer,
     /// Writes `/module/timing`.
     pub timing: Writer,
+    /// Writes `/module/histogram`; taken by who shows it.
+    pub histogram: Option<Writer>,
     pub measured: Measured,
     pub commit: CommitWord,
     /// Wakes this module's own thread, if it has one.
@@ -96,7 +102,11 @@ pub(crate) struct Runner {
     pub last_tick: u64,
     /// When the next tick of a periodic module is due.
     pub due: u64,
+    /// Panics until now.
     pub panics: u32,
+    /// Panics without many ticks between them, and the tick of the last one.
+    pub panics_in_a_row: u32,
+    pub last_panic: u64,
 }
 
 /// What was measured since `/module/timing` was written last.
@@ -115,8 +125,10 @@ const TIMING_PERIOD: u64 = 100_000_000;
 // alive (values), and whoever holds the runner uses them alone.
 unsafe impl Send for Runner {}
 
-/// After that many panics a module stays off, as starting it again does not help.
+/// After that many panics in a row a module stays off, as starting it again does not help.
 const PANIC_LIMIT: u32 = 5;
+/// After that many ticks a panic is no longer of the same row.
+const PANIC_ROW: u64 = 100;
 
 impl Runner {
     /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
@@ -142,7 +154,7 @@ impl Runner {
                 true
             }
             Trigger::On { timeout, .. } => {
-                let waited = now - self.last_tick;
+                let waited = now.saturating_sub(self.last_tick);
                 timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout) || self.has_news()
             }
         }
@@ -257,6 +269,24 @@ impl Retired {
     /// An instance that was made and is not used yet.
     pub fn new(kind: ModuleKind, instance: *mut ()) -> Self {
         Self { kind, instance }
+    }
+
+    /// Makes a step.
+    ///
+    /// # Safety
+    /// The frame was filled for this instance.
+    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.kind.table().tick)(self.instance, frame) }
+    }
+
+    /// Gives the instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
+        // SAFETY: the kind made this instance, and nobody else uses it.
+        unsafe { self.kind.restore(self.instance, state) }
     }
 
     /// Takes the instance out.

@@ -160,8 +160,7 @@ impl Stage {
     fn with(text: &str, mut options: Options) -> Self {
         let log = MemoryTarget::default();
         options.log = vec![Box::new(log.clone())];
-        let plugins =
-            [Plugin::linked::<Beat>(), Plugin::linked::<Scripted>(), Plugin::linked::<Extra>()];
+        let plugins = [Plugin::linked::<Beat>(), Plugin::linked::<Scripted>(), Plugin::linked::<Extra>()];
         Self { agent: Agent::load(&configuration(text), &plugins, options).unwrap(), log }
     }
 

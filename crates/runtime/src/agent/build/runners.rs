@@ -16,6 +16,7 @@ use crate::runner::{
     Group, InboxPort, InputPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort,
     QueuePort, Runner,
 };
+use crate::timing::TimingHistogram;
 
 impl Builder<'_, '_> {
     pub(super) fn runners(&mut self, arriving: &[usize]) -> Vec<Runner> {
@@ -56,6 +57,8 @@ impl Builder<'_, '_> {
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
             self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
+        let doc = "How long its ticks took, of all that were timed.";
+        let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
         let frame = Box::new(Frame {
             ports: slots.as_ptr(),
             port_count: slots.len(),
@@ -84,11 +87,13 @@ impl Builder<'_, '_> {
             aspects: Vec::new(),
             providers: Vec::new(),
             services: Vec::new(),
+            shadow: None,
             params,
             enabled,
             on: true,
             state,
             timing,
+            histogram: Some(histogram),
             measured: Measured::default(),
             commit: post.commit,
             wake: post.wake,
@@ -103,6 +108,8 @@ impl Builder<'_, '_> {
             last_tick: 0,
             due: 0,
             panics: 0,
+            panics_in_a_row: 0,
+            last_panic: 0,
         };
         self.inputs(m, &mut runner, &triggers)?;
         for (p, port) in surveyed.description.ports.iter().enumerate() {
@@ -127,6 +134,8 @@ impl Builder<'_, '_> {
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
+                    // Who read it first may have made room for less.
+                    runner.slots[p].capacity = output.shape.capacity;
                     runner.outputs.push(output);
                 }
                 Direction::Aspect => self.aspect(m, p, &mut runner)?,

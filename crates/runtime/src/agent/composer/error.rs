@@ -116,6 +116,17 @@ pub enum PluginError {
         /// Why.
         reason: String,
     },
+    /// New code can't run beside the old, or take over.
+    #[error("plugin `{name}`: {reason}")]
+    #[diagnostic(help("{help}"))]
+    Shadow {
+        /// The plugin.
+        name: String,
+        /// Why.
+        reason: String,
+        /// What to do.
+        help: String,
+    },
     /// It is the clock.
     #[error("module `{module}` is the time source, and without it no time passes")]
     #[diagnostic(help("reload the plugin to exchange its code, or end the agent"))]

@@ -3,6 +3,7 @@
 mod error;
 mod gather;
 mod reload;
+mod shadow;
 mod threads;
 
 use std::collections::BTreeMap;
@@ -11,39 +12,28 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use slate_blackboard::interface::Value;
-use slate_blackboard::{BoardError, nearest_names};
-use slate_module::{ModuleKind, Plugin};
+use slate_blackboard::{Board, BoardError, nearest_names};
+use slate_module::{Level, ModuleKind, Plugin};
 
 use super::composition::Composition;
+use crate::log::Levels;
 use crate::main_loop::Shared;
 use crate::plugin::Residence;
 pub use error::PluginError;
 use gather::Gathered;
 pub use reload::Reload;
+pub(super) use shadow::Trial;
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]
 pub struct Composer {
-    shared: Arc<Shared>,
+    pub(super) shared: Arc<Shared>,
     composition: Arc<Mutex<Composition>>,
 }
 
 impl std::fmt::Debug for Composer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Composer").field("agent", &self.shared.board.agent()).finish_non_exhaustive()
-    }
-}
-
-/// A way to the composer that does not keep the agent.
-pub(crate) struct WeakComposer {
-    shared: Weak<Shared>,
-    composition: Weak<Mutex<Composition>>,
-}
-
-impl WeakComposer {
-    /// The composer, while there is the agent.
-    pub fn upgrade(&self) -> Option<Composer> {
-        Some(Composer { shared: self.shared.upgrade()?, composition: self.composition.upgrade()? })
     }
 }
 
@@ -90,13 +80,26 @@ pub(super) struct Origin {
     pub residence: Residence,
 }
 
-impl Composer {
-    pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
-        Self { shared, composition: Arc::new(Mutex::new(composition)) }
-    }
+/// A composer that does not keep its agent.
+pub(crate) struct WeakComposer {
+    shared: Weak<Shared>,
+    composition: Weak<Mutex<Composition>>,
+}
 
+impl WeakComposer {
+    /// The composer, as long as the agent is there.
+    pub fn upgrade(&self) -> Option<Composer> {
+        Some(Composer { shared: self.shared.upgrade()?, composition: self.composition.upgrade()? })
+    }
+}
+
+impl Composer {
     pub(super) fn downgrade(&self) -> WeakComposer {
         WeakComposer { shared: Arc::downgrade(&self.shared), composition: Arc::downgrade(&self.composition) }
+    }
+
+    pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
+        Self { shared, composition: Arc::new(Mutex::new(composition)) }
     }
 
     pub(super) fn composition(&self) -> MutexGuard<'_, Composition> {
@@ -207,6 +210,8 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
+        // New code beside a module ends with it.
+        names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
         let _closed = self.end_threads(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
@@ -235,6 +240,10 @@ impl Composer {
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                 let instance = unsafe { seat.runner() }.instance;
+                if instance.is_null() {
+                    // It has failed for good, so nobody is left to object.
+                    return Some(Ok(()));
+                }
                 // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
                 seat.call(own, || unsafe { kind.may_unload(instance) })
             });
@@ -316,8 +325,49 @@ impl Composer {
         composition.present.iter().map(status).collect()
     }
 
+    /// The present parameters of a module.
+    fn params_of(&self, module: &str) -> Vec<u8> {
+        let params = self.shared.board.find(&format!("{module}/params"));
+        let newest = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
+        newest.map_or(Vec::new(), |(bytes, ..)| bytes)
+    }
+
+    /// Everything that the robot knows.
+    pub fn board(&self) -> &Arc<Board> {
+        &self.shared.board
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.shared.clock.now()
+    }
+
+    /// As [`Agent::stop_actuators`](crate::Agent::stop_actuators).
+    pub fn stop_actuators(&self, reason: &str) {
+        let now = self.now();
+        self.shared.actuators().iter().for_each(|actuator| actuator.stop(reason, now));
+    }
+
+    /// As [`Agent::reset`](crate::Agent::reset).
+    pub fn reset(&self) {
+        self.shared.actuators().iter().for_each(|actuator| actuator.reset());
+    }
+
+    /// As [`Agent::arm`](crate::Agent::arm).
+    pub fn arm(&self) -> bool {
+        self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
+    }
+
     fn say(&self, text: &str) {
-        self.shared.logger.log(self.shared.clock.now(), slate_module::Level::Info, text);
+        self.log(Level::Info, text);
+    }
+
+    pub(super) fn set_log_levels(&self, levels: Levels) {
+        self.shared.logger.set_levels(levels);
+    }
+
+    pub(super) fn log(&self, level: Level, text: &str) {
+        self.shared.logger.log(self.now(), level, text);
     }
 }
 

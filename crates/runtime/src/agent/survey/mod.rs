@@ -16,7 +16,7 @@ use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 use crate::runner::OwnSetup;
 
 /// Ports that every module has beside its own.
-pub(super) const RESERVED: [&str; 4] = ["params", "enabled", "state", "timing"];
+pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
 
 /// A module that will be made.
 pub(super) struct Surveyed<'a> {
