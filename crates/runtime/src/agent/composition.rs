@@ -169,6 +169,7 @@ impl Composition {
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
+        self.ground.means.plugins.show(self.catalogue.list());
         Ok(changed)
     }
 
@@ -253,10 +254,12 @@ impl Composition {
         let now = shared.clock.now();
         runner.set_condition(Condition::Unloaded, now);
         runner.publish_safe(now);
-        // SAFETY: nobody else has the runner any more.
-        let state = unsafe { runner.kind.save(runner.instance) };
         self.ground.post(name).health.set(Condition::Unloaded);
-        state.map_err(|refusal| refusal.0)
+        if runner.instance.is_null() {
+            return Err("it had failed".into());
+        }
+        // SAFETY: nobody else has the runner any more.
+        unsafe { runner.kind.save(runner.instance) }.map_err(|refusal| refusal.0)
     }
 
     /// Takes the properties of modules that have left off the board, but for those that others read.

@@ -18,7 +18,7 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
-use crate::aspects::Means;
+use crate::aspects::{Means, PluginControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
 use crate::log::{self, LogTarget, Logger};
@@ -27,6 +27,7 @@ use crate::main_loop::{
 };
 use build::Ground;
 use catalogue::Catalogue;
+pub(crate) use composer::WeakComposer;
 pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
@@ -110,6 +111,7 @@ pub struct Agent {
     shared: Arc<Shared>,
     composer: Composer,
     hang: Duration,
+    threads: Arc<ThreadKeeper>,
     /// Those that change while it runs.
     settings: Option<Settings>,
 }
@@ -151,6 +153,19 @@ impl Agent {
             pace: Pace::new(options.rate, minimum),
             time_source: options.time_source,
         }));
+        let hang = Duration::from_nanos(configuration.hang().value);
+        let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
+        let control = Arc::new(PluginControl::default());
+        let means = Means {
+            board: Arc::clone(&board),
+            logger: Arc::clone(&logger),
+            clock: Arc::clone(&shared.clock),
+            synchronization: Arc::clone(&shared.synchronization),
+            threads: Arc::clone(&threads),
+            plugins: Arc::clone(&control),
+            policy: Arc::default(),
+            time: Arc::default(),
+        };
         let ground = Ground {
             board,
             logger,
@@ -160,7 +175,7 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
-            means: Means { board: Arc::clone(&shared.board), policy: Arc::default(), time: Arc::default() },
+            means,
             index: 0,
         };
         let composition = Composition {
@@ -176,14 +191,14 @@ impl Agent {
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
+        control.connect(composer.downgrade());
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
-        let hang = Duration::from_nanos(configuration.hang().value);
-        Ok(Self { shared, composer, hang, settings: None })
+        Ok(Self { shared, composer, hang, threads, settings: None })
     }
 
     /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
@@ -336,6 +351,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.threads.end();
         self.shared.logger.flush(LAST_LINES);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
+use slate_module::ModuleKind;
 use slate_module::aspect::{LoopPlace, MainLoop, PolicyTable};
 use slate_module::table::Bytes;
 
@@ -140,7 +141,11 @@ impl HostService for Service {
         self.place.give_back(&self.module);
     }
 
-    fn leave(&mut self) {
+    fn begin(&mut self, _: &ModuleKind) {
+        self.abandon();
+    }
+
+    fn end(&mut self) {
         self.abandon();
     }
 }

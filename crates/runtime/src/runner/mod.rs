@@ -236,7 +236,7 @@ impl Runner {
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         let kind = std::mem::replace(&mut self.kind, kind);
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
-        self.services.iter_mut().for_each(|service| service.leave());
+        self.services.iter_mut().for_each(|service| service.begin(&self.kind));
         Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
     }
 
@@ -244,7 +244,7 @@ impl Runner {
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
-        self.services.iter_mut().for_each(|service| service.leave());
+        self.services.iter_mut().for_each(|service| service.end());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
             unsafe { self.kind.destroy(instance) }

@@ -178,7 +178,8 @@ impl Builder<'_, '_> {
             }
             None => {
                 let schema = self.port(m, p).descriptor.hash;
-                let service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                let mut service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                service.begin(&runner.kind);
                 runner.slots[p].data = service.table().cast_mut();
                 runner.services.push(service);
             }

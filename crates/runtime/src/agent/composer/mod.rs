@@ -4,6 +4,7 @@ mod error;
 mod gather;
 mod reload;
 mod shadow;
+mod threads;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -80,7 +81,7 @@ pub(super) struct Origin {
 }
 
 /// A composer that does not keep its agent.
-pub(super) struct WeakComposer {
+pub(crate) struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
 }
@@ -213,6 +214,7 @@ impl Composer {
         // New code beside a module ends with it.
         names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
+        let _closed = self.end_threads(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
         // What left is dropped before the libraries are looked at.
@@ -239,6 +241,10 @@ impl Composer {
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                 let instance = unsafe { seat.runner() }.instance;
+                if instance.is_null() {
+                    // It has failed for good, so nobody is left to object.
+                    return Some(Ok(()));
+                }
                 // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
                 seat.call(own, || unsafe { kind.may_unload(instance) })
             });
@@ -251,6 +257,15 @@ impl Composer {
             }
         }
         Ok(())
+    }
+
+    /// Whether a module runs code of that plugin, or of one of that list.
+    pub(crate) fn runs(&self, module: &str, name: &str) -> bool {
+        let composition = self.composition();
+        let mut names = Vec::new();
+        // A list in a circle is refused when it is unloaded.
+        let _ = gather::expand(composition.configuration.plugins(), name, &mut names, &mut Vec::new());
+        composition.modules_of(&names).iter().any(|own| own == module)
     }
 
     /// Switches a module on or off.

@@ -119,6 +119,7 @@ impl Composer {
         modules: &[String],
         described: &[(String, ModuleKind, Description)],
     ) -> Result<Carried, PluginError> {
+        let _closed = self.end_threads(composition, modules)?;
         let mut exchanges = Vec::new();
         for module in modules {
             let present = &composition.present[module];
@@ -168,6 +169,7 @@ impl Composer {
         new: &Plugin,
     ) -> Result<Carried, PluginError> {
         self.ask(composition, modules)?;
+        let _closed = self.end_threads(composition, modules)?;
         let without = composition.target(|catalogue| catalogue.remove(old.name()));
         let states = composition.change(without, &self.shared, &BTreeMap::new())?.left;
         let with = composition.target(|catalogue| catalogue.add(new.clone()));
