@@ -10,6 +10,7 @@ mod agent;
 mod clock;
 pub mod configuration;
 mod digest;
+pub mod isolation;
 pub mod log;
 mod main_loop;
 pub mod plugin;

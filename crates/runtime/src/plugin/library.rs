@@ -14,7 +14,9 @@ use super::{LibraryError, LibraryOutline};
 /// one that it has already, and as the original may be built anew while the copy is in use.
 struct Library {
     handle: Option<unix::Library>,
+    /// Removed with the library, unless it belongs to another process.
     copy: PathBuf,
+    is_own: bool,
     residence: Arc<AtomicU8>,
 }
 
@@ -45,9 +47,11 @@ impl Drop for Library {
         let resident = unsafe { unix::Library::open(Some(&self.copy), unix::RTLD_LAZY | RTLD_NOLOAD) };
         let state = if resident.is_ok() || !matches!(closed, Some(Ok(()))) { RESIDENT } else { UNMAPPED };
         self.residence.store(state, Ordering::Release);
-        // What can't be removed is in a folder for temporary files.
-        let _ = std::fs::remove_file(&self.copy);
-        let _ = self.copy.parent().map(std::fs::remove_dir);
+        if self.is_own {
+            // What can't be removed is in a folder for temporary files.
+            let _ = std::fs::remove_file(&self.copy);
+            let _ = self.copy.parent().map(std::fs::remove_dir);
+        }
     }
 }
 
@@ -71,7 +75,27 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
     let copy = private_copy(file).map_err(|error| {
         refuse(format!("can't be copied to {}: {error}", std::env::temp_dir().display()), "make room there")
     })?;
-    let mut library = Library { handle: None, copy, residence: Arc::clone(&residence.0) };
+    let library = Library { handle: None, copy, is_own: true, residence: Arc::clone(&residence.0) };
+    Ok((open(file, library, &outline)?, outline, residence))
+}
+
+/// Opens a copy that another process made, and leaves it where it is.
+///
+/// # Errors
+/// As [`load`].
+pub(crate) fn open_as_it_is(copy: &Path) -> Result<Plugin, LibraryError> {
+    let outline = LibraryOutline::read(copy)?;
+    let residence = Residence::default().0;
+    open(copy, Library { handle: None, copy: copy.into(), is_own: false, residence }, &outline)
+}
+
+/// The file that a kind's library was opened from, if it is of one.
+pub(crate) fn file_of(kind: &ModuleKind) -> Option<&Path> {
+    Some(kind.library()?.downcast_ref::<Library>()?.copy.as_path())
+}
+
+fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<Plugin, LibraryError> {
+    let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     // SAFETY: opening runs the library's initialisers, which is what loading a plugin means; it was checked to be a
     // whole library for this machine that says it is a plugin.
     let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }
@@ -116,8 +140,7 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
         ));
     }
     let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
-    let plugin = Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends);
-    Ok((plugin, outline, residence))
+    Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))
 }
 
 /// Counts copies.

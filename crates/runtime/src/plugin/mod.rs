@@ -5,6 +5,7 @@ mod outline;
 
 use std::path::PathBuf;
 
+pub(crate) use library::{file_of, open_as_it_is};
 pub use library::{Residence, load};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 

@@ -1,0 +1,13 @@
+//! Modules in processes of their own, which a fault of their code can't leave.
+//!
+//! The process is the same program, started once more. The host alone pins inputs, commits outputs and keeps
+//! everything that others trust; the other process reads the values of a tick and writes drafts in memory that both
+//! map. So a module that is isolated has the same code, ports, links, log and place in lockstep, and whatever it does
+//! to itself spoils nothing but what it writes.
+
+mod arena;
+mod child;
+mod spans;
+mod wire;
+
+pub use child::enter;
