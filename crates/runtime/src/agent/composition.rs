@@ -12,6 +12,7 @@ use super::catalogue::Catalogue;
 use super::composer::Origin;
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
 use crate::configuration::{Configuration, Report};
+use crate::isolation::Isolation;
 use crate::main_loop::{Order, Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 
@@ -22,6 +23,15 @@ pub(super) struct Present {
     pub description: Description,
     pub setup: OwnSetup,
     pub own_thread: bool,
+    /// How it runs apart, if it does.
+    pub isolation: Option<Arc<Isolation>>,
+}
+
+impl Present {
+    /// Other code as this module runs it: here or apart.
+    pub fn placed(&self, kind: &ModuleKind) -> ModuleKind {
+        self.isolation.as_ref().map_or_else(|| kind.clone(), |isolation| isolation.kind(kind))
+    }
 }
 
 /// All that an agent is made of.
@@ -110,12 +120,15 @@ impl Composition {
         }
         for (index, runner) in arriving.iter().zip(runners) {
             let surveyed = &survey.modules[*index];
+            let isolation =
+                runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
             let present = Present {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
                 setup: surveyed.setup.clone(),
-                own_thread: self.ground.has_own_thread(&surveyed.trigger),
+                own_thread: self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
+                isolation,
             };
             changed.arrived.push(names[*index].to_owned());
             self.present.insert(names[*index].to_owned(), present);
@@ -127,7 +140,7 @@ impl Composition {
         self.present = staying;
         let on_loop = |level: &Vec<usize>| {
             let present = level.iter().map(|index| &self.present[names[*index]]);
-            present.filter(|present| !present.own_thread).map(|present| Arc::clone(&present.seat)).collect()
+            present.filter(|present| !present.own_thread || present.seat.is_kicked()).map(|present| Arc::clone(&present.seat)).collect()
         };
         let order = Order::new(survey.order.iter().flatten().map(on_loop));
         if self.armed {
@@ -139,8 +152,9 @@ impl Composition {
             );
         }
         let actuators = self.ground.actuators.values().cloned().collect();
-        let watched =
-            self.present.values().map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();
+        // Calls of an isolated module end by themselves, as its process is ended.
+        let native = self.present.values().filter(|present| present.isolation.is_none());
+        let watched = native.map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();
         shared.compose(order, actuators, watched);
         for name in &changed.arrived {
             let present = &self.present[name];
@@ -207,9 +221,12 @@ impl Composition {
         let now = shared.clock.now();
         runner.set_condition(Condition::Unloaded, now);
         runner.publish_safe(now);
+        self.ground.post(name).health.set(Condition::Unloaded);
+        if runner.instance.is_null() {
+            return Err("it had failed".into());
+        }
         // SAFETY: nobody else has the runner any more.
         let state = unsafe { runner.kind.save(runner.instance) };
-        self.ground.post(name).health.set(Condition::Unloaded);
         state.map_err(|refusal| refusal.0)
     }
 

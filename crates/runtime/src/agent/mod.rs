@@ -8,6 +8,7 @@ mod parameters;
 mod survey;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -18,6 +19,7 @@ use slate_safety::StopLatch;
 
 use crate::clock::Clock;
 use crate::configuration::{Configuration, Report};
+use crate::isolation::Arenas;
 use crate::log::{LogTarget, Logger};
 use crate::main_loop::{End, Flow, Observer, Pace, Rate, Shared, Watchdog, Workers, cycle, drive};
 use build::Ground;
@@ -50,6 +52,9 @@ pub struct Options {
     pub armed: bool,
     /// The stop that all gates obey.
     pub stop: StopLatch,
+    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
+    /// first, with the same plugins. Nothing for this program.
+    pub isolation_program: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -62,6 +67,7 @@ impl Default for Options {
             log: Vec::new(),
             armed: false,
             stop: StopLatch::in_memory(),
+            isolation_program: None,
         }
     }
 }
@@ -144,6 +150,7 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             index: 0,
+            arenas: Arenas::new(options.isolation_program),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use slate_blackboard::{Shape, Stamp};
+use slate_blackboard::Shape;
 use slate_module::{Direction, Entry, Flags, Frame, PortDescription, PortSlot, Random};
 
 use super::arena::{Arena, Block};
@@ -35,7 +35,7 @@ pub(super) struct Mirror {
 #[derive(Debug)]
 struct PortMirror {
     direction: Direction,
-    /// Of a value without its tail's capacity.
+    /// Of a value; its capacity does not count.
     shape: Shape,
     entries: Room,
     /// Values that are not in shared memory, or messages.
@@ -152,7 +152,7 @@ impl Mirror {
             match port.direction {
                 Direction::Input => copy.data = self.lend(port, 0, slot.data, slot.items.get())?,
                 Direction::Output | Direction::Debug | Direction::Command if !slot.data.is_null() => {
-                    let capacity = with_items(port.shape, slot.capacity).bytes(slot.capacity);
+                    let capacity = port.shape.bytes(slot.capacity);
                     copy.data = self.room(port, 0, slot.data, capacity)?;
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {}
@@ -212,7 +212,7 @@ impl Mirror {
         if let Some(address) = self.place(data) {
             return Ok(address as *mut u8);
         }
-        let bytes = with_items(port.shape, items).bytes(items);
+        let bytes = port.shape.bytes(items);
         let copy = self.own_room(port, at, bytes)?;
         // SAFETY: the room has that many bytes, and so has the value.
         unsafe { copy.copy_from_nonoverlapping(data, bytes) };
@@ -264,7 +264,7 @@ impl Mirror {
                             && !slot.data.is_null()
                             && self.arenas.first().is_none_or(|own| own.arena.offset(slot.data).is_none())
                         {
-                            let bytes = with_items(port.shape, items).bytes(items).min(block.size());
+                            let bytes = port.shape.bytes(items).min(block.size());
                             slot.data.copy_from_nonoverlapping(block.as_ptr(), bytes);
                         }
                     }
@@ -293,9 +293,4 @@ impl Mirror {
     }
 }
 
-/// The same shape with room for so many items.
-fn with_items(shape: Shape, items: usize) -> Shape {
-    Shape { capacity: items, ..shape }
-}
-
-const _: () = assert!(align_of::<Frame>() <= 64 && align_of::<Stamp>() <= 64);
+const _: () = assert!(align_of::<Frame>() <= super::spans::GRAIN && align_of::<Entry>() <= super::spans::GRAIN);

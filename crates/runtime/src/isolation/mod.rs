@@ -5,9 +5,22 @@
 //! map. So a module that is isolated has the same code, ports, links, log and place in lockstep, and whatever it does
 //! to itself spoils nothing but what it writes.
 
+mod account;
 mod arena;
+mod arenas;
 mod child;
+mod launcher;
+mod mirror;
+mod process;
+mod proxy;
 mod spans;
+mod supervisor;
 mod wire;
 
+pub(crate) use account::ModuleProcess;
+pub(crate) use arena::Arena;
+use arena::length;
+pub(crate) use arenas::Arenas;
 pub use child::enter;
+pub(crate) use proxy::{Isolation, Proxy};
+pub(crate) use supervisor::Supervisor;

@@ -161,6 +161,13 @@ impl Process {
         }
     }
 
+    /// Waits until it has ended, which it was asked to; ends it if it does not.
+    pub fn finish(&mut self) {
+        if self.end.is_none() {
+            self.gone();
+        }
+    }
+
     /// Its stream is closed, so it is about to end, or does what no module does.
     #[allow(clippy::disallowed_methods, reason = "what ends in the system is a matter of wall-clock time")]
     fn gone(&mut self) {

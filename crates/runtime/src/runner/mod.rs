@@ -5,6 +5,7 @@ mod commit;
 mod health;
 mod ports;
 mod prepare;
+mod supervision;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -17,6 +18,8 @@ use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Tr
 
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+
+pub(crate) use supervision::Supervised;
 
 use crate::log::ModuleLog;
 
@@ -90,6 +93,8 @@ pub(crate) struct Runner {
     /// When the next tick of a periodic module is due.
     pub due: u64,
     pub panics: u32,
+    /// What watches over it when it is isolated.
+    pub supervised: Option<Supervised>,
 }
 
 /// What was measured since `/module/timing` was written last.
@@ -119,7 +124,7 @@ impl Runner {
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
     pub fn is_due(&mut self, now: u64) -> bool {
-        if !self.is_enabled() {
+        if !self.is_enabled() || !self.is_up(now) {
             return false;
         }
         match &self.trigger {

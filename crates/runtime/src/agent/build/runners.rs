@@ -48,6 +48,13 @@ impl Builder<'_, '_> {
             Trigger::On { ports, .. } => ports.contains(&port.name),
             Trigger::Stage | Trigger::Every(_) => false,
         };
+        let supervised = self.supervised(m);
+        if supervised.is_none() && surveyed.module.isolated.value {
+            return None;
+        }
+        let kind = supervised
+            .as_ref()
+            .map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind));
         let slots: Box<[PortSlot]> =
             surveyed.description.ports.iter().map(|port| empty_slot(port, zeros)).collect();
         let params = self.ground.board.find(&format!("{name}/params")).ok()?.0.channel()?.latest().ok()?;
@@ -69,7 +76,7 @@ impl Builder<'_, '_> {
         });
         let mut runner = Runner {
             name,
-            kind: surveyed.kind.clone(),
+            kind,
             trigger: surveyed.trigger.clone(),
             deadline: surveyed.deadline,
             health: Arc::clone(&post.health),
@@ -99,6 +106,7 @@ impl Builder<'_, '_> {
             last_tick: 0,
             due: 0,
             panics: 0,
+            supervised,
         };
         self.inputs(m, &mut runner, &triggers)?;
         for (p, port) in surveyed.description.ports.iter().enumerate() {
@@ -123,6 +131,8 @@ impl Builder<'_, '_> {
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
+                    // Who read it first may have given it less room.
+                    runner.slots[p].capacity = output.shape.capacity;
                     runner.outputs.push(output);
                 }
                 Direction::Outbox => {
@@ -150,7 +160,7 @@ impl Builder<'_, '_> {
     }
 
     /// The writer of a property that every module has.
-    fn implied_writer(
+    pub(super) fn implied_writer(
         &mut self,
         m: usize,
         name: &str,

@@ -212,10 +212,17 @@ impl Composer {
         }
         for module in modules {
             let present = &composition.present[module];
-            let (own, seat, kind) = (present.own_thread, Arc::clone(&present.seat), present.kind.clone());
+            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 // SAFETY: between two steps the runner is not in use; the reference ends before the call.
-                let instance = unsafe { seat.runner() }.instance;
+                let (kind, instance) = {
+                    let runner = unsafe { seat.runner() };
+                    (runner.kind.clone(), runner.instance)
+                };
+                if instance.is_null() {
+                    // What has failed has nothing to say.
+                    return Some(Ok(()));
+                }
                 // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
                 seat.call(own, || unsafe { kind.may_unload(instance) })
             });

@@ -33,7 +33,8 @@ struct Exchange {
     module: String,
     seat: Arc<Seat>,
     own_thread: bool,
-    kind: ModuleKind,
+    /// What the catalogue knows it as.
+    code: ModuleKind,
     fresh: Retired,
 }
 
@@ -117,7 +118,8 @@ impl Composer {
         let mut exchanges = Vec::new();
         for module in modules {
             let present = &composition.present[module];
-            let Some((_, kind, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
+            let Some((_, code, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
+            let kind = present.placed(code);
             let params = self.shared.board.find(&format!("{module}/params"));
             let params = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
             let bytes = params.map_or(Vec::new(), |(bytes, ..)| bytes);
@@ -128,8 +130,8 @@ impl Composer {
                 module: module.clone(),
                 seat: Arc::clone(&present.seat),
                 own_thread: present.own_thread,
-                kind: kind.clone(),
-                fresh: Retired::new(kind.clone(), instance),
+                code: code.clone(),
+                fresh: Retired::new(kind, instance),
             });
         }
         let (threaded, on_loop): (Vec<_>, Vec<_>) =
@@ -138,7 +140,7 @@ impl Composer {
         let groups = threaded.into_iter().map(|exchange| vec![exchange]).chain([on_loop]);
         for group in groups.filter(|group| !group.is_empty()) {
             let names: Vec<_> =
-                group.iter().map(|exchange| (exchange.module.clone(), exchange.kind.clone())).collect();
+                group.iter().map(|exchange| (exchange.module.clone(), exchange.code.clone())).collect();
             let seats: Vec<_> = group.iter().map(|exchange| Arc::clone(&exchange.seat)).collect();
             let done = self.shared.with_seats(&seats, group[0].own_thread, move || exchange_all(group));
             let Some((carried, old)) = done else {
