@@ -53,7 +53,7 @@ impl Arena {
     }
 
     /// Memory for a value of that many bytes, all zero.
-    pub fn block(self: &Arc<Self>, bytes: usize) -> Option<Block> {
+    pub(super) fn block(self: &Arc<Self>, bytes: usize) -> Option<Block> {
         let layout = Layout::from_size_align(bytes.max(1), super::spans::GRAIN).ok()?;
         let memory = self.allocate(layout)?;
         // SAFETY: just allocated with that many bytes.

@@ -86,7 +86,11 @@ fn close_inherited(stream: &UnixStream) {
     let names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
     let numbers = names.iter().filter_map(|name| name.to_str()?.parse().ok());
     for number in numbers.filter(|number: &i32| *number > 2 && *number != stream.as_raw_fd()) {
-        // SAFETY: the process has just begun, so it has opened nothing but its stream; the folder is closed already.
+        if std::fs::symlink_metadata(format!("/proc/self/fd/{number}")).is_err() {
+            // That of the folder itself.
+            continue;
+        }
+        // SAFETY: the process has just begun, so it has opened nothing but its stream.
         unsafe { rustix::io::close(number) };
     }
 }

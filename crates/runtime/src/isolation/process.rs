@@ -49,10 +49,17 @@ impl Process {
             launch(program).map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
         let mut process =
             Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None };
-        if let Err(error) = process.pass(arenas) {
-            return Err(format!("its process can't be given its memory: {error}").into());
+        // It fails when the process has ended already, and then the first question says how.
+        let passed = process.pass(arenas);
+        if let Err(refusal) = process.ask(Topic::Begin, &encode(begin)?, STARTING).map(drop) {
+            return Err(match process.end() {
+                Some(end) => format!("its process {end} before it was ready").into(),
+                None => passed.map_or_else(
+                    |error| format!("its process can't be given its memory: {error}").into(),
+                    |()| refusal,
+                ),
+            });
         }
-        process.ask(Topic::Begin, &encode(begin)?, STARTING)?;
         let addresses: Vec<u64> = decode(&process.body)?;
         if addresses.len() != arenas.len() {
             return Err("its process did not map its memory".into());
