@@ -113,8 +113,8 @@ fn ends(fault_name: &str, said: &str) {
         if first == 0 {
             first = sample.process;
         }
-        fell |= sample.condition == "failed";
-        fell && sample.condition == "working" && sample.process != first
+        fell |= sample.condition == "FAILED";
+        fell && sample.condition == "WORKING" && sample.process != first
     });
     // Every other module was there in every cycle, and no cycle waited for a process.
     let last = samples.last().unwrap();
@@ -130,13 +130,13 @@ fn ends(fault_name: &str, said: &str) {
     let stale = |sample: &&Sample| sample.command != 0.0 && sample.now > sample.committed + TIME_TO_LIVE;
     assert!(samples.iter().find(stale).is_none());
     // It was seen, said, and started anew, disarmed.
-    let fell = samples.iter().position(|sample| sample.condition == "failed").expect("it was seen");
+    let fell = samples.iter().position(|sample| sample.condition == "FAILED").expect("it was seen");
     for sample in &samples[fell..] {
         assert_eq!(sample.command, 0.0, "{sample:?}");
-        assert_eq!(sample.gate, "disarmed", "{sample:?}");
+        assert_eq!(sample.gate, "DISARMED", "{sample:?}");
     }
     assert!(last.last_end.contains(said), "{}", last.last_end);
-    assert_eq!(last.condition, "working", "it starts anew");
+    assert_eq!(last.condition, "WORKING", "it starts anew");
     assert_ne!(last.process, samples[0].process);
     let away = last.at - samples[fell].at;
     assert!(away >= Duration::from_millis(90), "after a while: {away:?}");
@@ -160,7 +160,7 @@ fn killed_while_it_waits() {
     });
     let last = samples.last().unwrap();
     assert!(last.last_end.contains("signal 9"), "{}", last.last_end);
-    assert_eq!(last.gate, "disarmed");
+    assert_eq!(last.gate, "DISARMED");
 }
 
 fn fault_at_the_beginning() {
