@@ -64,7 +64,8 @@ impl ModuleKind {
         Self { name: text(table.name), doc: text(table.doc), section: text(table.section), table, library, maker: None }
     }
 
-    /// A kind whose instances `maker` makes. The other calls are those of the table; its texts don't count.
+    /// A kind whose instances `maker` makes. The other calls are those of the table; its texts don't count. `library`
+    /// is kept.
     ///
     /// # Safety
     /// The calls keep the contract of [`ModuleTable`] with what `maker` makes.
@@ -72,9 +73,10 @@ impl ModuleKind {
         maker: Arc<dyn Maker>,
         table: ModuleTable,
         (name, doc, section): (&str, &str, &str),
+        library: Option<Arc<dyn Any + Send + Sync>>,
     ) -> Self {
         let (name, doc, section) = (name.into(), doc.into(), section.into());
-        Self { name, doc, section, table, library: None, maker: Some(maker) }
+        Self { name, doc, section, table, library, maker: Some(maker) }
     }
 
     /// The name by which configuration finds it.

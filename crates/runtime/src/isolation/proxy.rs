@@ -44,7 +44,7 @@ impl Isolation {
         let maker = Apart { isolation: Arc::clone(self), kind: kind.clone() };
         // SAFETY: the calls are for what `Apart` makes.
         unsafe {
-            ModuleKind::made_by(Arc::new(maker), TABLE, (kind.name(), kind.doc(), kind.section()))
+            ModuleKind::made_by(Arc::new(maker), TABLE, (kind.name(), kind.doc(), kind.section()), None)
         }
     }
 }
@@ -189,7 +189,7 @@ impl Drop for Proxy {
 }
 
 /// The calls of a proxy; [`Apart`] describes and makes them.
-const TABLE: ModuleTable = ModuleTable {
+pub(super) const TABLE: ModuleTable = ModuleTable {
     name: Bytes::NONE,
     doc: Bytes::NONE,
     section: Bytes::NONE,

@@ -9,6 +9,7 @@ use slate_module::table::ABI;
 use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable};
 
 use super::{LibraryError, LibraryOutline};
+use crate::isolation;
 
 /// A library that is open. It is a copy under a name of its own, as the system takes a file of a known name for the
 /// one that it has already, and as the original may be built anew while the copy is in use.
@@ -42,10 +43,11 @@ impl Residence {
 
 impl Drop for Library {
     fn drop(&mut self) {
-        let closed = self.handle.take().map(unix::Library::close);
+        // One that was never opened is not there either.
+        let closed = self.handle.take().map_or(Ok(()), unix::Library::close);
         // SAFETY: asks only whether it is there; no code of it runs.
         let resident = unsafe { unix::Library::open(Some(&self.copy), unix::RTLD_LAZY | RTLD_NOLOAD) };
-        let state = if resident.is_ok() || !matches!(closed, Some(Ok(()))) { RESIDENT } else { UNMAPPED };
+        let state = if resident.is_ok() || closed.is_err() { RESIDENT } else { UNMAPPED };
         self.residence.store(state, Ordering::Release);
         if self.is_own {
             // What can't be removed is in a folder for temporary files.
@@ -63,9 +65,20 @@ const RTLD_NOLOAD: i32 = 4;
 /// # Errors
 /// What does not fit, with what was expected.
 pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
+    load_for(file, None, |_| false)
+}
+
+/// As [`load`]; a library that must not be opened here is left to the processes of its modules, if all of those
+/// `are_isolated`. They are run by `program`.
+pub(crate) fn load_for(
+    file: &Path,
+    program: Option<&Path>,
+    are_isolated: impl FnOnce(&LibraryOutline) -> bool,
+) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     let outline = LibraryOutline::read(file)?;
-    if outline.panic == "abort" {
+    let outside = outline.panic == "abort";
+    if outside && !are_isolated(&outline) {
         return Err(refuse(
             "was built with panic = \"abort\", so a panic in it would end the whole agent".into(),
             "build it with panic = \"unwind\", or run its modules with `isolated = true`",
@@ -76,7 +89,18 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
         refuse(format!("can't be copied to {}: {error}", std::env::temp_dir().display()), "make room there")
     })?;
     let library = Library { handle: None, copy, is_own: true, residence: Arc::clone(&residence.0) };
-    Ok((open(file, library, &outline)?, outline, residence))
+    let plugin = if outside {
+        let copy = library.copy.clone();
+        let library: Arc<dyn std::any::Any + Send + Sync> = Arc::new(library);
+        let kinds = isolation::kinds_outside(program, &copy, &library);
+        let kinds = kinds.map_err(|refusal| {
+            refuse(format!("can't be opened by another process: {refusal}"), "see why it ends")
+        })?;
+        make(file, kinds, &outline)?
+    } else {
+        open(file, library, &outline)?
+    };
+    Ok((plugin, outline, residence))
 }
 
 /// Opens a copy that another process made, and leaves it where it is.
@@ -131,13 +155,23 @@ fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<P
         let modules = std::slice::from_raw_parts(table.modules, table.module_count);
         modules.iter().map(|module| ModuleKind::from_table(*module, Some(Arc::clone(&library)))).collect()
     };
+    make(file, kinds, outline)
+}
+
+/// A plugin of what a library brings, which must be what it says.
+fn make(
+    file: &Path,
+    kinds: Vec<ModuleKind>,
+    outline: &LibraryOutline,
+) -> Result<Plugin, LibraryError> {
     let said: Vec<_> = outline.modules.iter().map(|module| module.name.as_str()).collect();
     let brought: Vec<_> = kinds.iter().map(ModuleKind::name).collect();
     if said != brought {
-        return Err(refuse(
-            format!("says that it brings {}, but brings {}", said.join(", "), brought.join(", ")),
-            "make its section `.slate` and its table agree",
-        ));
+        return Err(LibraryError {
+            file: file.into(),
+            problem: format!("says that it brings {}, but brings {}", said.join(", "), brought.join(", ")),
+            help: "make its section `.slate` and its table agree".into(),
+        });
     }
     let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
     Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))

@@ -5,7 +5,7 @@ mod outline;
 
 use std::path::PathBuf;
 
-pub(crate) use library::{file_of, open_as_it_is};
+pub(crate) use library::{file_of, load_for, open_as_it_is};
 pub use library::{Residence, load};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 

@@ -13,6 +13,7 @@
 mod common;
 mod faults;
 mod host;
+mod library;
 mod modules;
 mod same;
 mod supervision;
@@ -29,7 +30,8 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let long = arguments.iter().any(|argument| argument == "--long");
     let filter = arguments.iter().find(|argument| !argument.starts_with('-'));
-    let groups: [&[Test]; 4] = [&same::TESTS, &faults::TESTS, &supervision::TESTS, &host::TESTS];
+    let groups: [&[Test]; 5] =
+        [&same::TESTS, &faults::TESTS, &supervision::TESTS, &library::TESTS, &host::TESTS];
     let long_ones = supervision::LONG_TESTS.iter().filter(|_| long);
     let tests = groups.into_iter().flatten().chain(long_ones);
     let mut failed = Vec::new();

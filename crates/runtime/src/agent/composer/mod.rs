@@ -15,7 +15,7 @@ use slate_module::{ModuleKind, Plugin};
 
 use super::composition::Composition;
 use crate::main_loop::Shared;
-use crate::plugin::Residence;
+use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
 pub use reload::Reload;
@@ -311,6 +311,20 @@ fn unknown(composition: &Composition, name: &str) -> PluginError {
 }
 
 impl Composition {
+    /// Loads a library for the modules of the configuration.
+    fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        let modules = self.configuration.modules();
+        let are_isolated = |outline: &LibraryOutline| {
+            outline.modules.iter().all(|kind| {
+                let mut own = modules.iter().filter(|module| module.plugin.value == kind.name).peekable();
+                own.peek().is_some() && own.all(|module| module.isolated.value)
+            })
+        };
+        let (plugin, _, residence) =
+            plugin::load_for(file, self.ground.arenas.program.as_deref(), are_isolated)?;
+        Ok((plugin, residence))
+    }
+
     /// The modules that run code of those plugins.
     fn modules_of(&self, plugins: &[String]) -> Vec<String> {
         let of = |kind: &ModuleKind| {

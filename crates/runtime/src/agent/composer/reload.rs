@@ -11,7 +11,6 @@ use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, unknown};
 use crate::agent::composition::Composition;
 use crate::main_loop::Seat;
-use crate::plugin;
 use crate::runner::Retired;
 
 /// What a reload came to.
@@ -56,7 +55,7 @@ impl Composer {
                 near: Vec::new(),
             });
         };
-        let (new, _, residence) = plugin::load(file)?;
+        let (new, residence) = composition.open(file)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }
