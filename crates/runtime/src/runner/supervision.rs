@@ -86,7 +86,7 @@ impl Runner {
     }
 
     /// Writes `/module/process`, if it is time or it `changed`.
-    pub(super) fn show_process(&mut self, now: u64, changed: bool) {
+    pub fn show_process(&mut self, now: u64, changed: bool) {
         let Some(supervised) = &mut self.supervised else { return };
         if changed || supervised.shown == 0 || now - supervised.shown >= SHOWING_PERIOD {
             supervised.shown = now.max(1);

@@ -24,7 +24,7 @@ pub const TESTS: [Test; 9] = [
 const PERIOD: Duration = Duration::from_millis(10);
 const TIME_TO_LIVE: u64 = 60_000_000;
 
-fn agent(text: &str) -> Agent {
+pub fn agent(text: &str) -> Agent {
     let configuration = Configuration::from_text("test.toml", text, &Reading::default()).unwrap();
     let options = Options { armed: true, ..Options::default() };
     Agent::load(&configuration, &plugins(), options).unwrap_or_else(|error| panic!("{error}"))
@@ -57,24 +57,24 @@ command = "driver/wheel"
 
 /// What was to be seen at the end of a cycle.
 #[derive(Debug)]
-struct Sample {
-    at: Instant,
+pub struct Sample {
+    pub at: Instant,
     /// The agent's time.
-    now: u64,
-    number: u64,
-    beats: f64,
-    condition: String,
+    pub now: u64,
+    pub number: u64,
+    pub beats: f64,
+    pub condition: String,
     /// When the villain committed a tick last.
-    committed: u64,
-    command: f64,
-    other: f64,
-    gate: String,
-    process: u64,
-    last_end: String,
+    pub committed: u64,
+    pub command: f64,
+    pub other: f64,
+    pub gate: String,
+    pub process: u64,
+    pub last_end: String,
 }
 
 /// Runs until `done`, or for 20 s, and returns what was seen.
-fn watch(agent: &mut Agent, mut done: impl FnMut(&Sample) -> bool + Send + 'static) -> Vec<Sample> {
+pub fn watch(agent: &mut Agent, mut done: impl FnMut(&Sample) -> bool + Send + 'static) -> Vec<Sample> {
     let samples = Arc::new(Mutex::new(Vec::new()));
     let taken = Arc::clone(&samples);
     let start = Instant::now();

@@ -1,5 +1,5 @@
-//! Modules in processes of their own, and what a fault there leaves untouched. With `--long`, what takes minutes too;
-//! a name runs the tests whose names contain it.
+//! Modules in processes of their own, and what a fault there leaves untouched. With `--long`, what takes minutes too; with
+//! `--figures`, what it costs; a name runs the tests whose names contain it.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -12,6 +12,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod faults;
+mod figures;
 mod host;
 mod library;
 mod modules;
@@ -28,6 +29,10 @@ fn main() -> ExitCode {
     slate_runtime::isolation::enter(&modules::plugins());
     host::enter();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if arguments.iter().any(|argument| argument == "--figures") {
+        figures::print();
+        return ExitCode::SUCCESS;
+    }
     let long = arguments.iter().any(|argument| argument == "--long");
     let filter = arguments.iter().find(|argument| !argument.starts_with('-'));
     let groups: [&[Test]; 5] =

@@ -31,8 +31,6 @@ pub struct VillainParams {
     fault: u64,
     #[param(default = 0, doc = "in that tick of its life; 0 for never")]
     at: u64,
-    #[param(default = 0, doc = "refuses to be unloaded")]
-    stays: u64,
 }
 
 /// Counts its ticks, commands a wheel, and then does what nobody should.

@@ -145,7 +145,10 @@ impl Builder<'_, '_> {
             }
         }
         match runner.create() {
-            Ok(instance) => runner.instance = instance,
+            Ok(instance) => {
+                runner.instance = instance;
+                runner.show_process(0, true);
+            }
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 self.complaints.add(
