@@ -14,6 +14,7 @@ use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
 use crate::aspects::{PlacePolicy, PlaceTime};
 use crate::configuration::{Configuration, Report};
+use crate::isolation::Isolation;
 use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 
@@ -24,6 +25,15 @@ pub(super) struct Present {
     pub description: Description,
     pub setup: OwnSetup,
     pub own_thread: bool,
+    /// How it runs apart, if it does.
+    pub isolation: Option<Arc<Isolation>>,
+}
+
+impl Present {
+    /// Other code as this module runs it: here or apart.
+    pub fn placed(&self, kind: &ModuleKind) -> ModuleKind {
+        self.isolation.as_ref().map_or_else(|| kind.clone(), |isolation| isolation.kind(kind))
+    }
 }
 
 /// All that an agent is made of.
@@ -120,12 +130,14 @@ impl Composition {
         }
         for (index, runner) in arriving.iter().zip(runners) {
             let surveyed = &survey.modules[*index];
+            let isolation = runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
             let present = Present {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
                 setup: surveyed.setup.clone(),
-                own_thread: self.ground.has_own_thread(&surveyed.trigger),
+                own_thread: self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
+                isolation,
             };
             changed.arrived.push(names[*index].to_owned());
             self.present.insert(names[*index].to_owned(), present);
@@ -137,7 +149,10 @@ impl Composition {
         self.present = staying;
         let on_loop = |level: &Vec<usize>| {
             let present = level.iter().map(|index| &self.present[names[*index]]);
-            present.filter(|present| !present.own_thread).map(|present| Arc::clone(&present.seat)).collect()
+            present
+                .filter(|present| !present.own_thread || present.seat.is_kicked())
+                .map(|present| Arc::clone(&present.seat))
+                .collect()
         };
         let stages = survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect();
         if self.armed {

@@ -9,7 +9,7 @@ use super::{Origin, PluginError, unknown};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::Composition;
 use crate::configuration::PluginEntry;
-use crate::plugin::{self, LibraryOutline};
+use crate::plugin::LibraryOutline;
 
 pub(super) struct Gathered<'a> {
     composition: &'a Composition,
@@ -94,7 +94,7 @@ impl<'a> Gathered<'a> {
 
     /// A library, which must be of the plugin that is `expected`.
     pub fn library(&mut self, file: &Path, expected: Option<&str>) -> Result<(), PluginError> {
-        let (plugin, _, residence) = plugin::load(file)?;
+        let (plugin, residence) = self.composition.open(file)?;
         if let Some(expected) = expected.filter(|expected| *expected != plugin.name()) {
             return Err(other_plugin(file, &plugin, expected));
         }

@@ -25,11 +25,19 @@ pub(super) fn survey_services(
     let mut services = BTreeMap::new();
     for (m, p, wanted) in ports(Direction::Aspect) {
         let descriptor = wanted.descriptor;
+        let module = modules[m].module;
+        if module.isolated.value {
+            let message = format!(
+                "`{}` needs `{}`, which an isolated module can't reach",
+                module.name.value, descriptor.name
+            );
+            complaints.add(module.isolated.span, message, "leave `isolated` out, or use links");
+            continue;
+        }
         if aspects::services().any(|service| service.hash == descriptor.hash) {
             services.insert((m, p), None);
             continue;
         }
-        let module = modules[m].module;
         let providers: Vec<_> = ports(Direction::Provider)
             .filter(|(_, _, offered)| offered.descriptor.hash == descriptor.hash)
             .map(|(m, p, _)| (m, p))

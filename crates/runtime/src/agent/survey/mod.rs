@@ -18,6 +18,9 @@ use crate::runner::OwnSetup;
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
 
+/// Another one that isolated modules have.
+const RESERVED_WHEN_ISOLATED: &str = "process";
+
 /// A module that will be made.
 pub(super) struct Surveyed<'a> {
     pub module: &'a Module,
