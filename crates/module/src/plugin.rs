@@ -61,7 +61,14 @@ impl ModuleKind {
     pub unsafe fn from_table(table: ModuleTable, library: Option<Arc<dyn Any + Send + Sync>>) -> Self {
         // SAFETY: the texts live as the caller says; they are copied.
         let text = |bytes: Bytes| Arc::from(String::from_utf8_lossy(unsafe { bytes.as_slice() }));
-        Self { name: text(table.name), doc: text(table.doc), section: text(table.section), table, library, maker: None }
+        Self {
+            name: text(table.name),
+            doc: text(table.doc),
+            section: text(table.section),
+            table,
+            library,
+            maker: None,
+        }
     }
 
     /// A kind whose instances `maker` makes. The other calls are those of the table; its texts don't count. `library`

@@ -120,8 +120,7 @@ impl Composition {
         }
         for (index, runner) in arriving.iter().zip(runners) {
             let surveyed = &survey.modules[*index];
-            let isolation =
-                runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
+            let isolation = runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
             let present = Present {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
@@ -140,7 +139,10 @@ impl Composition {
         self.present = staying;
         let on_loop = |level: &Vec<usize>| {
             let present = level.iter().map(|index| &self.present[names[*index]]);
-            present.filter(|present| !present.own_thread || present.seat.is_kicked()).map(|present| Arc::clone(&present.seat)).collect()
+            present
+                .filter(|present| !present.own_thread || present.seat.is_kicked())
+                .map(|present| Arc::clone(&present.seat))
+                .collect()
         };
         let order = Order::new(survey.order.iter().flatten().map(on_loop));
         if self.armed {

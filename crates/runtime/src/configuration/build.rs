@@ -109,7 +109,16 @@ impl Build<'_> {
 
     fn module(&mut self, name: &str, entry: &Entry) -> Option<Module> {
         let known = [
-            "plugin", "enabled", "isolated", "isolation", "stage", "every", "on", "deadline", "params", "inputs",
+            "plugin",
+            "enabled",
+            "isolated",
+            "isolation",
+            "stage",
+            "every",
+            "on",
+            "deadline",
+            "params",
+            "inputs",
         ];
         let table = self.problems.as_table(&format!("modules.{name}"), entry)?;
         self.problems.unknown_keys(table, &format!("in module `{name}`"), &known);

@@ -129,8 +129,9 @@ impl Problems {
             text.strip_suffix(unit)?.trim().parse::<u64>().ok()?.checked_mul(*bytes)
         });
         if amount.is_none_or(|amount| amount == 0) {
-            let help =
-                format!("a size is text with a whole number and a unit of kB, MB, GB, such as {name} = \"512MB\"");
+            let help = format!(
+                "a size is text with a whole number and a unit of kB, MB, GB, such as {name} = \"512MB\""
+            );
             self.add(value.span, format!("`{name}` is no size of memory"), help);
             return None;
         }

@@ -100,8 +100,7 @@ fn receive_files(stream: &UnixStream) -> io::Result<Vec<OwnedFd>> {
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(ARENAS))];
     let mut control = RecvAncillaryBuffer::new(&mut space);
     let mut byte = [0];
-    let received =
-        recvmsg(stream, &mut [IoSliceMut::new(&mut byte)], &mut control, RecvFlags::CMSG_CLOEXEC)?;
+    let received = recvmsg(stream, &mut [IoSliceMut::new(&mut byte)], &mut control, RecvFlags::CMSG_CLOEXEC)?;
     if received.bytes == 0 {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
@@ -270,7 +269,8 @@ impl Module<'_> {
 /// Passes a line of the log on at once, as it may be the last.
 unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, length: usize) {
     // SAFETY: the context is the stream of the module that ticks; the text lives during the call.
-    let (stream, text) = unsafe { (&*context.cast::<UnixStream>(), std::slice::from_raw_parts(text, length)) };
+    let (stream, text) =
+        unsafe { (&*context.cast::<UnixStream>(), std::slice::from_raw_parts(text, length)) };
     // Without a host nobody can be told.
     let _ = send(stream, Topic::Log, level as i32, text);
 }

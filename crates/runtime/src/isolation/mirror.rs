@@ -58,11 +58,7 @@ impl Room {
 }
 
 impl Mirror {
-    pub fn new(
-        arenas: Vec<Mapped>,
-        ports: &[PortDescription],
-        params_size: usize,
-    ) -> Result<Self, Spent> {
+    pub fn new(arenas: Vec<Mapped>, ports: &[PortDescription], params_size: usize) -> Result<Self, Spent> {
         let own = &arenas.first().ok_or(Spent)?.arena;
         let block = |bytes: usize| own.block(bytes).ok_or(Spent);
         let port = |port: &PortDescription| PortMirror {
@@ -220,13 +216,7 @@ impl Mirror {
     }
 
     /// Where the other process can write what goes to `data`.
-    fn room(
-        &self,
-        port: &mut PortMirror,
-        at: usize,
-        data: *mut u8,
-        bytes: usize,
-    ) -> Result<*mut u8, Spent> {
+    fn room(&self, port: &mut PortMirror, at: usize, data: *mut u8, bytes: usize) -> Result<*mut u8, Spent> {
         match self.arenas.first().and_then(|own| Some(own.address + own.arena.offset(data)?)) {
             Some(address) => Ok(address as *mut u8),
             None => Ok(self.there(self.own_room(port, at, bytes)?)),
@@ -293,4 +283,5 @@ impl Mirror {
     }
 }
 
-const _: () = assert!(align_of::<Frame>() <= super::spans::GRAIN && align_of::<Entry>() <= super::spans::GRAIN);
+const _: () =
+    assert!(align_of::<Frame>() <= super::spans::GRAIN && align_of::<Entry>() <= super::spans::GRAIN);

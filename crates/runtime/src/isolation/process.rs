@@ -47,8 +47,7 @@ impl Process {
     ) -> Result<(Self, Vec<usize>), Refusal> {
         let (child, stream) =
             launch(program).map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
-        let mut process =
-            Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None };
+        let mut process = Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None };
         // It fails when the process has ended already, and then the first question says how.
         let passed = process.pass(arenas);
         if let Err(refusal) = process.ask(Topic::Begin, &encode(begin)?, STARTING).map(drop) {
@@ -117,13 +116,7 @@ impl Process {
     }
 
     #[allow(clippy::disallowed_methods, reason = "a hang is a matter of wall-clock time")]
-    fn converse(
-        &mut self,
-        topic: Topic,
-        body: &[u8],
-        patience: Duration,
-        log: Log<'_>,
-    ) -> io::Result<i32> {
+    fn converse(&mut self, topic: Topic, body: &[u8], patience: Duration, log: Log<'_>) -> io::Result<i32> {
         if self.timeout != patience {
             let timeout = Some(patience.max(Duration::from_micros(1)));
             self.stream.set_read_timeout(timeout)?;

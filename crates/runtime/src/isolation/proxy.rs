@@ -5,9 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use slate_module::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
-use slate_module::{
-    Frame, Level, Maker, ModuleKind, ModuleTable, PortDescription, Refusal, Setup, encode,
-};
+use slate_module::{Frame, Level, Maker, ModuleKind, ModuleTable, PortDescription, Refusal, Setup, encode};
 
 use super::account::Account;
 use super::child::ARENAS;
@@ -141,7 +139,10 @@ impl Proxy {
             unsafe { (host.log)(host.context, level as u32, text.as_ptr(), text.len()) }
         };
         if filled.is_err() {
-            log(Level::Error as i32, b"its shared memory is spent: its values are larger than there is room for");
+            log(
+                Level::Error as i32,
+                b"its shared memory is spent: its values are larger than there is room for",
+            );
             return PANICKED;
         }
         let Some(code) = self.process.call(Topic::Tick, &[], self.isolation.patience, &mut log) else {

@@ -6,8 +6,8 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use slate_module::blackboard::interface::Value;
 use slate_module::Setup;
+use slate_module::blackboard::interface::Value;
 
 /// What a message is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

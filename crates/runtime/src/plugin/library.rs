@@ -159,11 +159,7 @@ fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<P
 }
 
 /// A plugin of what a library brings, which must be what it says.
-fn make(
-    file: &Path,
-    kinds: Vec<ModuleKind>,
-    outline: &LibraryOutline,
-) -> Result<Plugin, LibraryError> {
+fn make(file: &Path, kinds: Vec<ModuleKind>, outline: &LibraryOutline) -> Result<Plugin, LibraryError> {
     let said: Vec<_> = outline.modules.iter().map(|module| module.name.as_str()).collect();
     let brought: Vec<_> = kinds.iter().map(ModuleKind::name).collect();
     if said != brought {

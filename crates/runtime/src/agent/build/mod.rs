@@ -231,9 +231,7 @@ impl<'a> Builder<'a, '_> {
     fn wake_of(&mut self, name: &str) -> Option<Arc<Wake>> {
         let surveyed = self.survey.modules.iter().find(|surveyed| surveyed.module.name.value == name);
         let threaded = match surveyed {
-            Some(surveyed) => {
-                self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value)
-            }
+            Some(surveyed) => self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
             None => self.ground.mode == Mode::Threaded || !self.ground.lockstep,
         };
         threaded.then(|| self.ground.post(name).wake)

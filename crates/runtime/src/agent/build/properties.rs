@@ -64,8 +64,7 @@ impl Builder<'_, '_> {
         let store = Store { capacity: port.capacity, depth, budget };
         let memory = self.memory(m, target);
         let board = &self.ground.board;
-        let added =
-            board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
+        let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
         self.added(m, added).map(drop)
     }
 
@@ -137,8 +136,7 @@ impl Builder<'_, '_> {
         let store = Store { capacity: port.capacity, depth, budget };
         let memory = self.setting_memory(m);
         let board = &self.ground.board;
-        let added =
-            board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Setting, memory);
+        let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Setting, memory);
         let property = self.added(m, added)?;
         if let Some(bytes) = value {
             set_bytes(&property, bytes);
