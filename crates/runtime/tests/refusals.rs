@@ -356,3 +356,9 @@ fn a_configuration_that_fits_is_not_refused() {
     let text = text.replace("[modules.counted]\n", "");
     assert!(load(&text, &more(), Options::default()).is_ok());
 }
+
+#[test]
+fn a_program_that_can_not_be_started_again_isolates_nothing() {
+    let text = complaint("[modules.counter]\nisolated = true");
+    assert!(text.contains("`main` does not call `slate_runtime::isolation::enter` first"), "{text}");
+}

@@ -1,4 +1,6 @@
-use std::sync::{Mutex, PoisonError};
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use slate_module::{Text, interface};
 
@@ -24,17 +26,22 @@ pub(crate) struct Account(Mutex<Inner>);
 #[derive(Debug, Default)]
 struct Inner {
     id: u32,
+    /// Where the system says how much memory it uses.
+    sizes: Option<File>,
     last_end: String,
 }
 
 impl Account {
-    fn locked(&self) -> std::sync::MutexGuard<'_, Inner> {
+    fn locked(&self) -> MutexGuard<'_, Inner> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A process has begun.
     pub fn began(&self, id: u32) {
-        self.locked().id = id;
+        let mut inner = self.locked();
+        inner.id = id;
+        // Without it, its memory is shown as nothing.
+        inner.sizes = File::open(format!("/proc/{id}/statm")).ok();
     }
 
     /// The process of that number has ended; `fault` says how, if it was one.
@@ -42,6 +49,7 @@ impl Account {
         let mut inner = self.locked();
         if inner.id == id {
             inner.id = 0;
+            inner.sizes = None;
         }
         if let Some(fault) = fault {
             fault.clone_into(&mut inner.last_end);
@@ -53,11 +61,11 @@ impl Account {
         self.locked().last_end.clone()
     }
 
-    /// As others see it.
+    /// As others see it. Allocates nothing.
     pub fn process(&self, restarts: u32) -> ModuleProcess {
         let inner = self.locked();
         ModuleProcess {
-            memory: memory_of(inner.id).unwrap_or(0),
+            memory: inner.sizes.as_ref().and_then(memory).unwrap_or(0),
             id: inner.id,
             restarts,
             last_end: Text::new(&inner.last_end),
@@ -66,11 +74,9 @@ impl Account {
 }
 
 /// Bytes of memory that a process has in use.
-fn memory_of(id: u32) -> Option<u64> {
-    if id == 0 {
-        return None;
-    }
-    let text = std::fs::read_to_string(format!("/proc/{id}/statm")).ok()?;
-    let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
+fn memory(sizes: &File) -> Option<u64> {
+    let mut text = [0; 128];
+    let length = sizes.read_at(&mut text, 0).ok()?;
+    let pages: u64 = std::str::from_utf8(&text[..length]).ok()?.split(' ').nth(1)?.parse().ok()?;
     Some(pages * rustix::param::page_size() as u64)
 }

@@ -92,8 +92,8 @@ impl Runner {
     /// Writes `/module/process`, if it is time or it `changed`.
     pub fn show_process(&mut self, now: u64, changed: bool) {
         let Some(supervised) = &mut self.supervised else { return };
-        if changed || supervised.shown == 0 || now.saturating_sub(supervised.shown) >= SHOWING_PERIOD {
-            supervised.shown = now.max(1);
+        if changed || now.saturating_sub(supervised.shown) >= SHOWING_PERIOD {
+            supervised.shown = now;
             let process = supervised.isolation.account.process(supervised.restarts);
             // Only a recorder in lockstep may hold a writer up; the next one comes soon.
             let _ = supervised.process.write(View::of(&process).bytes(), 0, now);

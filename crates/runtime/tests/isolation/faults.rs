@@ -14,14 +14,13 @@ pub const TESTS: [Test; 9] = [
     ("an abort ends one process", || ends("abort", "abort")),
     ("a stack overflow ends one process", || ends("stack overflow", "ended by signal")),
     ("an exit ends one process", || ends("exit", "ended with exit code 0")),
-    ("an endless loop is ended", || ends("endless loop", "did not return within 150ms")),
+    ("an endless loop is ended", || ends("endless loop", "did not return within 400ms")),
     ("a lack of memory ends one process", || ends("out of memory", "ended by signal")),
     ("a panic ends one process", || ends("panic", "panicked")),
     ("a fault while it waits is noticed too", killed_while_it_waits),
     ("a fault while it is set up is an error of loading", fault_at_the_beginning),
 ];
 
-const PERIOD: Duration = Duration::from_millis(10);
 const TIME_TO_LIVE: u64 = 60_000_000;
 
 pub fn agent(text: &str) -> Agent {
@@ -34,10 +33,10 @@ pub fn text(fault_name: &str, at: u64, more: &str) -> String {
     format!(
         r#"
 loop.period = "10ms"
-loop.hang = "150ms"
+loop.hang = "400ms"
 [modules.villain]
 isolated = true
-isolation.memory = "200MB"
+isolation.memory = "100MB"
 params = {{ fault = {}, at = {at} }}
 {more}
 [modules.pulse]
@@ -122,7 +121,8 @@ fn ends(fault_name: &str, said: &str) {
     for pair in samples.windows(2) {
         assert_eq!(pair[1].number, pair[0].number + 1);
         let gap = pair[1].at - pair[0].at;
-        assert!(gap < PERIOD * 8, "a cycle took {gap:?}");
+        // Far below what is waited for a module that does not return, and what a busy machine may take.
+        assert!(gap < Duration::from_millis(200), "a cycle took {gap:?}");
         assert!(pair[1].other > pair[0].other, "the other actuator follows its commander");
     }
     // Its actuator followed it, and was safe as soon as its time to live was over.

@@ -73,7 +73,7 @@ fn commit(fault: usize) {
         "out of memory" => {
             let mut all = Vec::new();
             loop {
-                all.push(black_box(vec![1_u8; 1 << 20]));
+                all.push(black_box(Vec::<u8>::with_capacity(1 << 20)));
             }
         }
         "panic" => panic!("as the test wants"),

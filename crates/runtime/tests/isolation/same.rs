@@ -121,4 +121,8 @@ fn what_it_cannot_do() {
     assert!(text.contains("its process can't be started: No such file"), "{text}");
     let text = refusal(program("/bin/true"));
     assert!(text.contains("`villain` can't be set up") && text.contains("ended with exit code"), "{text}");
+    let wrong = "[modules.counter]\nisolated = true\nisolation = { memory = 3, rearm = true, core = 1 }";
+    let error = Configuration::from_text("test.toml", wrong, &Reading::default()).unwrap_err().to_string();
+    assert!(error.contains("`memory` is no size of memory"), "{error}");
+    assert!(error.contains("core"), "{error}");
 }

@@ -91,7 +91,7 @@ loop.period = "10ms"
 [modules.pulse]
 [modules.counter]
 isolated = true
-params = { hang_at = 5, hang_ms = 100 }
+params = { hang_at = 5, hang_ms = 500 }
 "#;
     let mut agent = Agent::load(&configuration(text), &plugins(), Options::default()).unwrap();
     let mut last = None::<Instant>;
@@ -99,16 +99,16 @@ params = { hang_at = 5, hang_ms = 100 }
     let end = agent.run(Box::new(move |cycle| {
         let now = Instant::now();
         longest = longest.max(last.replace(now).map_or(Duration::ZERO, |last| now - last));
-        assert!(longest < Duration::from_millis(80), "the loop waited for {longest:?}");
+        assert!(longest < Duration::from_millis(250), "the loop waited for {longest:?}");
         let (value, _) = cycle.board.read("pulse/beat/value").unwrap().unwrap();
         assert_eq!(value.as_f64(), Some(cycle.number as f64));
-        if cycle.number == 40 { Control::Stop } else { Control::Continue }
+        if cycle.number == 90 { Control::Stop } else { Control::Continue }
     }));
     assert_eq!(end.unwrap(), End::Stopped);
     let (ticks, misses, panics) = agent.counts("counter").unwrap();
     assert_eq!(panics, 0);
-    assert!(misses >= 5, "{misses}");
-    assert!(ticks + misses <= 40 && ticks > 5, "{ticks} and {misses}");
+    assert!(misses >= 30, "{misses}");
+    assert!(ticks + misses <= 90 && ticks > 5, "{ticks} and {misses}");
 }
 
 fn stay_armed() {
