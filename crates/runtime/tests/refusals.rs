@@ -11,7 +11,7 @@ mod common;
 
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
-use common::{Number, configuration, load};
+use common::{Number, complaint, configuration, load};
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::prelude::*;
 use slate_module::{Direction, Plugin, Port, PortCursor, PortDescription, Spec, Stage, Trigger};
@@ -355,4 +355,10 @@ fn a_configuration_that_fits_is_not_refused() {
     // Instances are counted in the other test, so this one makes none of them.
     let text = text.replace("[modules.counted]\n", "");
     assert!(load(&text, &more(), Options::default()).is_ok());
+}
+
+#[test]
+fn a_program_that_can_not_be_started_again_isolates_nothing() {
+    let text = complaint("[modules.counter]\nisolated = true");
+    assert!(text.contains("`main` does not call `slate_runtime::isolation::enter` first"), "{text}");
 }

@@ -79,7 +79,11 @@
 //! ```
 
 mod blackboard;
+mod logger;
 mod main_loop;
+mod plugins;
+mod synchronization;
+mod threads;
 mod time_source;
 
 use std::marker::PhantomData;
@@ -88,7 +92,11 @@ use std::ops::Deref;
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
+pub use logger::Logger;
 pub use main_loop::{LoopPlace, MainLoop, Policy, PolicyTable};
+pub use plugins::{PENDING, PluginAnswer, PluginEntry, Plugins};
+pub use synchronization::Synchronization;
+pub use threads::{FULL, Stop, ThreadBody, ThreadState, Threads};
 pub use time_source::TimeSource;
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};

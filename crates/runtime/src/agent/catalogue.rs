@@ -1,6 +1,6 @@
 //! Which plugins there are, and what they bring.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use slate_module::{ModuleKind, Plugin};
 
@@ -37,6 +37,14 @@ impl Catalogue {
     /// The plugin that brings a kind.
     pub fn plugin_of(&self, kind: &ModuleKind) -> Option<&Plugin> {
         self.plugins.iter().find(|plugin| plugin.kinds().iter().any(|own| own.is(kind)))
+    }
+
+    /// All plugins, a line each: name, version, and whether it is loaded, with tabs between.
+    pub fn list(&self) -> String {
+        let loaded =
+            self.plugins.iter().map(|plugin| format!("{}\t{}\t1\n", plugin.name(), plugin.version_text()));
+        let dormant: BTreeSet<&String> = self.dormant.values().collect();
+        loaded.chain(dormant.into_iter().map(|name| format!("{name}\t\t0\n"))).collect()
     }
 
     /// A plugin comes; what it brings is no longer dormant.

@@ -5,13 +5,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use slate_module::{Description, ModuleKind};
+use slate_module::aspect::{MainLoop, Service, TimeSource};
+use slate_module::{Description, Direction, ModuleKind, Plugin};
 
 use super::build::{Ground, build};
 use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
+use crate::aspects::{PlacePolicy, PlaceTime};
 use crate::configuration::{Configuration, Report};
+use crate::isolation::Isolation;
 use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 
@@ -22,6 +25,15 @@ pub(super) struct Present {
     pub description: Description,
     pub setup: OwnSetup,
     pub own_thread: bool,
+    /// How it runs apart, if it does.
+    pub isolation: Option<Arc<Isolation>>,
+}
+
+impl Present {
+    /// Other code as this module runs it: here or apart.
+    pub fn placed(&self, kind: &ModuleKind) -> ModuleKind {
+        self.isolation.as_ref().map_or_else(|| kind.clone(), |isolation| isolation.kind(kind))
+    }
 }
 
 /// All that an agent is made of.
@@ -31,10 +43,16 @@ pub(super) struct Composition {
     pub ground: Ground,
     /// By name.
     pub present: BTreeMap<String, Present>,
+    /// The plugins that are linked into the program.
+    pub linked: Vec<Plugin>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, Origin>,
     /// Plugins whose new code runs beside the old.
     pub trials: BTreeMap<String, Trial>,
+    /// The module that has the main loop, or may take it.
+    pub loop_owner: Option<String>,
+    /// The module that says what time it is.
+    pub time_owner: Option<String>,
     /// Whether actuators that come are armed.
     pub armed: bool,
 }
@@ -112,12 +130,14 @@ impl Composition {
         }
         for (index, runner) in arriving.iter().zip(runners) {
             let surveyed = &survey.modules[*index];
+            let isolation = runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
             let present = Present {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
                 setup: surveyed.setup.clone(),
-                own_thread: self.ground.has_own_thread(&surveyed.trigger),
+                own_thread: self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
+                isolation,
             };
             changed.arrived.push(names[*index].to_owned());
             self.present.insert(names[*index].to_owned(), present);
@@ -129,7 +149,10 @@ impl Composition {
         self.present = staying;
         let on_loop = |level: &Vec<usize>| {
             let present = level.iter().map(|index| &self.present[names[*index]]);
-            present.filter(|present| !present.own_thread).map(|present| Arc::clone(&present.seat)).collect()
+            present
+                .filter(|present| !present.own_thread || present.seat.is_kicked())
+                .map(|present| Arc::clone(&present.seat))
+                .collect()
         };
         let stages = survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect();
         if self.armed {
@@ -143,6 +166,7 @@ impl Composition {
         let actuators = self.ground.actuators.values().cloned().collect();
         let threaded = self.present.values().filter(|present| present.own_thread);
         shared.compose(stages, threaded.map(|present| Arc::clone(&present.seat)).collect(), actuators);
+        self.connect_loop(shared);
         for name in &changed.arrived {
             let present = &self.present[name];
             if present.own_thread
@@ -160,7 +184,43 @@ impl Composition {
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
+        self.ground.means.plugins.show(self.catalogue.list());
         Ok(changed)
+    }
+
+    /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
+    fn connect_loop(&mut self, shared: &Arc<Shared>) {
+        let of = |schema: u64| {
+            let mut all = self.present.iter();
+            all.find(|(_, present)| {
+                let ports = &present.description.ports;
+                ports.iter().any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
+            })
+        };
+        let seat = |present: &Present| (!present.own_thread).then(|| Arc::clone(&present.seat));
+        let policy = of(MainLoop::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
+        let time = of(TimeSource::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
+        let (loop_owner, time_owner) =
+            (policy.as_ref().map(|(name, _)| name.clone()), time.as_ref().map(|(name, _)| name.clone()));
+        if loop_owner != self.loop_owner {
+            match policy {
+                Some((_, seat)) => {
+                    let code = PlacePolicy::new(Arc::clone(&self.ground.means.policy));
+                    shared.set_policy(Some(Box::new(code)), seat);
+                }
+                None => shared.set_policy(None, None),
+            }
+        }
+        if time_owner != self.time_owner {
+            match time {
+                Some((_, seat)) => {
+                    let code = PlaceTime(Arc::clone(&self.ground.means.time));
+                    shared.set_time_source(Some(Box::new(code)), seat);
+                }
+                None => shared.set_time_source(None, None),
+            }
+        }
+        (self.loop_owner, self.time_owner) = (loop_owner, time_owner);
     }
 
     /// The paths and the actuators that there are.
@@ -209,10 +269,12 @@ impl Composition {
         let now = shared.clock.now();
         runner.set_condition(Condition::Unloaded, now);
         runner.publish_safe(now);
-        // SAFETY: nobody else has the runner any more.
-        let state = unsafe { runner.kind.save(runner.instance) };
         self.ground.post(name).health.set(Condition::Unloaded);
-        state.map_err(|refusal| refusal.0)
+        if runner.instance.is_null() {
+            return Err("it had failed".into());
+        }
+        // SAFETY: nobody else has the runner any more.
+        unsafe { runner.kind.save(runner.instance) }.map_err(|refusal| refusal.0)
     }
 
     /// Takes the properties of modules that have left off the board, but for those that others read.

@@ -10,6 +10,7 @@ mod settings;
 mod survey;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -18,15 +19,17 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
-use crate::aspects::Means;
+use crate::aspects::{Means, PluginControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
+use crate::isolation::Arenas;
 use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
 use build::Ground;
 use catalogue::Catalogue;
+pub(crate) use composer::WeakComposer;
 pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
@@ -61,6 +64,9 @@ pub struct Options {
     pub time_source: Option<Box<dyn TimeSource>>,
     /// Says the date, for logs; the system's if there is none.
     pub calendar: Option<Calendar>,
+    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
+    /// first, with the same plugins. Nothing for this program.
+    pub isolation_program: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -75,6 +81,7 @@ impl Default for Options {
             stop: StopLatch::in_memory(),
             time_source: None,
             calendar: None,
+            isolation_program: None,
         }
     }
 }
@@ -110,6 +117,7 @@ pub struct Agent {
     shared: Arc<Shared>,
     composer: Composer,
     hang: Duration,
+    threads: Arc<ThreadKeeper>,
     /// Those that change while it runs.
     settings: Option<Settings>,
 }
@@ -151,6 +159,19 @@ impl Agent {
             pace: Pace::new(options.rate, minimum),
             time_source: options.time_source,
         }));
+        let hang = Duration::from_nanos(configuration.hang().value);
+        let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
+        let control = Arc::new(PluginControl::default());
+        let means = Means {
+            board: Arc::clone(&board),
+            logger: Arc::clone(&logger),
+            clock: Arc::clone(&shared.clock),
+            synchronization: Arc::clone(&shared.synchronization),
+            threads: Arc::clone(&threads),
+            plugins: Arc::clone(&control),
+            policy: Arc::default(),
+            time: Arc::default(),
+        };
         let ground = Ground {
             board,
             logger,
@@ -160,27 +181,31 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
-            means: Means { board: Arc::clone(&shared.board) },
+            means,
             index: 0,
+            arenas: Arenas::new(options.isolation_program),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
             catalogue: Catalogue::default(),
             ground,
             present: BTreeMap::new(),
+            linked: Vec::new(),
             origins: BTreeMap::new(),
             trials: BTreeMap::new(),
+            loop_owner: None,
+            time_owner: None,
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
+        control.connect(composer.downgrade());
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
-        let hang = Duration::from_nanos(configuration.hang().value);
-        Ok(Self { shared, composer, hang, settings: None })
+        Ok(Self { shared, composer, hang, threads, settings: None })
     }
 
     /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
@@ -333,6 +358,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.threads.end();
         self.shared.logger.flush(LAST_LINES);
     }
 }

@@ -10,6 +10,7 @@ use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
 use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
+use super::calls::{say, text};
 use super::{HostService, Means};
 use crate::digest::Digest;
 use crate::runner::Memory;
@@ -292,13 +293,6 @@ impl Service {
 
 /// # Safety
 /// The sink is as the module made it.
-unsafe fn say(sink: *const Sink, text: &str) {
-    // SAFETY: passed on to the caller.
-    unsafe { ((*sink).write)((*sink).context, text.as_ptr(), text.len()) }
-}
-
-/// # Safety
-/// The sink is as the module made it.
 unsafe fn code(sink: *const Sink, not: &Not) -> i32 {
     match not {
         Not::There => ABSENT,
@@ -309,13 +303,6 @@ unsafe fn code(sink: *const Sink, not: &Not) -> i32 {
             REFUSED
         }
     }
-}
-
-/// # Safety
-/// The bytes are readable during the call.
-unsafe fn text(bytes: Bytes) -> String {
-    // SAFETY: passed on to the caller.
-    String::from_utf8_lossy(unsafe { bytes.as_slice() }).into_owned()
 }
 
 unsafe extern "C" fn read(

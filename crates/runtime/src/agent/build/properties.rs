@@ -63,7 +63,9 @@ impl Builder<'_, '_> {
         }
         let (depth, budget) = self.demand(target, path);
         let store = Store { capacity: port.capacity, depth, budget };
-        let added = self.ground.board.add_channel(path, &port.doc, port.descriptor, store, Access::Output);
+        let memory = self.memory(m, target);
+        let board = &self.ground.board;
+        let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
         self.added(m, added).map(drop)
     }
 
@@ -133,7 +135,9 @@ impl Builder<'_, '_> {
         let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: port.window as u16 };
         let depth = if port.direction == Direction::Queue { port.window * 2 } else { 1 };
         let store = Store { capacity: port.capacity, depth, budget };
-        let added = self.ground.board.add_channel(path, &port.doc, port.descriptor, store, Access::Setting);
+        let memory = self.setting_memory(m);
+        let board = &self.ground.board;
+        let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Setting, memory);
         let property = self.added(m, added)?;
         if let Some(bytes) = value {
             set_bytes(&property, bytes);

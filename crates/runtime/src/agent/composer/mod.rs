@@ -4,6 +4,7 @@ mod error;
 mod gather;
 mod reload;
 mod shadow;
+mod threads;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ use slate_module::{Level, ModuleKind, Plugin};
 use super::composition::Composition;
 use crate::log::Levels;
 use crate::main_loop::Shared;
-use crate::plugin::Residence;
+use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
 pub use reload::Reload;
@@ -80,7 +81,7 @@ pub(super) struct Origin {
 }
 
 /// A composer that does not keep its agent.
-pub(super) struct WeakComposer {
+pub(crate) struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
 }
@@ -108,6 +109,7 @@ impl Composer {
     /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
     pub(super) fn start(&self, linked: &[Plugin]) -> Result<(), PluginError> {
         let mut composition = self.composition();
+        composition.linked = linked.to_vec();
         let configuration = Arc::clone(&composition.configuration);
         let mut gathered = Gathered::new(&composition);
         gathered.linked(linked)?;
@@ -212,6 +214,7 @@ impl Composer {
         // New code beside a module ends with it.
         names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
+        let _closed = self.end_threads(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
         // What left is dropped before the libraries are looked at.
@@ -234,10 +237,17 @@ impl Composer {
         }
         for module in modules {
             let present = &composition.present[module];
-            let (own, seat, kind) = (present.own_thread, Arc::clone(&present.seat), present.kind.clone());
+            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 // SAFETY: between two steps the runner is not in use; the reference ends before the call.
-                let instance = unsafe { seat.runner() }.instance;
+                let (kind, instance) = {
+                    let runner = unsafe { seat.runner() };
+                    (runner.kind.clone(), runner.instance)
+                };
+                if instance.is_null() {
+                    // It has failed for good, so nobody is left to object.
+                    return Some(Ok(()));
+                }
                 // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
                 seat.call(own, || unsafe { kind.may_unload(instance) })
             });
@@ -250,6 +260,15 @@ impl Composer {
             }
         }
         Ok(())
+    }
+
+    /// Whether a module runs code of that plugin, or of one of that list.
+    pub(crate) fn runs(&self, module: &str, name: &str) -> bool {
+        let composition = self.composition();
+        let mut names = Vec::new();
+        // A list in a circle is refused when it is unloaded.
+        let _ = gather::expand(composition.configuration.plugins(), name, &mut names, &mut Vec::new());
+        composition.modules_of(&names).iter().any(|own| own == module)
     }
 
     /// Switches a module on or off.
@@ -367,6 +386,20 @@ fn unknown(composition: &Composition, name: &str) -> PluginError {
 }
 
 impl Composition {
+    /// Loads a library for the modules of the configuration.
+    fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        let modules = self.configuration.modules();
+        let are_isolated = |outline: &LibraryOutline| {
+            outline.modules.iter().all(|kind| {
+                let mut own = modules.iter().filter(|module| module.plugin.value == kind.name).peekable();
+                own.peek().is_some() && own.all(|module| module.isolated.value)
+            })
+        };
+        let (plugin, _, residence) =
+            plugin::load_for(file, self.ground.arenas.program.as_deref(), are_isolated)?;
+        Ok((plugin, residence))
+    }
+
     /// The modules that run code of those plugins.
     fn modules_of(&self, plugins: &[String]) -> Vec<String> {
         let of = |kind: &ModuleKind| {

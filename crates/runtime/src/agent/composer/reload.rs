@@ -12,7 +12,6 @@ use super::{Composer, Origin, PluginError, unknown};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::Composition;
 use crate::main_loop::Seat;
-use crate::plugin;
 use crate::runner::Retired;
 
 /// Modules, each with what became of its state: carried over, or why it began afresh.
@@ -37,7 +36,8 @@ struct Exchange {
     module: String,
     seat: Arc<Seat>,
     own_thread: bool,
-    kind: ModuleKind,
+    /// What the catalogue knows it as.
+    code: ModuleKind,
     fresh: Retired,
 }
 
@@ -66,7 +66,7 @@ impl Composer {
                 near: Vec::new(),
             });
         };
-        let (new, _, residence) = plugin::load(file)?;
+        let (new, residence) = composition.open(file)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }
@@ -119,10 +119,12 @@ impl Composer {
         modules: &[String],
         described: &[(String, ModuleKind, Description)],
     ) -> Result<Carried, PluginError> {
+        let _closed = self.end_threads(composition, modules)?;
         let mut exchanges = Vec::new();
         for module in modules {
             let present = &composition.present[module];
-            let Some((_, kind, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
+            let Some((_, code, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
+            let kind = present.placed(code);
             let instance = present.setup.with(|setup| kind.create(setup, &self.params_of(module)));
             let instance = instance
                 .map_err(|refusal| PluginError::Refused { module: module.clone(), reason: refusal.0 })?;
@@ -130,8 +132,8 @@ impl Composer {
                 module: module.clone(),
                 seat: Arc::clone(&present.seat),
                 own_thread: present.own_thread,
-                kind: kind.clone(),
-                fresh: Retired::new(kind.clone(), instance),
+                code: code.clone(),
+                fresh: Retired::new(kind, instance),
             });
         }
         let (threaded, on_loop): (Vec<_>, Vec<_>) =
@@ -140,7 +142,7 @@ impl Composer {
         let groups = threaded.into_iter().map(|exchange| vec![exchange]).chain([on_loop]);
         for group in groups.filter(|group| !group.is_empty()) {
             let names: Vec<_> =
-                group.iter().map(|exchange| (exchange.module.clone(), exchange.kind.clone())).collect();
+                group.iter().map(|exchange| (exchange.module.clone(), exchange.code.clone())).collect();
             let seats: Vec<_> = group.iter().map(|exchange| Arc::clone(&exchange.seat)).collect();
             let done = self.shared.with_seats(&seats, group[0].own_thread, move || exchange_all(group));
             let Some((carried, old)) = done else {
@@ -168,6 +170,7 @@ impl Composer {
         new: &Plugin,
     ) -> Result<Carried, PluginError> {
         self.ask(composition, modules)?;
+        let _closed = self.end_threads(composition, modules)?;
         let without = composition.target(|catalogue| catalogue.remove(old.name()));
         let states = composition.change(without, &self.shared, &BTreeMap::new())?.left;
         let with = composition.target(|catalogue| catalogue.add(new.clone()));
