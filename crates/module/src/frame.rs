@@ -57,6 +57,19 @@ pub enum Level {
     Trace = 4,
 }
 
+impl Level {
+    /// The level of that number; beyond the last one, the last.
+    pub fn from_number(number: u32) -> Self {
+        match number {
+            0 => Self::Error,
+            1 => Self::Warn,
+            2 => Self::Info,
+            3 => Self::Debug,
+            _ => Self::Trace,
+        }
+    }
+}
+
 /// A port of a frame.
 #[repr(C)]
 #[derive(Debug)]

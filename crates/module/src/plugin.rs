@@ -222,10 +222,17 @@ fn setup_table(setup: &Setup<'_>, section: &[u8]) -> SetupTable {
 /// Makes a call with a sink; what it wrote, or the reason of its refusal.
 fn call(call: impl FnOnce(*const Sink) -> i32) -> Result<Vec<u8>, Refusal> {
     let mut written = Vec::new();
-    let sink = Sink { context: (&raw mut written).cast(), write: append };
+    let sink = Sink::into(&mut written);
     match call(&raw const sink) {
         DONE => Ok(written),
         _ => Err(Refusal(String::from_utf8_lossy(&written).into_owned())),
+    }
+}
+
+impl Sink {
+    /// A sink that adds to a vector, which must not be touched while it is used.
+    pub(crate) fn into(written: &mut Vec<u8>) -> Self {
+        Self { context: std::ptr::from_mut(written).cast(), write: append }
     }
 }
 

@@ -142,7 +142,7 @@ fn an_export_is_what_was_recorded() {
 fn an_export_has_what_was_under_way_in_its_time() {
     let trace = Trace::new(64);
     let label = trace.label("step").unwrap();
-    let mut track = trace.track("loop").unwrap();
+    let track = trace.track("loop").unwrap();
     for start in (0..1000).step_by(100) {
         track.record(Span { label, start, duration: 50, cycle: 0 });
     }
@@ -161,7 +161,7 @@ fn an_export_has_what_was_under_way_in_its_time() {
 fn a_full_ring_keeps_the_newest() {
     let trace = Trace::new(8);
     let label = trace.label("step").unwrap();
-    let mut track = trace.track("loop").unwrap();
+    let track = trace.track("loop").unwrap();
     for cycle in 0..20 {
         track.record(Span { label, start: cycle * 10, duration: 10, cycle });
     }
@@ -192,7 +192,7 @@ proptest! {
         let trace = Trace::new(256);
         let names = ["cycle", "stage", "step"].map(|name| trace.label(name).unwrap());
         for (index, lengths) in tracks.iter().enumerate() {
-            let mut track = trace.track(&format!("thread {index}")).unwrap();
+            let track = trace.track(&format!("thread {index}")).unwrap();
             let mut now = 0;
             for (cycle, length) in (0..).zip(lengths) {
                 let mut record = |label, start, duration| track.record(Span { label, start, duration, cycle });
@@ -223,7 +223,7 @@ proptest! {
 fn a_reader_neither_stops_the_writer_nor_sees_half_a_span() {
     let trace = Arc::new(Trace::new(64));
     let label = trace.label("step").unwrap();
-    let mut track = trace.track("loop").unwrap();
+    let track = trace.track("loop").unwrap();
     let is_over = Arc::new(AtomicBool::new(false));
     let writer = {
         let is_over = Arc::clone(&is_over);

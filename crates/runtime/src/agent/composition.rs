@@ -5,15 +5,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use slate_module::{Description, ModuleKind};
+use slate_module::aspect::{MainLoop, Service, TimeSource};
+use slate_module::{Description, Direction, ModuleKind, Plugin};
 
 use super::build::{Ground, build};
 use super::catalogue::Catalogue;
-use super::composer::Origin;
+use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
+use crate::aspects::{PlacePolicy, PlaceTime};
 use crate::configuration::{Configuration, Report};
 use crate::isolation::Isolation;
-use crate::main_loop::{Order, Seat, Shared};
+use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 
 /// A module that is there.
@@ -41,8 +43,16 @@ pub(super) struct Composition {
     pub ground: Ground,
     /// By name.
     pub present: BTreeMap<String, Present>,
+    /// The plugins that are linked into the program.
+    pub linked: Vec<Plugin>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, Origin>,
+    /// Plugins whose new code runs beside the old.
+    pub trials: BTreeMap<String, Trial>,
+    /// The module that has the main loop, or may take it.
+    pub loop_owner: Option<String>,
+    /// The module that says what time it is.
+    pub time_owner: Option<String>,
     /// Whether actuators that come are armed.
     pub armed: bool,
 }
@@ -144,7 +154,7 @@ impl Composition {
                 .map(|present| Arc::clone(&present.seat))
                 .collect()
         };
-        let order = Order::new(survey.order.iter().flatten().map(on_loop));
+        let stages = survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect();
         if self.armed {
             // A stop that is still latched keeps them disarmed.
             self.ground.actuators.values().filter(|actuator| !standing.1.contains(actuator.name())).for_each(
@@ -154,17 +164,17 @@ impl Composition {
             );
         }
         let actuators = self.ground.actuators.values().cloned().collect();
-        // Calls of an isolated module end by themselves, as its process is ended.
-        let native = self.present.values().filter(|present| present.isolation.is_none());
-        let watched = native.map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();
-        shared.compose(order, actuators, watched);
+        let threaded = self.present.values().filter(|present| present.own_thread);
+        shared.compose(stages, threaded.map(|present| Arc::clone(&present.seat)).collect(), actuators);
+        self.connect_loop(shared);
         for name in &changed.arrived {
             let present = &self.present[name];
-            if present.own_thread && shared.is_running() {
-                if let Err(error) = shared.threads().start(shared, &present.seat) {
-                    let text = format!("the thread of {name} can't be started: {error}");
-                    shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
-                }
+            if present.own_thread
+                && shared.is_running()
+                && let Err(error) = shared.threads().start(shared, &present.seat)
+            {
+                let text = format!("the thread of {name} can't be started: {error}");
+                shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
             }
         }
         for (name, present) in leaving {
@@ -174,7 +184,43 @@ impl Composition {
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
+        self.ground.means.plugins.show(self.catalogue.list());
         Ok(changed)
+    }
+
+    /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
+    fn connect_loop(&mut self, shared: &Arc<Shared>) {
+        let of = |schema: u64| {
+            let mut all = self.present.iter();
+            all.find(|(_, present)| {
+                let ports = &present.description.ports;
+                ports.iter().any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
+            })
+        };
+        let seat = |present: &Present| (!present.own_thread).then(|| Arc::clone(&present.seat));
+        let policy = of(MainLoop::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
+        let time = of(TimeSource::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
+        let (loop_owner, time_owner) =
+            (policy.as_ref().map(|(name, _)| name.clone()), time.as_ref().map(|(name, _)| name.clone()));
+        if loop_owner != self.loop_owner {
+            match policy {
+                Some((_, seat)) => {
+                    let code = PlacePolicy::new(Arc::clone(&self.ground.means.policy));
+                    shared.set_policy(Some(Box::new(code)), seat);
+                }
+                None => shared.set_policy(None, None),
+            }
+        }
+        if time_owner != self.time_owner {
+            match time {
+                Some((_, seat)) => {
+                    let code = PlaceTime(Arc::clone(&self.ground.means.time));
+                    shared.set_time_source(Some(Box::new(code)), seat);
+                }
+                None => shared.set_time_source(None, None),
+            }
+        }
+        (self.loop_owner, self.time_owner) = (loop_owner, time_owner);
     }
 
     /// The paths and the actuators that there are.
@@ -228,8 +274,7 @@ impl Composition {
             return Err("it had failed".into());
         }
         // SAFETY: nobody else has the runner any more.
-        let state = unsafe { runner.kind.save(runner.instance) };
-        state.map_err(|refusal| refusal.0)
+        unsafe { runner.kind.save(runner.instance) }.map_err(|refusal| refusal.0)
     }
 
     /// Takes the properties of modules that have left off the board, but for those that others read.

@@ -2,23 +2,15 @@ use std::cmp::Ordering;
 use std::path::Path;
 
 use slate_blackboard::Url;
-use slate_module::{Level, Stage, Trigger};
+use slate_module::{Stage, Trigger};
 
-use super::model::{Actuator, Agent, Isolation, Limit, Link, Log, Mission, Module, RateLimit};
+use super::model::{Actuator, Agent, Isolation, Limit, Link, Mission, Module, RateLimit};
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
 
 /// How long a command is followed when nothing else is said, nanoseconds.
 const TIME_TO_LIVE: u64 = 100_000_000;
-
-const LEVELS: [(&str, Level); 5] = [
-    ("error", Level::Error),
-    ("warn", Level::Warn),
-    ("info", Level::Info),
-    ("debug", Level::Debug),
-    ("trace", Level::Trace),
-];
 
 /// Makes the model out of the merged settings; what is wrong is added to `problems`.
 pub(super) struct Build<'a> {
@@ -46,11 +38,8 @@ impl Build<'_> {
             None => Some(Spanned::new(name_of_file(&self.sources.of(main).name), main)),
         };
         let seed = agent.get("seed").and_then(|value| self.seed(value));
-        let pace = self.problems.table(root, "loop").unwrap_or(&empty);
-        self.problems.unknown_keys(pace, "in [loop]", &["period", "hang"]);
-        let period = self.problems.duration(pace, "period");
-        let hang = self.problems.duration(pace, "hang");
-        Some(Agent { name: name?, seed: seed?, period: period?, hang: hang? })
+        let main_loop = self.main_loop(root);
+        Some(Agent { name: name?, seed: seed?, main_loop: main_loop? })
     }
 
     fn seed(&mut self, value: &Spanned<Value>) -> Option<Spanned<u64>> {
@@ -86,20 +75,6 @@ impl Build<'_> {
         let outcome = self.problems.text(table, "outcome", "referee/verdict")?;
         let url = self.problems.url(&outcome, outcome.span)?;
         Some(Mission { outcome: Spanned::new(absolute(&url, ""), outcome.span) })
-    }
-
-    pub(super) fn log(&mut self, root: &Table) -> Option<Log> {
-        let table = self.problems.table(root, "log")?;
-        self.problems.unknown_keys(table, "in [log]", &["level", "levels"]);
-        let level = table.get("level").and_then(|value| self.problems.choice("level", value, &LEVELS));
-        let mut levels = Vec::new();
-        for (name, entry) in self.problems.table(table, "levels").into_iter().flat_map(Table::iter) {
-            let good = self.problems.name("a module", name, true, entry.key);
-            if let Some(level) = self.problems.choice(name, &entry.value, &LEVELS).filter(|_| good) {
-                levels.push((Spanned::new(name.into(), entry.key), level));
-            }
-        }
-        Some(Log { level: level?, levels })
     }
 
     pub(super) fn modules(&mut self, root: &Table) -> Vec<Module> {
@@ -156,7 +131,10 @@ impl Build<'_> {
         let Some(table) = self.problems.table(table, "isolation") else { return usual };
         self.problems.unknown_keys(table, &format!("in the isolation of `{name}`"), &["memory", "rearm"]);
         Isolation {
-            memory: self.problems.size(table, "memory").unwrap_or(usual.memory),
+            memory: table
+                .get("memory")
+                .and_then(|memory| self.problems.size("memory", memory))
+                .unwrap_or(usual.memory),
             rearm: match table.get("rearm") {
                 Some(_) => self.problems.flag(table, "rearm").is_some_and(|rearm| rearm.value),
                 None => usual.rearm,

@@ -1,3 +1,4 @@
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use slate_blackboard::Url;
@@ -5,6 +6,8 @@ use slate_module::{Level, Stage, Trigger};
 
 use super::source::Spanned;
 use super::value::Table;
+use crate::log::{Levels, SyslogAddress};
+use crate::main_loop::Schedule;
 
 /// A module of the agent.
 #[derive(Clone, Debug)]
@@ -117,28 +120,70 @@ pub struct Mission {
     pub outcome: Spanned<Url>,
 }
 
-/// What is logged.
+/// What is logged, and where to.
 #[derive(Clone, Debug)]
 pub struct Log {
     /// The level of every module that has none of its own.
     pub level: Spanned<Level>,
-    /// Levels of single modules: where the name is written, the name, and the level.
+    /// Levels of single modules, or of all whose names begin so: where the name is written, the name, and the level.
     pub levels: Vec<(Spanned<String>, Spanned<Level>)>,
+    /// How many lines of one text a module may write in a second; 0 for all.
+    pub repeat: Spanned<u64>,
+    /// Where the log goes.
+    pub targets: LogTargets,
+}
+
+/// Where the log goes, beside what the application adds.
+#[derive(Clone, Debug)]
+pub struct LogTargets {
+    /// Whether it goes to standard error.
+    pub console: bool,
+    /// The file that it is written to.
+    pub file: Option<LogFile>,
+    /// The syslog that it is sent to.
+    pub syslog: Option<Spanned<SyslogAddress>>,
+    /// The address at which subscribers get it.
+    pub remote: Option<Spanned<SocketAddr>>,
+}
+
+/// A log file that is rotated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogFile {
+    /// Where it is; relative to the folder that the agent was started in.
+    pub path: Spanned<PathBuf>,
+    /// The size at which a new file is begun, bytes.
+    pub size: u64,
+    /// How many older files are kept.
+    pub keep: u32,
 }
 
 impl Log {
     /// The level of a module.
     pub fn level_of(&self, module: &str) -> Level {
-        let own = self.levels.iter().find(|(name, _)| name.value == module);
-        own.map_or(self.level.value, |(_, level)| level.value)
+        self.levels().of(module)
+    }
+
+    /// All levels.
+    pub fn levels(&self) -> Levels {
+        let mut levels = Levels::new(self.level.value);
+        self.levels.iter().for_each(|(name, level)| levels.set(Some(name), level.value));
+        levels
     }
 }
 
-/// Name, seed and pace of the agent.
+/// Name, seed and main loop of the agent.
 #[derive(Clone, Debug)]
 pub(super) struct Agent {
     pub(super) name: Spanned<String>,
     pub(super) seed: Spanned<u64>,
+    pub(super) main_loop: Loop,
+}
+
+/// Pace and stages of the main loop; durations in nanoseconds.
+#[derive(Clone, Debug)]
+pub(super) struct Loop {
     pub(super) period: Spanned<u64>,
+    pub(super) minimum: Option<Spanned<u64>>,
     pub(super) hang: Spanned<u64>,
+    pub(super) schedule: Schedule,
 }

@@ -113,31 +113,6 @@ impl Problems {
         None
     }
 
-    /// An amount of memory in bytes, more than none.
-    pub(super) fn size(&mut self, table: &Table, name: &str) -> Option<u64> {
-        const UNITS: [(&str, u64); 6] = [
-            ("kB", 1000),
-            ("MB", 1_000_000),
-            ("GB", 1_000_000_000),
-            ("KiB", 1 << 10),
-            ("MiB", 1 << 20),
-            ("GiB", 1 << 30),
-        ];
-        let value = table.get(name)?;
-        let text = value.as_str().unwrap_or_default();
-        let amount = UNITS.iter().find_map(|(unit, bytes)| {
-            text.strip_suffix(unit)?.trim().parse::<u64>().ok()?.checked_mul(*bytes)
-        });
-        if amount.is_none_or(|amount| amount == 0) {
-            let help = format!(
-                "a size is text with a whole number and a unit of kB, MB, GB, such as {name} = \"512MB\""
-            );
-            self.add(value.span, format!("`{name}` is no size of memory"), help);
-            return None;
-        }
-        amount
-    }
-
     /// A finite number.
     pub(super) fn number(&mut self, name: &str, value: &Spanned<Value>) -> Option<f64> {
         match value.as_f64() {

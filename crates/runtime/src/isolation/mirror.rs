@@ -156,6 +156,8 @@ impl Mirror {
                     copy.entries = self.entries(port, slot, slot.count.get(), true)?;
                 }
                 Direction::Outbox => copy.entries = self.entries(port, slot, slot.capacity, false)?,
+                // The survey refuses services of isolated modules.
+                Direction::Aspect | Direction::Provider => {}
             }
         }
         Ok(copy)
@@ -242,7 +244,7 @@ impl Mirror {
                 let (slot, theirs) = (&*frame.ports.add(i), slots.add(i));
                 let count = |cell: *const Cell<usize>| cell.cast::<usize>().read_volatile();
                 match port.direction {
-                    Direction::Input | Direction::Queue => {}
+                    Direction::Input | Direction::Queue | Direction::Aspect | Direction::Provider => {}
                     Direction::Output | Direction::Debug | Direction::Command => {
                         let flags = (&raw const (*theirs).flags).cast::<u32>().read_volatile();
                         let items = count(&raw const (*theirs).items).min(slot.capacity);

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use slate_module::Trigger;
 
-use super::{Seat, Shared, measured, nanoseconds};
+use super::{Seat, Shared};
+use crate::clock::monotonic;
 use crate::runner::{Condition, Runner, StepCall};
 
 /// Modules that run on threads of their own, woken by what they wait for.
@@ -24,7 +25,7 @@ impl ModuleThreads {
         let run = shared.run();
         let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(seat));
         let thread = std::thread::Builder::new()
-            .name(seat.name.to_string())
+            .name(thread_name(&seat.name))
             .spawn(move || work(&thread_shared, run, &driven))?;
         self.threads.push((Arc::clone(seat), thread));
         Ok(())
@@ -123,17 +124,57 @@ fn patience(runner: &Runner, now: u64) -> Duration {
 
 /// A step of a seat that is claimed; nothing comes of it when it was given up.
 fn step(shared: &Shared, seat: &Seat, call: StepCall) {
-    seat.begin(false);
-    let start = measured();
+    let start = monotonic();
+    seat.begin(false, start);
     // SAFETY: the runner was prepared, and the seat keeps others out.
     let code = unsafe { call.make() };
-    let duration = nanoseconds(start, measured());
+    let duration = monotonic().saturating_sub(start);
     if !seat.end_claimed() {
         return;
+    }
+    if shared.tracing.is_on() {
+        seat.record(shared, start, duration, shared.cycles());
     }
     // SAFETY: the step was not given up, and the seat is claimed.
     let runner = unsafe { seat.runner() };
     runner.time(Some(duration));
     runner.commit(shared.clock.now(), code, None);
     seat.unclaim();
+}
+
+/// What Linux shows of a thread's name, bytes.
+const SHOWN: usize = 15;
+
+/// The name of a module's thread. Of one that is too long the end of its scope and the end of its own name are kept, as
+/// names of one robot differ there.
+fn thread_name(module: &str) -> String {
+    let tail = |text: &str, length: usize| {
+        let mut start = text.len().saturating_sub(length);
+        while !text.is_char_boundary(start) {
+            start += 1;
+        }
+        text[start..].to_owned()
+    };
+    match module.rsplit_once('/') {
+        _ if module.len() <= SHOWN => module.into(),
+        Some((scope, name)) => {
+            let scope = tail(scope, (SHOWN - 1).saturating_sub(name.len()).max(SHOWN / 3));
+            let rest = SHOWN - 1 - scope.len();
+            format!("{scope}/{}", tail(name, rest))
+        }
+        None => tail(module, SHOWN),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::thread_name;
+
+    #[test]
+    fn threads_of_long_names_differ() {
+        let names = ["r2/planner", "planner_of_long_paths", "robot_1/local_planner", "robot_2/local_planner"];
+        let shown = ["r2/planner", "r_of_long_paths", "bot_1/l_planner", "bot_2/l_planner"];
+        assert_eq!(names.map(thread_name), shown);
+        assert_eq!(thread_name("a_robot_with_a_name/act"), "with_a_name/act");
+    }
 }

@@ -5,13 +5,13 @@ use std::path::Path;
 use object::elf;
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use slate_module::table::ABI;
 
 use super::LibraryError;
 
 /// What a plugin's file says of itself.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LibraryOutline {
     /// The version of the plugin interface that it was built for.
     pub abi: u32,
@@ -33,7 +33,7 @@ pub struct LibraryOutline {
 }
 
 /// What a plugin's file says of a kind of module.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ModuleOutline {
     /// The name by which configuration finds it.
     pub name: String,
@@ -52,7 +52,7 @@ pub struct ModuleOutline {
 }
 
 /// An interface by name and schema.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct InterfaceOutline {
     /// Name of the interface.
     pub interface: String,
@@ -62,7 +62,7 @@ pub struct InterfaceOutline {
 }
 
 /// What a plugin's file says of a port.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PortOutline {
     /// Name.
     pub name: String,

@@ -2,6 +2,8 @@ use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use slate_module::interface;
 
+use crate::timing::LiveHistogram;
+
 /// How a module is: `/module/state`, written when it changes.
 #[interface]
 pub(crate) struct ModuleState {
@@ -32,6 +34,8 @@ pub(crate) enum ModuleCondition {
     Faulted,
     /// Its plugin is not loaded.
     Unloaded,
+    /// A service that it needs is not provided.
+    Waiting,
 }
 
 /// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
@@ -63,8 +67,10 @@ pub(crate) struct Health {
     pub misses: AtomicU64,
     /// Panics caught.
     pub panics: AtomicU64,
-    /// Wall-clock nanoseconds of the last tick.
+    /// Wall-clock nanoseconds of the last tick that was timed.
     pub duration: AtomicU64,
+    /// Wall-clock nanoseconds of all ticks that were timed.
+    pub histogram: LiveHistogram,
 }
 
 /// The condition of a module.
@@ -85,6 +91,8 @@ pub(crate) enum Condition {
     Faulted = 5,
     /// Its plugin is not loaded.
     Unloaded = 6,
+    /// A service that it needs is not provided.
+    Waiting = 7,
 }
 
 impl Condition {
@@ -107,6 +115,7 @@ impl Health {
             misses: AtomicU64::new(0),
             panics: AtomicU64::new(0),
             duration: AtomicU64::new(0),
+            histogram: LiveHistogram::default(),
         }
     }
 
@@ -115,6 +124,7 @@ impl Health {
         for counter in [&self.ticks, &self.misses, &self.panics, &self.duration] {
             counter.store(0, Ordering::Relaxed);
         }
+        self.histogram.clear();
         self.set(Condition::Working);
     }
 
@@ -126,7 +136,8 @@ impl Health {
             3 => Condition::Failed,
             4 => Condition::Late,
             5 => Condition::Faulted,
-            _ => Condition::Unloaded,
+            6 => Condition::Unloaded,
+            _ => Condition::Waiting,
         }
     }
 

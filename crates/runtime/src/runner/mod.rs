@@ -5,6 +5,7 @@ mod commit;
 mod health;
 mod ports;
 mod prepare;
+mod shadow;
 mod supervision;
 
 use std::cell::Cell;
@@ -16,8 +17,10 @@ use slate_blackboard::interface::{Value, View};
 use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
 
-pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
+use crate::aspects::{AspectPort, HostService, ProviderPort};
+pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use shadow::{Shadow, ShadowState};
 
 pub(crate) use supervision::Supervised;
 
@@ -63,6 +66,14 @@ pub(crate) struct Runner {
     pub inboxes: Vec<InboxPort>,
     pub outputs: Vec<OutputPort>,
     pub outboxes: Vec<OutboxPort>,
+    /// Services of other modules.
+    pub aspects: Vec<AspectPort>,
+    /// Services for other modules.
+    pub providers: Vec<ProviderPort>,
+    /// New code beside this one.
+    pub shadow: Option<Shadow>,
+    /// Services of the host.
+    pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
     pub enabled: Latest,
     /// What `enabled` said last.
@@ -71,6 +82,8 @@ pub(crate) struct Runner {
     pub state: Writer,
     /// Writes `/module/timing`.
     pub timing: Writer,
+    /// Writes `/module/histogram`; taken by who shows it.
+    pub histogram: Option<Writer>,
     pub measured: Measured,
     pub commit: CommitWord,
     /// Wakes this module's own thread, if it has one.
@@ -92,7 +105,11 @@ pub(crate) struct Runner {
     pub last_tick: u64,
     /// When the next tick of a periodic module is due.
     pub due: u64,
+    /// Panics until now.
     pub panics: u32,
+    /// Panics without many ticks between them, and the tick of the last one.
+    pub panics_in_a_row: u32,
+    pub last_panic: u64,
     /// What watches over it when it is isolated.
     pub supervised: Option<Supervised>,
 }
@@ -113,8 +130,10 @@ const TIMING_PERIOD: u64 = 100_000_000;
 // alive (values), and whoever holds the runner uses them alone.
 unsafe impl Send for Runner {}
 
-/// After that many panics a module stays off, as starting it again does not help.
+/// After that many panics in a row a module stays off, as starting it again does not help.
 const PANIC_LIMIT: u32 = 5;
+/// After that many ticks a panic is no longer of the same row.
+const PANIC_ROW: u64 = 100;
 
 impl Runner {
     /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
@@ -140,7 +159,7 @@ impl Runner {
                 true
             }
             Trigger::On { timeout, .. } => {
-                let waited = now - self.last_tick;
+                let waited = now.saturating_sub(self.last_tick);
                 timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout) || self.has_news()
             }
         }
@@ -160,17 +179,38 @@ impl Runner {
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
         let condition = self.health.condition();
+        if !self.aspects.is_empty() && self.on && !self.has_services() {
+            if condition.is_working() {
+                self.set_condition(Condition::Waiting, self.last_tick);
+                self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
+            }
+            return false;
+        }
         if !self.on {
             if condition.is_working() {
                 self.set_condition(Condition::Inactive, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
             }
             return false;
         }
-        if condition == Condition::Inactive {
+        if matches!(condition, Condition::Inactive | Condition::Waiting) {
             self.set_condition(Condition::Working, self.last_tick);
         }
         condition != Condition::Faulted && condition != Condition::Late
+    }
+
+    /// Whether all services of other modules that it needs are provided.
+    fn has_services(&mut self) -> bool {
+        let mut all = true;
+        for aspect in &mut self.aspects {
+            match aspect.table() {
+                Some(table) => self.slots[aspect.slot].data = table.cast_mut(),
+                None => all = false,
+            }
+        }
+        all
     }
 
     /// Changes how the module is, and shows it.
@@ -200,12 +240,16 @@ impl Runner {
     /// Goes on with other code and its instance; returns the old code and instance.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         let kind = std::mem::replace(&mut self.kind, kind);
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.services.iter_mut().for_each(|service| service.begin(&self.kind));
         Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
     }
 
     /// Ends the instance.
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.services.iter_mut().for_each(|service| service.end());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
             unsafe { self.kind.destroy(instance) }
@@ -232,6 +276,24 @@ impl Retired {
     /// An instance that was made and is not used yet.
     pub fn new(kind: ModuleKind, instance: *mut ()) -> Self {
         Self { kind, instance }
+    }
+
+    /// Makes a step.
+    ///
+    /// # Safety
+    /// The frame was filled for this instance.
+    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.kind.table().tick)(self.instance, frame) }
+    }
+
+    /// Gives the instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
+        // SAFETY: the kind made this instance, and nobody else uses it.
+        unsafe { self.kind.restore(self.instance, state) }
     }
 
     /// Takes the instance out.

@@ -19,6 +19,7 @@ use slate_safety::StopLatch;
 use super::Mode;
 use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire};
 use crate::actuators::Actuator;
+use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
@@ -42,6 +43,10 @@ pub(super) struct Ground {
     pub posts: BTreeMap<String, Post>,
     /// By name.
     pub actuators: BTreeMap<String, Arc<Actuator>>,
+    /// Services that modules provide, by the path of the port.
+    pub services: BTreeMap<String, Arc<ServicePlace>>,
+    /// What the host's services are made of.
+    pub means: Means,
     /// Counts outputs, for the digest.
     pub index: u32,
     /// Memory that isolated modules see.
@@ -65,6 +70,11 @@ impl Ground {
             wake: Arc::new(Wake::new()),
         });
         post.clone()
+    }
+
+    /// Where the service of a port is found.
+    pub fn service(&mut self, path: &str) -> Arc<ServicePlace> {
+        Arc::clone(self.services.entry(path.into()).or_default())
     }
 
     /// Whether a module with that trigger gets a thread of its own. Nobody waits for an isolated one on the wall clock.

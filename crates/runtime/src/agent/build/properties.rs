@@ -36,6 +36,7 @@ impl Builder<'_, '_> {
                         self.setting(m, &path, port, value.as_deref())?;
                     }
                 },
+                Direction::Aspect | Direction::Provider => {}
                 Direction::Outbox => {
                     if let Some(Target::Absent(absent)) =
                         self.joint(m, Wire::Port(p)).map(|joint| joint.target)

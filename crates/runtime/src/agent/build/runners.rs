@@ -11,10 +11,12 @@ use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot
 
 use super::{Builder, SPARE_READERS, new_writer};
 use crate::agent::survey::{Target, Wire};
+use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
     Group, InboxPort, InputPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort,
     QueuePort, Runner,
 };
+use crate::timing::TimingHistogram;
 
 impl Builder<'_, '_> {
     pub(super) fn runners(&mut self, arriving: &[usize]) -> Vec<Runner> {
@@ -62,6 +64,8 @@ impl Builder<'_, '_> {
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
             self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
+        let doc = "How long its ticks took, of all that were timed.";
+        let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
         let frame = Box::new(Frame {
             ports: slots.as_ptr(),
             port_count: slots.len(),
@@ -87,11 +91,16 @@ impl Builder<'_, '_> {
             inboxes: Vec::new(),
             outputs: Vec::new(),
             outboxes: Vec::new(),
+            aspects: Vec::new(),
+            providers: Vec::new(),
+            services: Vec::new(),
+            shadow: None,
             params,
             enabled,
             on: true,
             state,
             timing,
+            histogram: Some(histogram),
             measured: Measured::default(),
             commit: post.commit,
             wake: post.wake,
@@ -106,6 +115,8 @@ impl Builder<'_, '_> {
             last_tick: 0,
             due: 0,
             panics: 0,
+            panics_in_a_row: 0,
+            last_panic: 0,
             supervised,
         };
         self.inputs(m, &mut runner, &triggers)?;
@@ -131,9 +142,16 @@ impl Builder<'_, '_> {
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
-                    // Who read it first may have given it less room.
+                    // Who read it first may have made room for less.
                     runner.slots[p].capacity = output.shape.capacity;
                     runner.outputs.push(output);
+                }
+                Direction::Aspect => self.aspect(m, p, &mut runner)?,
+                Direction::Provider => {
+                    let place = self.ground.service(&format!("{}/{}", self.name(m), port.name));
+                    let provider = ProviderPort::new(p, place, runner.kind.clone());
+                    runner.slots[p].data = provider.table().cast_mut().cast();
+                    runner.providers.push(provider);
                 }
                 Direction::Outbox => {
                     let outbox = self.outbox(m, p, port)?;
@@ -160,6 +178,24 @@ impl Builder<'_, '_> {
             }
         }
         Some(runner)
+    }
+
+    /// The service that a port needs.
+    fn aspect(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
+        match *self.survey.services.get(&(m, p))? {
+            Some((provider, port)) => {
+                let path = format!("{}/{}", self.name(provider), self.port(provider, port).name);
+                runner.aspects.push(AspectPort::new(p, self.ground.service(&path)));
+            }
+            None => {
+                let schema = self.port(m, p).descriptor.hash;
+                let mut service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                service.begin(&runner.kind);
+                runner.slots[p].data = service.table().cast_mut();
+                runner.services.push(service);
+            }
+        }
+        Some(())
     }
 
     /// The writer of a property that every module has.

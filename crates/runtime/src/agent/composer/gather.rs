@@ -82,6 +82,10 @@ impl<'a> Gathered<'a> {
 
     fn entry(&mut self, name: &str) -> Result<(), PluginError> {
         let entry = self.composition.configuration.plugins().iter().find(|entry| entry.name.value == name);
+        let linked = self.composition.linked.iter().find(|plugin| plugin.name() == name);
+        if let (None, Some(plugin)) = (entry, linked) {
+            return self.linked_one(&self.composition.linked, plugin);
+        }
         match entry.and_then(|entry| entry.file.as_ref()) {
             Some(file) => self.library(&file.value, Some(name)),
             None => Err(unknown(self.composition, name)),
@@ -115,7 +119,7 @@ impl<'a> Gathered<'a> {
         }
         let known =
             self.composition.configuration.plugins().iter().any(|entry| entry.name.value == dependency);
-        if known {
+        if known || self.composition.linked.iter().any(|plugin| plugin.name() == dependency) {
             return self.named(dependency);
         }
         Err(PluginError::Missing { name: name.into(), dependency: dependency.into() })

@@ -9,17 +9,21 @@ use slate_module::{Description, ModuleKind, Plugin};
 
 use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, unknown};
+use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::Composition;
 use crate::main_loop::Seat;
 use crate::runner::Retired;
+
+/// Modules, each with what became of its state: carried over, or why it began afresh.
+pub type Carried = Vec<(String, Result<(), String>)>;
 
 /// What a reload came to.
 #[derive(Clone, Debug)]
 pub struct Reload {
     /// The plugin.
     pub plugin: String,
-    /// Its modules, each with what became of its state: carried over, or why it began afresh.
-    pub modules: Vec<(String, Result<(), String>)>,
+    /// Its modules.
+    pub modules: Carried,
     /// Whether each module went on with its ports, between two ticks; else they are other ports now, and the modules
     /// were away for some cycles.
     pub in_place: bool,
@@ -48,6 +52,13 @@ impl Composer {
         let Some(old) = composition.catalogue.plugin(name).cloned() else {
             return Err(unknown(&composition, name));
         };
+        if composition.trials.contains_key(name) {
+            return Err(PluginError::Shadow {
+                name: name.into(),
+                reason: "new code runs beside it".into(),
+                help: "promote that, or end it first".into(),
+            });
+        }
         let origin = composition.origins.get(name).cloned();
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
             return Err(PluginError::Unknown {
@@ -66,13 +77,7 @@ impl Composer {
                 return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
             }
         }
-        let exchanged = |catalogue: &mut crate::agent::catalogue::Catalogue| {
-            catalogue
-                .plugins
-                .iter_mut()
-                .filter(|plugin| plugin.name() == name)
-                .for_each(|plugin| *plugin = new.clone());
-        };
+        let exchanged = |catalogue: &mut Catalogue| catalogue.replace(&new);
         let described = composition.check(&composition.target(exchanged))?;
         let modules = composition.modules_of(&[name.to_owned()]);
         let mut in_place = true;
@@ -113,16 +118,14 @@ impl Composer {
         composition: &mut Composition,
         modules: &[String],
         described: &[(String, ModuleKind, Description)],
-    ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
+    ) -> Result<Carried, PluginError> {
+        let _closed = self.end_threads(composition, modules)?;
         let mut exchanges = Vec::new();
         for module in modules {
             let present = &composition.present[module];
             let Some((_, code, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
             let kind = present.placed(code);
-            let params = self.shared.board.find(&format!("{module}/params"));
-            let params = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
-            let bytes = params.map_or(Vec::new(), |(bytes, ..)| bytes);
-            let instance = present.setup.with(|setup| kind.create(setup, &bytes));
+            let instance = present.setup.with(|setup| kind.create(setup, &self.params_of(module)));
             let instance = instance
                 .map_err(|refusal| PluginError::Refused { module: module.clone(), reason: refusal.0 })?;
             exchanges.push(Exchange {
@@ -165,8 +168,9 @@ impl Composer {
         modules: &[String],
         old: &Plugin,
         new: &Plugin,
-    ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
+    ) -> Result<Carried, PluginError> {
         self.ask(composition, modules)?;
+        let _closed = self.end_threads(composition, modules)?;
         let without = composition.target(|catalogue| catalogue.remove(old.name()));
         let states = composition.change(without, &self.shared, &BTreeMap::new())?.left;
         let with = composition.target(|catalogue| catalogue.add(new.clone()));
@@ -201,8 +205,8 @@ fn exchange_all(exchanges: Vec<Exchange>) -> Option<Exchanged> {
     for exchange in exchanges {
         let seat = exchange.seat;
         let (kind, fresh) = exchange.fresh.into_parts();
-        // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
         let (old_kind, instance) = {
+            // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
             let runner = unsafe { seat.runner() };
             (runner.kind.clone(), runner.instance)
         };
@@ -225,7 +229,7 @@ fn exchange_all(exchanges: Vec<Exchange>) -> Option<Exchanged> {
 }
 
 /// Whether a module can go on with its handles: ports, parameters and trigger are the same.
-fn alike(old: &Description, new: &Description) -> bool {
+pub(super) fn alike(old: &Description, new: &Description) -> bool {
     let same = |a: &'static Descriptor, b: &'static Descriptor| a.hash == b.hash;
     old.stage == new.stage
         && old.trigger == new.trigger

@@ -17,6 +17,11 @@ pub(super) fn survey_module<'a>(
     catalogue: &Catalogue,
     complaints: &mut Complaints<'a>,
 ) -> Option<Surveyed<'a>> {
+    if module.name.value == "loop" || module.name.value.starts_with("loop/") {
+        let message = format!("no module can be named `{}`: `loop` is the main loop", module.name.value);
+        complaints.add(module.name.span, message, "rename it");
+        return None;
+    }
     let Some(kind) = catalogue.kind(&module.plugin.value) else {
         let help = suggest(&module.plugin.value, catalogue.kinds().map(ModuleKind::name));
         complaints.add(
@@ -64,8 +69,14 @@ pub(super) fn survey_module<'a>(
         match port {
             Some(port) => {
                 let descriptor = description.ports[port].descriptor;
-                if let Some(bytes) = parameters::value_bytes(descriptor, &entry.value, complaints) {
-                    inputs.insert(port, bytes);
+                let room = descriptor.shape(description.ports[port].capacity);
+                match parameters::value_bytes(descriptor, &entry.value, complaints) {
+                    Some(bytes) if bytes.len() > room.bytes(room.capacity) => {
+                        let message = format!("the input `{name}` has room for {} items", room.capacity);
+                        complaints.add(entry.value.span, message, "shorten the list");
+                    }
+                    Some(bytes) => drop(inputs.insert(port, bytes)),
+                    None => {}
                 }
             }
             None => {

@@ -8,7 +8,8 @@ use super::super::path::render;
 use super::*;
 
 /// Where changes are saved to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SaveTo {
     /// Each to the file that its value comes from; to the main file if no file has one.
     #[default]
