@@ -418,8 +418,8 @@ fn a_thread_has_its_modules_name_the_agents_time_and_its_log() {
         if now.number() == 1 {
             let watcher = |stop: &Stop| {
                 let name = std::thread::current().name().unwrap().to_owned();
-                stop.warn(format_args!("{name} at {}", stop.now()));
                 assert!(!stop.is_set());
+                stop.warn(format_args!("{name} at {}", stop.now()));
                 patient(stop);
                 assert!(stop.is_set());
                 stop.info(format_args!("over"));
@@ -433,7 +433,7 @@ fn a_thread_has_its_modules_name_the_agents_time_and_its_log() {
     });
     let mut stage = Stage::new(&["observatory"]);
     stage.step();
-    let line = "Warn observatory vatory/watcher at 0";
+    let line = "Warn observatory rvatory/watcher at 0";
     eventually("its line", || stage.lines().iter().any(|other| other == line));
     (0..5).for_each(|_| stage.step());
     eventually("its end", || stage.lines().iter().any(|line| line == "Info observatory over"));

@@ -42,7 +42,7 @@ pub use policy::{LoopPolicy, Place, STAGE_LIMIT, SenseAct};
 pub(crate) use schedule::is_name as is_stage_name;
 pub use schedule::{Schedule, ScheduleError, ScheduledStage};
 pub(crate) use seat::Seat;
-pub(crate) use threads::ModuleThreads;
+pub(crate) use threads::{ModuleThreads, thread_name};
 pub use tracing::AgentTrace;
 pub(crate) use watchdog::{Watch, Watchdog};
 pub(crate) use workers::Workers;

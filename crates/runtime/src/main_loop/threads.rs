@@ -147,7 +147,7 @@ const SHOWN: usize = 15;
 
 /// The name of a module's thread. Of one that is too long the end of its scope and the end of its own name are kept, as
 /// names of one robot differ there.
-fn thread_name(module: &str) -> String {
+pub(crate) fn thread_name(module: &str) -> String {
     let tail = |text: &str, length: usize| {
         let mut start = text.len().saturating_sub(length);
         while !text.is_char_boundary(start) {

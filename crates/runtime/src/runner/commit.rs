@@ -127,6 +127,7 @@ impl Runner {
     /// After a panic: safe values, and an instance made anew.
     pub(super) fn recover(&mut self, now: u64) {
         self.services.iter_mut().for_each(|service| service.abandon());
+        self.disarm(now);
         self.panics += 1;
         self.health.panics.store(self.panics.into(), Ordering::Relaxed);
         let tick = self.frame.number;

@@ -41,14 +41,18 @@ impl Runner {
         alive
     }
 
-    /// After the end of an isolated instance: says how it ended and when there will be another one.
-    pub(super) fn fall(&mut self, now: u64) {
-        let Some(supervised) = &mut self.supervised else { return };
-        if !supervised.rearm {
+    /// After the end of an isolated instance, before anything else: its actuators wait for somebody to arm them.
+    pub(super) fn disarm(&mut self, now: u64) {
+        if self.supervised.as_ref().is_some_and(|supervised| !supervised.rearm) {
             self.outputs.iter().filter_map(|output| output.actuator.as_ref()).for_each(|(actuator, _)| {
                 actuator.disarm(now);
             });
         }
+    }
+
+    /// After the end of an isolated instance: says how it ended and when there will be another one.
+    pub(super) fn fall(&mut self, now: u64) {
+        let Some(supervised) = &mut self.supervised else { return };
         let reason = supervised.isolation.account.last_end();
         match supervised.supervisor.failed(now) {
             Some(delay) => {

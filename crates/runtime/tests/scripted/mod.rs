@@ -154,6 +154,11 @@ impl Stage {
     pub fn on_the_wall_clock(modules: &[&str]) -> Self {
         let modules: String =
             modules.iter().map(|name| format!("[modules.{name}]\nplugin = \"scripted\"\n")).collect();
+        Self::on_the_wall_clock_with(&modules)
+    }
+
+    /// On the wall clock, with that configuration.
+    pub fn on_the_wall_clock_with(modules: &str) -> Self {
         Self::with(&format!("[loop]\nhang = \"300ms\"\nperiod = \"1ms\"\n{modules}"), Options::default())
     }
 

@@ -12,6 +12,7 @@ use slate_module::aspect::ThreadState;
 use super::thread::{Life, Thread};
 use crate::clock::Clock;
 use crate::log::Logger;
+use crate::main_loop::thread_name;
 
 /// How often is looked whether threads have ended.
 const LOOK: Duration = Duration::from_micros(500);
@@ -127,7 +128,7 @@ impl ThreadKeeper {
             self.logger.log(self.clock.now(), Level::Warn, &text);
         }
         let thread = Arc::clone(&life.thread);
-        let name = system_name(&group.module, &thread.name);
+        let name = thread_name(&format!("{}/{}", group.module, thread.name));
         match std::thread::Builder::new().name(name).spawn(move || life.live()) {
             Ok(handle) => {
                 inner.owned.retain(|owned| !owned.handle.is_finished());
@@ -230,14 +231,4 @@ fn lingering(groups: &[Arc<Group>], limit: Duration) -> Vec<Lingering> {
         }
     }
     lingering
-}
-
-/// What the system calls a thread: the end of its name, as the system cuts it and ends tell threads apart.
-fn system_name(module: &str, thread: &str) -> String {
-    let name = format!("{module}/{thread}");
-    let mut start = name.len().saturating_sub(15);
-    while !name.is_char_boundary(start) {
-        start += 1;
-    }
-    name[start..].into()
 }
