@@ -123,6 +123,6 @@ fn what_it_cannot_do() {
     assert!(text.contains("`villain` can't be set up") && text.contains("ended with exit code"), "{text}");
     let wrong = "[modules.counter]\nisolated = true\nisolation = { memory = 3, rearm = true, core = 1 }";
     let error = Configuration::from_text("test.toml", wrong, &Reading::default()).unwrap_err().to_string();
-    assert!(error.contains("`memory` is no size of memory"), "{error}");
+    assert!(error.contains("`memory` takes a size above zero"), "{error}");
     assert!(error.contains("core"), "{error}");
 }

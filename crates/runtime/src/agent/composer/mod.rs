@@ -239,8 +239,8 @@ impl Composer {
             let present = &composition.present[module];
             let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
-                // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                 let (kind, instance) = {
+                    // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                     let runner = unsafe { seat.runner() };
                     (runner.kind.clone(), runner.instance)
                 };
