@@ -14,7 +14,7 @@
 #define SLATE_EXPORT extern "C" __attribute__((visibility("default")))
 #else
 #define SLATE_STATIC_ASSERT(condition, text) _Static_assert(condition, text)
-#define SLATE_EXPORT __attribute__((visibility("default")))
+#define SLATE_EXPORT extern __attribute__((visibility("default")))
 #endif
 
 // What the library offers and needs, as JSON; hosts read it from the file before they open the library:
@@ -27,10 +27,10 @@
 #define SLATE_TEXT(literal) { (const uint8_t *)(literal), sizeof(literal) - 1 }
 
 // Exports the plugin's table: an array of SlateModuleTable.
-#define SLATE_PLUGIN(name, modules)                                                  \
-    SLATE_EXPORT extern const SlatePluginTable slate_plugin_##name;                  \
-    const SlatePluginTable slate_plugin_##name = { SLATE_ABI, sizeof(SlateModuleTable), \
-                                                   modules, sizeof(modules) / sizeof((modules)[0]) }
+#define SLATE_PLUGIN(name, modules)                                                         \
+    SLATE_EXPORT const SlatePluginTable slate_plugin_##name;                                \
+    const SlatePluginTable slate_plugin_##name = { SLATE_ABI, sizeof(SlateModuleTable), modules, \
+                                                   sizeof(modules) / sizeof((modules)[0]) }
 
 // The version of this interface; a host refuses what was built for another one.
 #define SLATE_ABI 1

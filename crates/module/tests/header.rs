@@ -109,6 +109,40 @@ fn the_header_is_what_the_sources_say() {
     );
 }
 
+/// Uses every macro and helper, in the common part of C and C++.
+const USE: &str = r#"
+#include <slate.h>
+#include <slate.h>
+static int32_t describe(const SlateSetupTable *setup, const SlateSink *sink) {
+    slate_write(sink, setup->name.data, slate_text("abc").length);
+    return SLATE_DONE;
+}
+static int32_t create(const SlateSetupTable *setup, SlateBytes params, void **instance, const SlateSink *sink) {
+    (void)setup, (void)params, (void)instance;
+    return slate_refuse(sink, "never");
+}
+static int32_t tick(void *instance, const SlateFrame *frame) {
+    (void)instance;
+    double *output = (double *)slate_output(frame, 1);
+    if (output && slate_is_new(frame, 0) && !slate_is_stale(frame, 0)) {
+        *output = *(const double *)slate_input(frame, 0);
+        frame->ports[0].items = 0;
+        slate_log(frame, SLATE_LEVEL_INFO, "new");
+    }
+    return SLATE_OUTCOME_OK;
+}
+static int32_t save(const void *instance, const SlateSink *sink) { return (void)instance, slate_refuse(sink, "no"); }
+static int32_t restore(void *instance, SlateBytes state, const SlateSink *sink) {
+    return (void)instance, (void)state, slate_refuse(sink, "no");
+}
+static void destroy(void *instance) { (void)instance; }
+static const SlateModuleTable modules[] = {
+    { SLATE_TEXT("a"), SLATE_TEXT("A."), { NULL, 0 }, describe, create, tick, save, restore, save, destroy },
+};
+SLATE_PLUGIN(a, modules);
+SLATE_OUTLINE("{}");
+"#;
+
 /// Compiles a file that includes the header twice, with all warnings on.
 fn compile(compiler: &str, language: &str, standard: &str) {
     let mut child = Command::new(compiler)
@@ -119,7 +153,7 @@ fn compile(compiler: &str, language: &str, standard: &str) {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap_or_else(|error| panic!("{compiler} is needed for this test: {error}"));
-    child.stdin.take().unwrap().write_all(b"#include <slate.h>\n#include <slate.h>\n").unwrap();
+    child.stdin.take().unwrap().write_all(USE.as_bytes()).unwrap();
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{compiler} {standard}:\n{}", String::from_utf8_lossy(&output.stderr));
 }
