@@ -9,6 +9,7 @@ use slate_module::{Description, ModuleKind, Plugin};
 
 use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, unknown};
+use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::Composition;
 use crate::main_loop::Seat;
 use crate::plugin;
@@ -66,7 +67,8 @@ impl Composer {
                 return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
             }
         }
-        let exchanged = |catalogue: &mut crate::agent::catalogue::Catalogue| {
+        check_circle(&target.catalogue, &new, &mut vec![name.to_owned()])?;
+        let exchanged = |catalogue: &mut Catalogue| {
             catalogue
                 .plugins
                 .iter_mut()
@@ -188,6 +190,21 @@ impl Composer {
             }
         }
     }
+}
+
+/// The new code must not need what needs it.
+fn check_circle(catalogue: &Catalogue, plugin: &Plugin, open: &mut Vec<String>) -> Result<(), PluginError> {
+    for dependency in plugin.dependencies() {
+        open.push(dependency.clone());
+        if open[0] == *dependency {
+            return Err(PluginError::Circle { circle: std::mem::take(open) });
+        }
+        if let Some(needed) = catalogue.plugin(dependency) {
+            check_circle(catalogue, needed, open)?;
+        }
+        open.pop();
+    }
+    Ok(())
 }
 
 /// What became of each state, and what is no longer used.

@@ -1,0 +1,16 @@
+//! Plugins as shared libraries: loaded, unloaded and reloaded while an agent runs, and every way in which that can go
+//! wrong.
+#![allow(
+    unsafe_code,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
+
+mod dependencies;
+mod fixtures;
+mod loading;
+mod native;
+mod support;
