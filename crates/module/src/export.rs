@@ -142,7 +142,7 @@ unsafe extern "C" fn destroy<I: Instance>(instance: *mut ()) {
 }
 
 /// Drops what a panic carried, which may itself panic.
-fn discard(payload: Box<dyn Any + Send>) {
+pub(crate) fn discard(payload: Box<dyn Any + Send>) {
     let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
 }
 
