@@ -61,9 +61,13 @@ const RTLD_NOLOAD: i32 = 4;
 pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     let outline = LibraryOutline::read(file)?;
-    if outline.panic == "abort" {
+    // A language without panics says nothing.
+    if !matches!(outline.panic.as_str(), "" | "unwind") {
         return Err(refuse(
-            "was built with panic = \"abort\", so a panic in it would end the whole agent".into(),
+            format!(
+                "was built with panic = \"{}\", so a panic in it would end the whole agent",
+                outline.panic
+            ),
             "build it with panic = \"unwind\", or run its modules with `isolated = true`",
         ));
     }
@@ -76,7 +80,10 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
     // whole library for this machine that says it is a plugin.
     let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }
         .map_err(|error| {
-            refuse(format!("can't be opened: {error}"), "see which symbol or library it misses")
+            refuse(
+                format!("can't be opened: {}", in_full(&error, &library.copy)),
+                "see which symbol or library it misses",
+            )
         })?;
     // SAFETY: the outline says that the symbol is a plugin's table, which is constant.
     let table = unsafe {
@@ -86,7 +93,7 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
     library.handle = Some(handle);
     let table = table.map_err(|error| {
         refuse(
-            format!("has no symbol `{}`: {error}", outline.symbol),
+            format!("has no symbol `{}`: {}", outline.symbol, in_full(&error, &library.copy)),
             "export the plugin's table under that name",
         )
     })?;
@@ -118,6 +125,12 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
     let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
     let plugin = Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends);
     Ok((plugin, outline, residence))
+}
+
+/// What the system says, which is the source of the error; the name of the copy helps nobody.
+fn in_full(error: &libloading::Error, copy: &Path) -> String {
+    let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
+    text.replace(&format!("{}: ", copy.display()), "")
 }
 
 /// Counts copies.
