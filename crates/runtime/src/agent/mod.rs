@@ -144,6 +144,7 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             index: 0,
+            kept: BTreeMap::new(),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),

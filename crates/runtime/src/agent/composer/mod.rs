@@ -216,6 +216,10 @@ impl Composer {
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                 let instance = unsafe { seat.runner() }.instance;
+                if instance.is_null() {
+                    // It has failed for good, so nobody is left to object.
+                    return Some(Ok(()));
+                }
                 // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
                 seat.call(own, || unsafe { kind.may_unload(instance) })
             });

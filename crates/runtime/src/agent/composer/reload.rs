@@ -10,7 +10,7 @@ use slate_module::{Description, ModuleKind, Plugin};
 use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, unknown};
 use crate::agent::catalogue::Catalogue;
-use crate::agent::composition::Composition;
+use crate::agent::composition::{Composition, Fitting};
 use crate::main_loop::Seat;
 use crate::plugin;
 use crate::runner::Retired;
@@ -51,10 +51,7 @@ impl Composer {
         };
         let origin = composition.origins.get(name).cloned();
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
-            return Err(PluginError::Unknown {
-                name: format!("{name}` is linked in, so name a file: `{name}"),
-                near: Vec::new(),
-            });
+            return Err(PluginError::LinkedIn { name: name.into() });
         };
         let (new, _, residence) = plugin::load(file)?;
         if new.name() != name {
@@ -81,9 +78,8 @@ impl Composer {
         for module in &modules {
             let present = &composition.present[module];
             in_place &= described
-                .iter()
-                .find(|(name, ..)| name == module)
-                .is_some_and(|(_, _, description)| alike(&present.description, description));
+                .get(module)
+                .is_some_and(|fitting| alike(&present.description, &fitting.description));
         }
         let modules = if in_place {
             let modules = self.exchange(&mut composition, &modules, &described)?;
@@ -94,7 +90,15 @@ impl Composer {
             composition.change(target, &self.shared, &BTreeMap::new())?;
             modules
         } else {
-            self.replace(&mut composition, &modules, &old, &new)?
+            for module in &modules {
+                // What can't be made is found out before anything is taken away.
+                described.get(module).map(|fitting| self.fresh(&composition, module, fitting)).transpose()?;
+            }
+            self.ask(&composition, &modules)?;
+            composition.ground.kept = composition.settings(&modules);
+            let replaced = self.replace(&mut composition, &modules, &old, &new);
+            composition.ground.kept.clear();
+            replaced?
         };
         composition.origins.insert(name.into(), Origin { file: file.into(), residence });
         drop(old);
@@ -109,29 +113,41 @@ impl Composer {
         Ok(Reload { plugin: name.into(), modules, in_place, old_library })
     }
 
+    /// An instance of the new code for a module, with its present parameters when they fit.
+    fn fresh(
+        &self,
+        composition: &Composition,
+        module: &str,
+        fitting: &Fitting,
+    ) -> Result<Retired, PluginError> {
+        let property = self.shared.board.find(&format!("{module}/params")).ok();
+        let property =
+            property.filter(|(property, _)| property.descriptor().hash == fitting.description.params.hash);
+        let newest = property.and_then(|(property, _)| property.newest().ok().flatten());
+        let params = newest.as_ref().map_or(fitting.params.as_slice(), |(bytes, ..)| bytes);
+        let made = composition.present[module].setup.with(|setup| fitting.kind.create(setup, params));
+        let instance =
+            made.map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
+        Ok(Retired::new(fitting.kind.clone(), instance))
+    }
+
     /// Exchanges the code under modules whose ports stay as they are.
     fn exchange(
         &self,
         composition: &mut Composition,
         modules: &[String],
-        described: &[(String, ModuleKind, Description)],
+        described: &BTreeMap<String, Fitting>,
     ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
         let mut exchanges = Vec::new();
         for module in modules {
+            let Some(fitting) = described.get(module) else { continue };
             let present = &composition.present[module];
-            let Some((_, kind, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
-            let params = self.shared.board.find(&format!("{module}/params"));
-            let params = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
-            let bytes = params.map_or(Vec::new(), |(bytes, ..)| bytes);
-            let instance = present.setup.with(|setup| kind.create(setup, &bytes));
-            let instance = instance
-                .map_err(|refusal| PluginError::Refused { module: module.clone(), reason: refusal.0 })?;
             exchanges.push(Exchange {
                 module: module.clone(),
                 seat: Arc::clone(&present.seat),
                 own_thread: present.own_thread,
-                kind: kind.clone(),
-                fresh: Retired::new(kind.clone(), instance),
+                kind: fitting.kind.clone(),
+                fresh: self.fresh(composition, module, fitting)?,
             });
         }
         let (threaded, on_loop): (Vec<_>, Vec<_>) =
@@ -167,8 +183,8 @@ impl Composer {
         old: &Plugin,
         new: &Plugin,
     ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
-        self.ask(composition, modules)?;
-        let without = composition.target(|catalogue| catalogue.remove(old.name()));
+        let mut without = composition.target(|catalogue| catalogue.remove(old.name()));
+        without.keep = true;
         let states = composition.change(without, &self.shared, &BTreeMap::new())?.left;
         let with = composition.target(|catalogue| catalogue.add(new.clone()));
         match composition.change(with, &self.shared, &states) {
