@@ -28,7 +28,9 @@ pub fn libraries() -> &'static Libraries {
         let lock = File::create(folder.join("lock")).unwrap();
         lock.lock().unwrap();
         let libraries = Libraries { folder };
-        libraries.build();
+        if std::env::var_os(crate::damage::CHILD).is_none() {
+            libraries.build();
+        }
         libraries
     })
 }
@@ -99,7 +101,10 @@ impl Libraries {
     fn keep(&self, version: &str, name: &str) {
         let (folder, file) = (self.folder.join(version), format!("lib{name}.so"));
         fs::create_dir_all(&folder).unwrap();
-        fs::copy(self.folder.join("target/debug").join(&file), folder.join(&file)).unwrap();
+        // Another run may be reading the old one.
+        let new = folder.join("new");
+        fs::copy(self.folder.join("target/debug").join(&file), &new).unwrap();
+        fs::rename(new, folder.join(&file)).unwrap();
     }
 }
 

@@ -9,8 +9,14 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
+mod damage;
 mod dependencies;
+mod faults;
 mod fixtures;
+mod hangs;
 mod loading;
+mod memory;
 mod native;
+mod refusals;
+mod reload;
 mod support;
