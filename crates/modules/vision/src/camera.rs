@@ -155,3 +155,99 @@ impl Camera {
         self.failing.store(false, Ordering::Release);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+    use slate_module::blackboard::channel::Writer;
+
+    use super::*;
+
+    const TEXT: &str = "pattern:16x16@30";
+
+    fn write(writer: &mut Writer, value: u8) {
+        let mut bytes = vec![value; Image::DESCRIPTOR.shape(256).bytes(256)];
+        bytes[..4].copy_from_slice(&u32::from(value).to_le_bytes());
+        writer.write(&bytes, 256, value.into()).unwrap();
+    }
+
+    #[test]
+    fn a_picture_stays_as_it_is_while_it_is_held() {
+        let cameras = Cameras::default();
+        assert!(cameras.capture(TEXT).unwrap().is_none());
+        let camera = cameras.iter().next().unwrap();
+        let mut writer = camera.channel(256).writer().unwrap();
+        assert!(cameras.capture(TEXT).unwrap().is_none());
+        write(&mut writer, 1);
+        let (seat, loan) = cameras.capture(TEXT).unwrap().unwrap();
+        (2..100).for_each(|value| write(&mut writer, value));
+        assert_eq!((loan.stamp().time, loan.bytes()[20]), (1, 1));
+        seat.leave();
+        let (seat, loan) = cameras.capture(TEXT).unwrap().unwrap();
+        assert_eq!(loan.stamp().time, 99);
+        seat.leave();
+    }
+
+    #[test]
+    fn as_many_pictures_can_be_held_as_there_are_seats() {
+        let cameras = Cameras::default();
+        assert!(cameras.capture(TEXT).unwrap().is_none());
+        let mut writer = cameras.iter().next().unwrap().channel(256).writer().unwrap();
+        write(&mut writer, 1);
+        let held: Vec<_> = (0..SEATS).map(|_| cameras.capture(TEXT).unwrap().unwrap()).collect();
+        let reason = cameras.capture(TEXT).map(|_| ()).unwrap_err();
+        assert!(reason.contains("16 pictures of the camera"), "{reason}");
+        held.iter().for_each(|(seat, _)| seat.leave());
+        assert!(cameras.capture(TEXT).unwrap().is_some());
+    }
+
+    #[test]
+    fn wrong_texts_and_too_many_cameras_are_refused_and_failures_pass() {
+        let cameras = Cameras::default();
+        let refused = |text: &str| cameras.capture(text).map(|_| ()).unwrap_err();
+        assert!(refused("webcam").contains("`webcam` names no camera"));
+        assert_eq!(cameras.iter().count(), 0);
+        for number in 1..=CAMERAS {
+            assert!(cameras.capture(&format!("pattern:{number}x1")).unwrap().is_none());
+            assert!(cameras.capture(&format!("pattern:{number}x1")).unwrap().is_none());
+        }
+        assert!(refused("pattern:1x99").contains("there are 16, which is the limit"));
+        assert_eq!(cameras.iter().count(), CAMERAS);
+        let camera = cameras.iter().next().unwrap();
+        camera.fail("unplugged".into());
+        assert_eq!(refused("pattern:1x1"), "unplugged");
+        camera.work();
+        assert!(cameras.capture("pattern:1x1").unwrap().is_none());
+    }
+
+    #[test]
+    fn many_threads_see_whole_pictures_in_order() {
+        let cameras = Cameras::default();
+        std::thread::scope(|scope| {
+            let view = || {
+                let mut last = 0;
+                while last < 250 {
+                    let Some((seat, loan)) = cameras.capture(TEXT).unwrap() else { continue };
+                    let (time, bytes) = (loan.stamp().time, loan.bytes());
+                    assert!(time >= last && bytes[4..].iter().all(|byte| u64::from(*byte) == time));
+                    last = time;
+                    seat.leave();
+                }
+            };
+            (0..4).for_each(|_| drop(scope.spawn(view)));
+            let camera = loop {
+                match cameras.iter().next() {
+                    Some(camera) => break camera,
+                    None => std::thread::yield_now(),
+                }
+            };
+            let mut writer = camera.channel(256).writer().unwrap();
+            (1..=250).for_each(|value| {
+                write(&mut writer, value);
+                std::thread::yield_now();
+            });
+        });
+        assert_eq!(cameras.iter().count(), 1);
+    }
+}
