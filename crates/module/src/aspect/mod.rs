@@ -79,6 +79,7 @@
 //! ```
 
 mod blackboard;
+mod transforms;
 
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -86,6 +87,7 @@ use std::ops::Deref;
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
+pub use transforms::{LATEST, RigidTransform, Transforms};
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 

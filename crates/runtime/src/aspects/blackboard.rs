@@ -10,7 +10,8 @@ use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
 use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
-use super::{HostService, Means};
+use super::calls::{every_path, say};
+use super::{HostService, Means, followed};
 use crate::digest::Digest;
 use crate::runner::Memory;
 
@@ -53,8 +54,6 @@ struct OpenWriter {
 unsafe impl Send for Service {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    // Every path is meant, which is a pattern.
-    let all = Pattern::parse("**").unwrap_or_else(|_| unreachable!("`**` is a pattern"));
     let mut service = Box::new(Service {
         table: BlackBoard { context: std::ptr::null_mut(), read, write, matching, event },
         board: Arc::clone(&means.board),
@@ -62,7 +61,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
         readers: BTreeMap::new(),
         writers: BTreeMap::new(),
         observers: BTreeMap::new(),
-        changes: means.board.observe(&all, EVENTS, None),
+        changes: means.board.observe(&every_path(), EVENTS, None),
         tick: 1,
     });
     service.table.context = (&raw mut *service).cast();
@@ -239,7 +238,7 @@ impl Service {
                 property
             }
             _ => {
-                let store = Store { capacity: 0, depth: 1, budget: BUDGET };
+                let store = followed(descriptor, Store { capacity: 0, depth: 1, budget: BUDGET });
                 let doc = format!("Opened by {} at run time.", self.module);
                 let added = self.board.add_channel(path, &doc, descriptor, store, Access::Output);
                 added.map_err(|error| error.to_string())?
@@ -288,13 +287,6 @@ impl Service {
             (Arc::clone(event.path()), BoardEvent { what, reserved: 0, generation, missed })
         }))
     }
-}
-
-/// # Safety
-/// The sink is as the module made it.
-unsafe fn say(sink: *const Sink, text: &str) {
-    // SAFETY: passed on to the caller.
-    unsafe { ((*sink).write)((*sink).context, text.as_ptr(), text.len()) }
 }
 
 /// # Safety

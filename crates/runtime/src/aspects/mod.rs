@@ -1,16 +1,19 @@
 //! What modules need that can be missing: services of the host, and those that modules provide to each other.
 
 mod blackboard;
+mod calls;
 mod place;
+mod transforms;
 
 use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Descriptor;
-use slate_module::aspect::{BlackBoard, Service};
+use slate_module::aspect::{BlackBoard, Service, Transforms};
 
 use crate::digest::Digest;
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
+pub(crate) use transforms::followed;
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub(crate) trait HostService: Send {
@@ -36,7 +39,8 @@ pub(crate) struct Means {
 type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
-const SERVICES: &[(&Descriptor, Maker)] = &[(BlackBoard::DESCRIPTOR, blackboard::make)];
+const SERVICES: &[(&Descriptor, Maker)] =
+    &[(BlackBoard::DESCRIPTOR, blackboard::make), (Transforms::DESCRIPTOR, transforms::make)];
 
 /// The descriptors of the host's services.
 pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
