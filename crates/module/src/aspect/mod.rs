@@ -78,6 +78,7 @@
 //! # fn main() {}
 //! ```
 
+mod actuators;
 mod blackboard;
 mod transforms;
 
@@ -86,6 +87,7 @@ use std::ops::Deref;
 
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
+pub use actuators::{ActuatorState, Actuators};
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
 pub use transforms::{LATEST, RigidTransform, Transforms};
 

@@ -138,6 +138,7 @@ impl Composition {
                 },
             );
         }
+        self.ground.means.actuators.set(self.ground.actuators.clone());
         let actuators = self.ground.actuators.values().cloned().collect();
         let watched =
             self.present.values().map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();

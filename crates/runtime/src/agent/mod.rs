@@ -143,7 +143,7 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
-            means: Means { board: Arc::clone(&shared.board) },
+            means: Means { board: Arc::clone(&shared.board), actuators: Arc::default() },
             index: 0,
         };
         let composition = Composition {

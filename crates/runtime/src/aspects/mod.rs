@@ -1,5 +1,6 @@
 //! What modules need that can be missing: services of the host, and those that modules provide to each other.
 
+mod actuators;
 mod blackboard;
 mod calls;
 mod place;
@@ -9,8 +10,9 @@ use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Descriptor;
-use slate_module::aspect::{BlackBoard, Service, Transforms};
+use slate_module::aspect::{Actuators, BlackBoard, Service, Transforms};
 
+use crate::actuators::ActuatorList;
 use crate::digest::Digest;
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
 pub(crate) use transforms::followed;
@@ -28,19 +30,27 @@ pub(crate) trait HostService: Send {
 
     /// After a tick that failed: what it asked for does not happen.
     fn abandon(&mut self) {}
+
+    /// The module does not work for now, or no more: what it holds of the robot is let go. Its tick may hang in a call
+    /// of the service meanwhile.
+    fn rest(&self, _: u64) {}
 }
 
 /// What services are made of.
 pub(crate) struct Means {
     pub board: Arc<Board>,
+    pub actuators: Arc<ActuatorList>,
 }
 
 /// Makes a service for a module.
 type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
-const SERVICES: &[(&Descriptor, Maker)] =
-    &[(BlackBoard::DESCRIPTOR, blackboard::make), (Transforms::DESCRIPTOR, transforms::make)];
+const SERVICES: &[(&Descriptor, Maker)] = &[
+    (Actuators::DESCRIPTOR, actuators::make),
+    (BlackBoard::DESCRIPTOR, blackboard::make),
+    (Transforms::DESCRIPTOR, transforms::make),
+];
 
 /// The descriptors of the host's services.
 pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {

@@ -16,6 +16,7 @@ use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
+pub(crate) use commit::priority;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
 

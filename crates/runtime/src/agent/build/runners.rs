@@ -270,9 +270,8 @@ impl Builder<'_, '_> {
         self.ground.index += 1;
         let path = property.path().to_owned();
         let actuator = self.configuration.actuators().iter().find_map(|wanted| {
-            let place = wanted.commands.iter().position(|url| url.value.path_in("") == path)?;
             let actuator = self.ground.actuators.get(&wanted.name.value)?;
-            Some((Arc::clone(actuator), place as u32 + 1))
+            Some((Arc::clone(actuator), actuator.commander(&path)?))
         });
         let wakes = self.wakes(&path);
         Some(OutputPort {
