@@ -70,8 +70,10 @@ pub struct Actuators {
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Actuators {
-    const DESCRIPTOR: &'static Descriptor =
-        &service("actuators 1", "Looks at actuators, stops them, and commands those that are chosen at run time.");
+    const DESCRIPTOR: &'static Descriptor = &service(
+        "actuators 1",
+        "Looks at actuators, stops them, and commands those that are chosen at run time.",
+    );
 }
 
 /// How the gate of an actuator stands.
@@ -133,9 +135,8 @@ impl Actuators {
     pub fn state(&self, actuator: &str) -> Result<(ActuatorState, String), Refusal> {
         let mut state = ActuatorState::default();
         // SAFETY: everything lives during the call.
-        let (code, text) = answered(|sink| unsafe {
-            (self.state)(self.context, Bytes::of(actuator), &raw mut state, sink)
-        });
+        let (code, text) =
+            answered(|sink| unsafe { (self.state)(self.context, Bytes::of(actuator), &raw mut state, sink) });
         if code == DONE { Ok((state, text)) } else { Err(Refusal(text)) }
     }
 

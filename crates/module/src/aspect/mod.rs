@@ -80,6 +80,7 @@
 
 mod actuators;
 mod blackboard;
+mod network;
 mod transforms;
 
 use std::marker::PhantomData;
@@ -89,6 +90,7 @@ use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use actuators::{ActuatorState, Actuators};
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
+pub use network::{Connection, Datagrams, Listener, Network, NetworkAddress, SEND_LIMIT, SOCKET_LIMIT};
 pub use transforms::{LATEST, RigidTransform, Transforms};
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};

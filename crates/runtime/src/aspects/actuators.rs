@@ -241,8 +241,7 @@ unsafe extern "C" fn offer(
     let priority = crate::runner::priority(priority);
     // SAFETY: as for `names`.
     unsafe {
-        let offered =
-            (*context.cast::<Work>()).offer(text(name), schema, priority, command.as_slice());
+        let offered = (*context.cast::<Work>()).offer(text(name), schema, priority, command.as_slice());
         code(sink, offered)
     }
 }

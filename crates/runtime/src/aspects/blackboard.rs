@@ -11,7 +11,7 @@ use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{every_path, say};
-use super::{HostService, Means, followed};
+use super::{HostService, Means, followed, hash};
 use crate::digest::Digest;
 use crate::runner::Memory;
 
@@ -246,17 +246,13 @@ impl Service {
         };
         let channel = property.channel().ok_or_else(|| format!("/{path} receives messages"))?;
         let writer = channel.writer().map_err(|error| format!("/{path}: {error}"))?;
-        // The hash of the path takes the place of a number among outputs, as those that are opened have no order.
-        let index = path
-            .bytes()
-            .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
         Ok(OpenWriter {
             writer,
             floats: FloatMap::new(descriptor),
             value: Memory::zeroed(descriptor.size),
             size: descriptor.size,
             set: false,
-            index: index | 1 << 31,
+            index: hash(path),
             property,
         })
     }

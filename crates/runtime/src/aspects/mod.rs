@@ -3,6 +3,7 @@
 mod actuators;
 mod blackboard;
 mod calls;
+mod network;
 mod place;
 mod transforms;
 
@@ -10,7 +11,7 @@ use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Descriptor;
-use slate_module::aspect::{Actuators, BlackBoard, Service, Transforms};
+use slate_module::aspect::{Actuators, BlackBoard, Network, Service, Transforms};
 
 use crate::actuators::ActuatorList;
 use crate::digest::Digest;
@@ -49,6 +50,7 @@ type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 const SERVICES: &[(&Descriptor, Maker)] = &[
     (Actuators::DESCRIPTOR, actuators::make),
     (BlackBoard::DESCRIPTOR, blackboard::make),
+    (Network::DESCRIPTOR, network::make),
     (Transforms::DESCRIPTOR, transforms::make),
 ];
 
@@ -61,4 +63,11 @@ pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
 pub(crate) fn service(schema: u64, means: &Means, module: &Arc<str>) -> Option<Box<dyn HostService>> {
     let (_, make) = SERVICES.iter().find(|(descriptor, _)| descriptor.hash == schema)?;
     Some(make(means, module))
+}
+
+/// In place of a number in the order of outputs, for the digest: what is opened at run time has no order.
+fn hash(path: &str) -> u32 {
+    let hash =
+        path.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+    hash | 1 << 31
 }

@@ -123,7 +123,8 @@ impl Service {
         if all {
             let properties = self.board.matching_type(Transform::DESCRIPTOR.name, &every_path());
             // What vanished unseen is not read any more; what stays is not opened again, as that makes events too.
-            self.sources.retain(|_, source| properties.iter().any(|other| Arc::ptr_eq(other, &source.property)));
+            self.sources
+                .retain(|_, source| properties.iter().any(|other| Arc::ptr_eq(other, &source.property)));
             properties.iter().for_each(|property| self.open(property));
         }
     }

@@ -254,7 +254,15 @@ impl Build<'_> {
             None => Spanned::new(TIME_TO_LIVE, entry.key),
         };
         let name = Spanned::new(name.into(), entry.key);
-        Some(Actuator { name, commands, modules: modules.unwrap_or_default(), limits, rate_limits, time_to_live, safe })
+        Some(Actuator {
+            name,
+            commands,
+            modules: modules.unwrap_or_default(),
+            limits,
+            rate_limits,
+            time_to_live,
+            safe,
+        })
     }
 
     fn commands(&mut self, name: &str, key: Span, table: &Table, agent: &str) -> Vec<Spanned<Url>> {

@@ -84,7 +84,9 @@ impl Builder<'_, '_> {
         }
         self.guests(wanted)?;
         let Some(descriptor) = descriptor.or_else(|| self.linked_interface(index)) else {
-            if !wanted.commands.is_empty() || wanted.modules.iter().any(|module| self.is_dormant(&module.value)) {
+            if !wanted.commands.is_empty()
+                || wanted.modules.iter().any(|module| self.is_dormant(&module.value))
+            {
                 // Its commanders are not there yet.
                 return Ok(None);
             }
