@@ -165,7 +165,8 @@ impl Builder<'_, '_> {
         match *self.survey.services.get(&(m, p))? {
             Some((provider, port)) => {
                 let path = format!("{}/{}", self.name(provider), self.port(provider, port).name);
-                runner.aspects.push(AspectPort::new(p, self.ground.service(&path)));
+                let place = self.ground.service(&path);
+                runner.aspects.push(AspectPort::new(p, place, &runner.wake));
             }
             None => {
                 let schema = self.port(m, p).descriptor.hash;
