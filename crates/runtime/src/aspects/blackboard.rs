@@ -167,8 +167,7 @@ impl Service {
             .into());
         }
         if open.looked.0 != tick {
-            // What was there when the path was opened is new too.
-            open.looked = (tick, open.reader.refresh() || open.looked.0 == 0);
+            open.looked = (tick, open.reader.refresh());
         }
         let alive = open.property.has_writer().into();
         let nothing = Seen { data: std::ptr::null(), items: 0, stamp: Default::default(), new: 0, alive };
