@@ -175,6 +175,7 @@ impl Composition {
                 },
             );
         }
+        self.ground.means.actuators.set(self.ground.actuators.clone());
         let actuators = self.ground.actuators.values().cloned().collect();
         let threaded = self.present.values().filter(|present| present.own_thread);
         shared.compose(stages, threaded.map(|present| Arc::clone(&present.seat)).collect(), actuators);
