@@ -21,7 +21,6 @@ pub(super) struct Present {
     pub seat: Arc<Seat>,
     pub kind: ModuleKind,
     pub description: Description,
-    pub setup: OwnSetup,
     pub own_thread: bool,
 }
 
@@ -50,6 +49,7 @@ pub(super) struct Target {
 pub(super) struct Fitting {
     pub kind: ModuleKind,
     pub description: Description,
+    pub setup: OwnSetup,
     /// Its parameters as in the configuration.
     pub params: Vec<u8>,
 }
@@ -80,8 +80,8 @@ impl Composition {
             return Err(Report::from(complaints.diagnostics));
         }
         let described = |surveyed: Surveyed<'_>| {
-            let Surveyed { module, kind, description, params, .. } = surveyed;
-            (module.name.value.clone(), Fitting { kind, description, params })
+            let Surveyed { module, kind, description, setup, params, .. } = surveyed;
+            (module.name.value.clone(), Fitting { kind, description, setup, params })
         };
         Ok(survey.modules.into_iter().map(described).collect())
     }
@@ -126,7 +126,6 @@ impl Composition {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
-                setup: surveyed.setup.clone(),
                 own_thread: self.ground.has_own_thread(&surveyed.trigger),
             };
             changed.arrived.push(names[*index].to_owned());

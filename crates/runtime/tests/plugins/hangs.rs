@@ -73,6 +73,40 @@ fn a_save_that_hangs_during_a_reload_is_given_up_and_the_old_code_goes_on() {
 }
 
 #[test]
+fn a_reload_that_one_module_hinders_is_made_for_none() {
+    for hindrance in ["hang_at = 5, hang = 1000", "fault = 6, hang = 1000"] {
+        // One has a thread of its own, the other is on the loop.
+        let text = format!(
+            "loop.period = \"5ms\"\nloop.hang = \"40ms\"\n{}[modules.free]\nplugin = \"counter\"\n\
+             every = \"2ms\"\n[modules.slow]\nplugin = \"counter\"\nparams = {{ {hindrance} }}\n",
+            library("counter", &plain())
+        );
+        let running = Running::start(&text, Mode::Threaded, &[]);
+        let condition = |name: &str| {
+            running.composer.modules().into_iter().find(|module| module.name == name).unwrap().condition
+        };
+        if hindrance.starts_with("hang_at") {
+            until("the hang is noticed", || condition("slow") == "LATE");
+        }
+        let refusal = running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap_err();
+        assert_says(&complaint(&refusal), &["module `slow` has not returned"]);
+        let count = running.value("free/count/value");
+        until("the free one goes on", || running.value("free/count/value") > count + 3);
+        assert_eq!(running.value("free/count/version"), 1, "{hindrance}: with its old code");
+        assert!(running.composer.modules().iter().all(|module| module.plugin != ""), "all are known");
+        until("the slow one returns", || condition("slow") == "WORKING");
+        if hindrance.starts_with("hang_at") {
+            running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap();
+            until("the new code", || {
+                ["free", "slow"].iter().all(|name| running.value(&format!("{name}/count/version")) == 2)
+            });
+        }
+        running.composer.unload("counter").unwrap();
+        running.stop();
+    }
+}
+
+#[test]
 fn an_unload_needs_no_state_and_waits_for_no_save() {
     let running =
         Running::start(&robot_with(&format!("fault = {SAVE_HANGS}, hang = 600000")), Mode::Staged, &[]);

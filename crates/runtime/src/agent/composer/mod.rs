@@ -1,6 +1,7 @@
 //! Changes of an agent while it runs: plugins come, go, and exchange their code.
 
 mod error;
+mod exchange;
 mod gather;
 mod reload;
 
