@@ -11,7 +11,7 @@ const SAVE_HANGS: u32 = 6;
 fn robot_with(params: &str) -> String {
     let text =
         robot(&plain()).replace("[modules.reader]", &format!("params = {{ {params} }}\n[modules.reader]"));
-    format!("loop.period = \"5ms\"\nloop.hang = \"40ms\"\n{text}")
+    format!("loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{text}")
 }
 
 fn condition(running: &Running) -> &'static str {
@@ -21,7 +21,7 @@ fn condition(running: &Running) -> &'static str {
 #[test]
 fn nothing_is_unloaded_or_exchanged_while_its_tick_hangs() {
     for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
-        let text = robot_with("hang_at = 5, hang = 1000").replace("params =", &format!("{trigger}params ="));
+        let text = robot_with("hang_at = 5, hang = 2000").replace("params =", &format!("{trigger}params ="));
         let running = Running::start(&text, mode, &["beat/count/value"]);
         until("the hang is noticed", || condition(&running) == "LATE");
         let unload = running.composer.unload("counter").unwrap_err();
@@ -52,7 +52,7 @@ fn nothing_is_unloaded_or_exchanged_while_its_tick_hangs() {
 #[test]
 fn a_save_that_hangs_during_a_reload_is_given_up_and_the_old_code_goes_on() {
     for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
-        let text = robot_with(&format!("fault = {SAVE_HANGS}, hang = 1000"));
+        let text = robot_with(&format!("fault = {SAVE_HANGS}, hang = 2000"));
         let text = text.replace("params =", &format!("{trigger}params ="));
         let running = Running::start(&text, mode, &["beat/count/value"]);
         let refusal = running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap_err();
@@ -74,10 +74,10 @@ fn a_save_that_hangs_during_a_reload_is_given_up_and_the_old_code_goes_on() {
 
 #[test]
 fn a_reload_that_one_module_hinders_is_made_for_none() {
-    for hindrance in ["hang_at = 5, hang = 1000", "fault = 6, hang = 1000"] {
+    for hindrance in ["hang_at = 5, hang = 2000", "fault = 6, hang = 1000"] {
         // One has a thread of its own, the other is on the loop.
         let text = format!(
-            "loop.period = \"5ms\"\nloop.hang = \"40ms\"\n{}[modules.free]\nplugin = \"counter\"\n\
+            "loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{}[modules.free]\nplugin = \"counter\"\n\
              every = \"2ms\"\n[modules.slow]\nplugin = \"counter\"\nparams = {{ {hindrance} }}\n",
             library("counter", &plain())
         );
