@@ -155,11 +155,12 @@ impl Composition {
         shared.compose(order, actuators, watched);
         for name in &changed.arrived {
             let present = &self.present[name];
-            if present.own_thread && shared.is_running() {
-                if let Err(error) = shared.threads().start(shared, &present.seat) {
-                    let text = format!("the thread of {name} can't be started: {error}");
-                    shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
-                }
+            if present.own_thread
+                && shared.is_running()
+                && let Err(error) = shared.threads().start(shared, &present.seat)
+            {
+                let text = format!("the thread of {name} can't be started: {error}");
+                shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
             }
         }
         for (name, present) in leaving {

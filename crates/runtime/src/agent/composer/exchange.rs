@@ -92,17 +92,19 @@ impl Composer {
     }
 }
 
-/// Carries the states over, and then exchanges the code of all; nothing when a module does not return. Returns what
-/// became of each state, and what is no longer used.
-fn exchange_all(exchanges: Vec<Exchange>) -> Option<(Vec<Result<(), String>>, Vec<Retired>)> {
+/// What became of each state, and the old instances.
+type Carried = (Vec<Result<(), String>>, Vec<Retired>);
+
+/// Carries the states over, and then exchanges the code of all; nothing when a module does not return.
+fn exchange_all(exchanges: Vec<Exchange>) -> Option<Carried> {
     let mut carried = Vec::new();
     let mut ready = Vec::new();
     for Exchange { seat, own_thread, fresh } in exchanges {
         let (kind, instance) = fresh.into_parts();
         // It ends with this when a module does not return.
         let fresh = Retired::new(kind.clone(), instance);
-        // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
         let (old_kind, old) = {
+            // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
             let runner = unsafe { seat.runner() };
             (runner.kind.clone(), runner.instance)
         };
