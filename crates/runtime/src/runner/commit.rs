@@ -76,7 +76,7 @@ impl Runner {
             service.commit(now, digest.as_deref_mut());
         }
         for outbox in &mut self.outboxes {
-            let count = self.slots[outbox.slot].count.get();
+            let count = self.slots[outbox.slot].count.get().min(outbox.memory.len());
             let Some(sender) = &mut outbox.sender else { continue };
             for memory in &outbox.memory[..count] {
                 // SAFETY: the memory holds a value of that size, written by this step.
