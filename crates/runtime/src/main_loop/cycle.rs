@@ -52,6 +52,11 @@ struct Turn {
 }
 
 impl Turn {
+    /// The number of a cycle whose steps are recorded.
+    fn traced(&self) -> Option<u64> {
+        self.traced.then_some(self.number)
+    }
+
     /// A moment that is at most a step ago.
     fn mark(&mut self) -> u64 {
         if self.mark == 0 {
@@ -98,7 +103,7 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
             let core = shared.core();
             if core.position.helped {
                 core.position.helped = false;
-                core.workers.commit(turn.now, core.digest.as_mut());
+                core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
                 seat.runner().log.release();
                 turn.mark = 0;
             }
@@ -284,7 +289,7 @@ fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
     if core.position.helped {
         // The thread that gave the steps to the workers was lost.
         core.position.helped = false;
-        core.workers.commit(turn.now, core.digest.as_mut());
+        core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
     }
     let Core { plan, position, workers, .. } = core;
     if position.seat >= position.end {
