@@ -113,7 +113,7 @@ impl Workers {
                 // SAFETY: the step has ended and was not given up.
                 let runner = unsafe { seat.runner() };
                 runner.log.release();
-                runner.time(Some(duration));
+                runner.time(Some(duration), 1);
                 runner.commit(now, code, digest.as_deref_mut());
             }
         }
