@@ -63,6 +63,10 @@ pub enum Direction {
     Inbox,
     /// Sends messages.
     Outbox,
+    /// Uses a service of the host or of another module.
+    Aspect,
+    /// Provides a service to other modules.
+    Provider,
 }
 
 impl Direction {
@@ -76,6 +80,8 @@ impl Direction {
             Self::Command => "Command",
             Self::Inbox => "Inbox",
             Self::Outbox => "Outbox",
+            Self::Aspect => "Aspect",
+            Self::Provider => "Provider",
         }
     }
 }

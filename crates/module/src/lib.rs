@@ -71,6 +71,7 @@
 
 extern crate self as slate_module;
 
+pub mod aspect;
 mod description;
 mod export;
 mod frame;
@@ -93,18 +94,18 @@ pub use instance::{Instance, Setup, decode, encode, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};
 pub use parameters::{Parameter, Params};
-pub use plugin::{ModuleKind, Plugin};
+pub use plugin::{Maker, ModuleKind, Plugin};
 pub use port::{
     Command, Debug, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority, Queue, Received,
 };
-pub use portable::PortableDescription;
+pub use portable::{PortableDescription, decode_interface};
 pub use random::Random;
 pub use slate_blackboard as blackboard;
 pub use slate_blackboard::Stamp;
 pub use slate_blackboard::interface::{Bool, Interface, Optional, Plain, Sequence, Text};
 pub use slate_module_macros::{interface, module, params, ports};
 pub use table::{ModuleTable, PluginTable};
-pub use tick::Tick;
+pub use tick::{FieldValue, Tick};
 
 /// What a module's file imports.
 pub mod prelude {

@@ -86,7 +86,7 @@ impl PortCursor {
     }
 
     /// The next slot, which must be a port of that schema and direction.
-    fn take(&mut self, schema: u64, direction: Direction) -> *const PortSlot {
+    pub(crate) fn take(&mut self, schema: u64, direction: Direction) -> *const PortSlot {
         assert!(self.left > 0, "the host fills a frame with a slot for every port that was described");
         let slot = self.next;
         self.left -= 1;

@@ -126,6 +126,19 @@ pub(crate) fn encode_description(description: &Description) -> Result<Vec<u8>, R
     })
 }
 
+/// An interface as CBOR.
+pub(crate) fn encode_interface(descriptor: &Descriptor) -> Result<Vec<u8>, Refusal> {
+    encode(&portable_interface(descriptor))
+}
+
+/// An interface from CBOR, as one that belongs to this program.
+///
+/// # Errors
+/// When it can't be read, or can't be laid out as it says.
+pub fn decode_interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
+    interned(&decode(bytes)?)
+}
+
 /// A description from CBOR or JSON, with interfaces that belong to this program.
 pub(crate) fn decode_description(bytes: &[u8]) -> Result<Description, Refusal> {
     let first = bytes.iter().find(|byte| !byte.is_ascii_whitespace());

@@ -59,9 +59,36 @@ impl Tick {
 
     /// Writes to the agent's log; beyond 512 bytes a message is cut.
     pub fn log(&self, level: Level, message: fmt::Arguments<'_>) {
-        let mut line = Line { bytes: [0; 512], length: 0 };
+        self.log_with(level, message, &[]);
+    }
+
+    /// Writes to the agent's log, with values that tools can find without reading the text. What changes from one
+    /// message to the next belongs here: messages of the same text count as repetitions of each other.
+    ///
+    /// All fields together hold 256 bytes, and one that doesn't fit is left out rather than cut; the text is cut so
+    /// that both are within 512 bytes.
+    ///
+    /// ```
+    /// # use slate_module::{Level, Tick};
+    /// # fn tick(now: &Tick) {
+    /// now.log_with(Level::Info, format_args!("arrived"), &[("distance", 0.2.into()), ("goal", "door".into())]);
+    /// # }
+    /// ```
+    pub fn log_with(&self, level: Level, message: fmt::Arguments<'_>, fields: &[(&str, FieldValue<'_>)]) {
+        let mut parts = Line::<256>::new();
+        for (key, value) in fields {
+            let before = parts.length;
+            if parts.field(key, *value).is_err() {
+                parts.length = before;
+            }
+        }
+        let mut line = Line::<512>::new();
+        line.room = line.bytes.len() - parts.length;
         // A message that doesn't fit is cut, which is no error to anybody.
-        let _ = line.write_fmt(message);
+        let _ = Without { line: &mut line, unwanted: &[SEPARATOR] }.write_fmt(message);
+        line.room = line.bytes.len();
+        // There is room, as the text left it.
+        let _ = line.write_str(parts.as_str());
         // SAFETY: `new` requires the host to be valid, and the text lives until the call returns.
         unsafe { ((*self.host).log)((*self.host).context, level as u32, line.bytes.as_ptr(), line.length) }
     }
@@ -82,20 +109,114 @@ impl Tick {
     }
 }
 
-/// A log line on the stack, as a tick must not allocate.
-struct Line {
-    bytes: [u8; 512],
-    length: usize,
+/// What stands before each field of a log message: the unit separator of ASCII.
+const SEPARATOR: char = '\u{1f}';
+
+/// The value of a field of a log message, made by `into` from a number, a truth value or text.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FieldValue<'a> {
+    /// A truth value.
+    Bool(bool),
+    /// A whole number.
+    Integer(i64),
+    /// A whole number from 0.
+    Unsigned(u64),
+    /// A number.
+    Float(f64),
+    /// A number of single precision, apart as it has fewer digits.
+    Single(f32),
+    /// Text.
+    Text(&'a str),
 }
 
-impl Write for Line {
+macro_rules! field_values {
+    ($($kind:ident($wide:ty): $($type:ty),*;)*) => { $($(
+        impl From<$type> for FieldValue<'_> {
+            fn from(value: $type) -> Self {
+                Self::$kind(value as $wide)
+            }
+        }
+    )*)* };
+}
+field_values! {
+    Bool(bool): bool;
+    Integer(i64): i8, i16, i32, i64, isize;
+    Unsigned(u64): u8, u16, u32, u64, usize;
+    Float(f64): f64;
+    Single(f32): f32;
+}
+
+impl<'a> From<&'a str> for FieldValue<'a> {
+    fn from(value: &'a str) -> Self {
+        Self::Text(value)
+    }
+}
+
+impl fmt::Display for FieldValue<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool(value) => value.fmt(f),
+            Self::Integer(value) => value.fmt(f),
+            Self::Unsigned(value) => value.fmt(f),
+            Self::Float(value) => value.fmt(f),
+            Self::Single(value) => value.fmt(f),
+            Self::Text(value) => value.fmt(f),
+        }
+    }
+}
+
+/// A log line on the stack, as a tick must not allocate.
+struct Line<const N: usize> {
+    bytes: [u8; N],
+    length: usize,
+    /// How much of it may be used.
+    room: usize,
+}
+
+impl<const N: usize> Line<N> {
+    fn new() -> Self {
+        Self { bytes: [0; N], length: 0, room: N }
+    }
+
+    fn as_str(&self) -> &str {
+        // Only whole characters were written.
+        str::from_utf8(&self.bytes[..self.length]).unwrap_or_default()
+    }
+
+    fn field(&mut self, key: &str, value: FieldValue<'_>) -> fmt::Result {
+        self.write_char(SEPARATOR)?;
+        Without { line: self, unwanted: &[SEPARATOR, '='] }.write_str(key)?;
+        self.write_char('=')?;
+        write!(Without { line: self, unwanted: &[SEPARATOR] }, "{value}")
+    }
+}
+
+impl<const N: usize> Write for Line<N> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        let mut end = text.len().min(self.bytes.len() - self.length);
+        let mut end = text.len().min(self.room - self.length);
         while !text.is_char_boundary(end) {
             end -= 1;
         }
         self.bytes[self.length..self.length + end].copy_from_slice(&text.as_bytes()[..end]);
         self.length += end;
         if end < text.len() { Err(fmt::Error) } else { Ok(()) }
+    }
+}
+
+/// Writes `_` in place of characters that have a meaning of their own.
+struct Without<'a, const N: usize> {
+    line: &'a mut Line<N>,
+    unwanted: &'static [char],
+}
+
+impl<const N: usize> Write for Without<'_, N> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for (place, part) in text.split(self.unwanted).enumerate() {
+            if place > 0 {
+                self.line.write_char('_')?;
+            }
+            self.line.write_str(part)?;
+        }
+        Ok(())
     }
 }

@@ -7,12 +7,15 @@
 
 mod actuators;
 mod agent;
+mod aspects;
 mod clock;
 pub mod configuration;
 mod digest;
+pub mod isolation;
 pub mod log;
 mod main_loop;
 pub mod plugin;
+pub mod remote;
 mod runner;
 pub mod synchronization;
 pub mod timing;

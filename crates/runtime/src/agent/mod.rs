@@ -6,9 +6,11 @@ mod composer;
 mod composition;
 mod looping;
 mod parameters;
+mod settings;
 mod survey;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -17,17 +19,21 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
+use crate::aspects::{Means, PluginControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
-use crate::configuration::{Configuration, Report};
-use crate::log::{LogTarget, Logger};
+use crate::configuration::{Configuration, Database, Report};
+use crate::isolation::Arenas;
+use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
 use build::Ground;
 use catalogue::Catalogue;
+pub(crate) use composer::WeakComposer;
 pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
+use settings::Settings;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +54,7 @@ pub struct Options {
     pub workers: usize,
     /// Uses the workers also where it does not pay; the result is the same.
     pub always_help: bool,
-    /// Where the log goes.
+    /// Where the log goes, beside the targets of the configuration.
     pub log: Vec<Box<dyn LogTarget>>,
     /// Arms the actuators at the start, as robots in the simulator do.
     pub armed: bool,
@@ -58,6 +64,9 @@ pub struct Options {
     pub time_source: Option<Box<dyn TimeSource>>,
     /// Says the date, for logs; the system's if there is none.
     pub calendar: Option<Calendar>,
+    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
+    /// first, with the same plugins. Nothing for this program.
+    pub isolation_program: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -72,6 +81,7 @@ impl Default for Options {
             stop: StopLatch::in_memory(),
             time_source: None,
             calendar: None,
+            isolation_program: None,
         }
     }
 }
@@ -107,6 +117,9 @@ pub struct Agent {
     shared: Arc<Shared>,
     composer: Composer,
     hang: Duration,
+    threads: Arc<ThreadKeeper>,
+    /// Those that change while it runs.
+    settings: Option<Settings>,
 }
 
 impl std::fmt::Debug for Agent {
@@ -130,9 +143,7 @@ impl Agent {
         }
         let driven = configuration.time_source().is_some() || options.time_source.is_some();
         let lockstep = driven && options.mode == Mode::Staged;
-        let log = configuration.log();
-        let levels = log.levels.iter().map(|(name, level)| (name.value.clone(), level.value)).collect();
-        let logger = Arc::new(Logger::new(options.log, log.level.value, levels)?);
+        let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
         let clock = Arc::new(Clock::new(driven, options.calendar));
         // What is measured in lockstep is no reason to wait.
         let minimum = if lockstep { 0 } else { configuration.minimum().map_or(0, |minimum| minimum.value) };
@@ -148,6 +159,19 @@ impl Agent {
             pace: Pace::new(options.rate, minimum),
             time_source: options.time_source,
         }));
+        let hang = Duration::from_nanos(configuration.hang().value);
+        let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
+        let control = Arc::new(PluginControl::default());
+        let means = Means {
+            board: Arc::clone(&board),
+            logger: Arc::clone(&logger),
+            clock: Arc::clone(&shared.clock),
+            synchronization: Arc::clone(&shared.synchronization),
+            threads: Arc::clone(&threads),
+            plugins: Arc::clone(&control),
+            policy: Arc::default(),
+            time: Arc::default(),
+        };
         let ground = Ground {
             board,
             logger,
@@ -156,22 +180,50 @@ impl Agent {
             stop: options.stop,
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
+            services: BTreeMap::new(),
+            means,
             index: 0,
+            arenas: Arenas::new(options.isolation_program),
+            kept: BTreeMap::new(),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
             catalogue: Catalogue::default(),
             ground,
             present: BTreeMap::new(),
+            linked: Vec::new(),
             origins: BTreeMap::new(),
+            trials: BTreeMap::new(),
+            loop_owner: None,
+            time_owner: None,
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
+        control.connect(composer.downgrade());
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
-        Ok(Self { shared, composer, hang: Duration::from_nanos(configuration.hang().value) })
+        // Only now, as a configuration that is refused leaves no file behind.
+        shared.logger.configure(configuration, &shared.board)?;
+        Ok(Self { shared, composer, hang, threads, settings: None })
+    }
+
+    /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
+    /// values of inputs, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
+    /// that are edited are taken over too. What else is changed, or does not fit, is refused and changes nothing.
+    ///
+    /// # Errors
+    /// As [`load`](Agent::load).
+    pub fn load_with(database: &Database, plugins: &[Plugin], options: Options) -> Result<Self, StartError> {
+        let mut agent = Self::load(&database.current(), plugins, options)?;
+        agent.settings = Some(Settings::follow(database, &agent.composer)?);
+        Ok(agent)
+    }
+
+    /// Where its configuration is changed; none when it was loaded without one.
+    pub fn database(&self) -> Option<&Database> {
+        self.settings.as_ref().map(|settings| &settings.database)
     }
 
     /// What changes the agent, also while it runs and from any thread.
@@ -182,6 +234,11 @@ impl Agent {
     /// Everything that the robot knows.
     pub fn board(&self) -> &Arc<Board> {
         &self.shared.board
+    }
+
+    /// What the agent and its modules log with.
+    pub fn logger(&self) -> &Arc<Logger> {
+        &self.shared.logger
     }
 
     /// The agent's time, nanoseconds.
@@ -216,18 +273,17 @@ impl Agent {
 
     /// Stops all actuators, and keeps them stopped until [`reset`](Agent::reset) and [`arm`](Agent::arm).
     pub fn stop_actuators(&self, reason: &str) {
-        let now = self.now();
-        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.stop(reason, now));
+        self.composer.stop_actuators(reason);
     }
 
     /// Ends a stop of the actuators.
     pub fn reset(&self) {
-        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.reset());
+        self.composer.reset();
     }
 
     /// Lets commands through to the actuators; false when one is still stopped.
     pub fn arm(&self) -> bool {
-        self.composer.composition().ground.actuators.values().filter(|actuator| !actuator.arm()).count() == 0
+        self.composer.arm()
     }
 
     /// What ends a run from another thread.
@@ -303,6 +359,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.threads.end();
         self.shared.logger.flush(LAST_LINES);
     }
 }

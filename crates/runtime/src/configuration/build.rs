@@ -2,23 +2,15 @@ use std::cmp::Ordering;
 use std::path::Path;
 
 use slate_blackboard::Url;
-use slate_module::{Level, Stage, Trigger};
+use slate_module::{Stage, Trigger};
 
-use super::model::{Actuator, Agent, Limit, Link, Log, Mission, Module, RateLimit};
+use super::model::{Actuator, Agent, Isolation, Limit, Link, Mission, Module, RateLimit};
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
 
 /// How long a command is followed when nothing else is said, nanoseconds.
 const TIME_TO_LIVE: u64 = 100_000_000;
-
-const LEVELS: [(&str, Level); 5] = [
-    ("error", Level::Error),
-    ("warn", Level::Warn),
-    ("info", Level::Info),
-    ("debug", Level::Debug),
-    ("trace", Level::Trace),
-];
 
 /// Makes the model out of the merged settings; what is wrong is added to `problems`.
 pub(super) struct Build<'a> {
@@ -85,27 +77,24 @@ impl Build<'_> {
         Some(Mission { outcome: Spanned::new(absolute(&url, ""), outcome.span) })
     }
 
-    pub(super) fn log(&mut self, root: &Table) -> Option<Log> {
-        let table = self.problems.table(root, "log")?;
-        self.problems.unknown_keys(table, "in [log]", &["level", "levels"]);
-        let level = table.get("level").and_then(|value| self.problems.choice("level", value, &LEVELS));
-        let mut levels = Vec::new();
-        for (name, entry) in self.problems.table(table, "levels").into_iter().flat_map(Table::iter) {
-            let good = self.problems.name("a module", name, true, entry.key);
-            if let Some(level) = self.problems.choice(name, &entry.value, &LEVELS).filter(|_| good) {
-                levels.push((Spanned::new(name.into(), entry.key), level));
-            }
-        }
-        Some(Log { level: level?, levels })
-    }
-
     pub(super) fn modules(&mut self, root: &Table) -> Vec<Module> {
         let table = self.problems.table(root, "modules");
         table.into_iter().flat_map(Table::iter).filter_map(|(name, entry)| self.module(name, entry)).collect()
     }
 
     fn module(&mut self, name: &str, entry: &Entry) -> Option<Module> {
-        let known = ["plugin", "enabled", "isolated", "stage", "every", "on", "deadline", "params", "inputs"];
+        let known = [
+            "plugin",
+            "enabled",
+            "isolated",
+            "isolation",
+            "stage",
+            "every",
+            "on",
+            "deadline",
+            "params",
+            "inputs",
+        ];
         let table = self.problems.as_table(&format!("modules.{name}"), entry)?;
         self.problems.unknown_keys(table, &format!("in module `{name}`"), &known);
         let type_name = name.rsplit('/').next().unwrap_or(name);
@@ -131,9 +120,26 @@ impl Build<'_> {
                 Some(_) => self.problems.flag(table, "isolated")?,
                 None => Spanned::new(false, entry.key),
             },
+            isolation: self.isolation(name, table),
             trigger: self.trigger(table),
             deadline: self.problems.duration(table, "deadline"),
         })
+    }
+
+    fn isolation(&mut self, name: &str, table: &Table) -> Isolation {
+        let usual = Isolation::default();
+        let Some(table) = self.problems.table(table, "isolation") else { return usual };
+        self.problems.unknown_keys(table, &format!("in the isolation of `{name}`"), &["memory", "rearm"]);
+        Isolation {
+            memory: table
+                .get("memory")
+                .and_then(|memory| self.problems.size("memory", memory))
+                .unwrap_or(usual.memory),
+            rearm: match table.get("rearm") {
+                Some(_) => self.problems.flag(table, "rearm").is_some_and(|rearm| rearm.value),
+                None => usual.rearm,
+            },
+        }
     }
 
     fn trigger(&mut self, table: &Table) -> Option<Spanned<Trigger>> {

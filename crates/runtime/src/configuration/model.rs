@@ -1,3 +1,4 @@
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use slate_blackboard::Url;
@@ -5,6 +6,7 @@ use slate_module::{Level, Stage, Trigger};
 
 use super::source::Spanned;
 use super::value::Table;
+use crate::log::{Levels, SyslogAddress};
 use crate::main_loop::Schedule;
 
 /// A module of the agent.
@@ -18,6 +20,8 @@ pub struct Module {
     pub enabled: Spanned<bool>,
     /// Whether it runs in a process of its own.
     pub isolated: Spanned<bool>,
+    /// What holds for that process.
+    pub isolation: Isolation,
     /// Overrides the stage that the module names itself.
     pub stage: Option<Spanned<Stage>>,
     /// Overrides the trigger that the module names itself.
@@ -28,6 +32,22 @@ pub struct Module {
     pub params: Table,
     /// Values of inputs that have no link, by port.
     pub inputs: Table,
+}
+
+/// What holds for the process of an isolated module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Isolation {
+    /// Bytes that the module may allocate.
+    pub memory: u64,
+    /// Whether the actuators that it commands stay armed when it fails, and follow it again when it starts anew.
+    pub rearm: bool,
+}
+
+impl Default for Isolation {
+    /// 1 GB, and disarmed.
+    fn default() -> Self {
+        Self { memory: 1_000_000_000, rearm: false }
+    }
 }
 
 /// A plugin that is a library, or a named list of plugins.
@@ -100,20 +120,54 @@ pub struct Mission {
     pub outcome: Spanned<Url>,
 }
 
-/// What is logged.
+/// What is logged, and where to.
 #[derive(Clone, Debug)]
 pub struct Log {
     /// The level of every module that has none of its own.
     pub level: Spanned<Level>,
-    /// Levels of single modules: where the name is written, the name, and the level.
+    /// Levels of single modules, or of all whose names begin so: where the name is written, the name, and the level.
     pub levels: Vec<(Spanned<String>, Spanned<Level>)>,
+    /// How many lines of one text a module may write in a second; 0 for all.
+    pub repeat: Spanned<u64>,
+    /// Where the log goes.
+    pub targets: LogTargets,
+}
+
+/// Where the log goes, beside what the application adds.
+#[derive(Clone, Debug)]
+pub struct LogTargets {
+    /// Whether it goes to standard error.
+    pub console: bool,
+    /// The file that it is written to.
+    pub file: Option<LogFile>,
+    /// The syslog that it is sent to.
+    pub syslog: Option<Spanned<SyslogAddress>>,
+    /// The address at which subscribers get it.
+    pub remote: Option<Spanned<SocketAddr>>,
+}
+
+/// A log file that is rotated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogFile {
+    /// Where it is; relative to the folder that the agent was started in.
+    pub path: Spanned<PathBuf>,
+    /// The size at which a new file is begun, bytes.
+    pub size: u64,
+    /// How many older files are kept.
+    pub keep: u32,
 }
 
 impl Log {
     /// The level of a module.
     pub fn level_of(&self, module: &str) -> Level {
-        let own = self.levels.iter().find(|(name, _)| name.value == module);
-        own.map_or(self.level.value, |(_, level)| level.value)
+        self.levels().of(module)
+    }
+
+    /// All levels.
+    pub fn levels(&self) -> Levels {
+        let mut levels = Levels::new(self.level.value);
+        self.levels.iter().for_each(|(name, level)| levels.set(Some(name), level.value));
+        levels
     }
 }
 

@@ -2,55 +2,68 @@
 //!
 //! A tick formats into memory of its own; a thread of the logger writes to the targets, so no module ever waits for a
 //! terminal or a disk. In lockstep nothing is lost and lines stand in the order of the modules; on the wall clock a
-//! full buffer drops lines and counts them.
+//! full buffer drops lines and counts them, and a module that floods it leaves room for the others.
+//!
+//! Where lines go is said by the configuration (`[log.targets]`), by the application
+//! ([`Options::log`](crate::Options::log)), or at run time ([`Logger::add_target`]). The last lines are always on the
+//! blackboard, at `/log/tail`, and what became of all lines at `/log/counts`.
 
+mod buffer;
+mod configured;
+mod levels;
+mod record;
+mod repeat;
+mod source;
+mod tail;
 mod target;
+mod thread;
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use slate_module::{Host, Level};
+use slate_blackboard::{Board, BoardError};
+use slate_module::Level;
 
-pub use target::{ConsoleTarget, FileTarget, LogTarget, MemoryTarget};
+pub use levels::Levels;
+pub use record::Record;
+pub(crate) use source::ModuleLog;
+pub use tail::{LogCounts, LogLevel, LogLine};
+pub use target::{
+    ConsoleTarget, FileTarget, LogTarget, MemoryTarget, RemoteTarget, Rotation, SyslogAddress, SyslogTarget,
+};
 
-/// A line of the log.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Record {
-    /// The agent's time, nanoseconds.
-    pub time: u64,
-    /// How important.
-    pub level: Level,
-    /// Which module, or `agent`.
-    pub module: Arc<str>,
-    /// What happened.
-    pub text: String,
-}
+use buffer::{Sender, buffer};
+use repeat::Repeats;
+use source::{COMMON, Message, OWN, Source};
+use tail::Tail;
+use thread::Thread;
 
-impl fmt::Display for Record {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let level = match self.level {
-            Level::Error => "error",
-            Level::Warn => "warn ",
-            Level::Info => "info ",
-            Level::Debug => "debug",
-            Level::Trace => "trace",
-        };
-        write!(f, "{:10.3} {level} {}: {}", self.time as f64 * 1e-9, self.module, self.text)
-    }
+/// How an agent logs.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Which lines of which module.
+    pub levels: Levels,
+    /// How many lines of one text a module may write in a second of the agent's time; what is beyond is summed up in
+    /// one line. 0 for all.
+    pub repeat: u64,
+    /// Whether to wait for a full buffer rather than drop lines, and to keep their order the same in every run.
+    pub lockstep: bool,
+    /// How many modules are sure of a place in the buffer.
+    pub modules: usize,
 }
 
 /// What an agent logs with.
 pub struct Logger {
-    lines: Mutex<Option<SyncSender<Line>>>,
-    thread: Mutex<Option<JoinHandle<()>>>,
+    /// The log of the agent itself; nothing only at the end.
+    agent: Option<ModuleLog>,
+    thread: Option<JoinHandle<()>>,
+    messages: Option<Sender>,
     counts: Arc<Counts>,
-    level: Level,
-    levels: BTreeMap<String, Level>,
+    modules: Mutex<Modules>,
 }
 
 /// Lines so far.
@@ -59,225 +72,159 @@ struct Counts {
     sent: AtomicU64,
     written: AtomicU64,
     dropped: AtomicU64,
+    /// Lines in the common part of the buffer.
+    common: AtomicU32,
+}
+
+/// What a change of levels goes through; no tick does.
+struct Modules {
+    levels: Levels,
+    sources: BTreeMap<Arc<str>, Arc<Source>>,
 }
 
 impl fmt::Debug for Logger {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Logger").field("level", &self.level).finish_non_exhaustive()
+        f.debug_struct("Logger").field("levels", &self.modules().levels).finish_non_exhaustive()
     }
 }
 
-/// A line on its way; text in place, so that sending it allocates nothing.
-struct Line {
-    time: u64,
-    level: Level,
-    module: Arc<str>,
-    length: usize,
-    text: [u8; 512],
-}
-
 impl Logger {
-    /// A logger with those targets, the level of most modules, and levels of some.
+    /// A logger with those targets.
     ///
     /// # Errors
     /// When its thread can't be started.
-    pub fn new(
-        targets: Vec<Box<dyn LogTarget>>,
-        level: Level,
-        levels: BTreeMap<String, Level>,
-    ) -> std::io::Result<Self> {
-        let (sender, receiver) = sync_channel(1024);
+    pub fn new(settings: Settings, targets: Vec<Box<dyn LogTarget>>) -> std::io::Result<Self> {
+        let places = COMMON as usize + OWN as usize * (settings.modules + 1);
+        let (messages, receiver) = buffer(places);
         let counts = Arc::new(Counts::default());
-        let counter = Arc::clone(&counts);
-        let thread = std::thread::Builder::new()
-            .name("log".into())
-            .spawn(move || write_lines(&receiver, targets, &counter))?;
-        Ok(Self { lines: Mutex::new(Some(sender)), thread: Mutex::new(Some(thread)), counts, level, levels })
+        let repeats = Repeats::new(settings.repeat);
+        let thread = Thread::new(targets, repeats, Arc::clone(&counts), settings.lockstep);
+        let thread = std::thread::Builder::new().name("log".into()).spawn(move || thread.run(&receiver))?;
+        let name = Arc::from("agent");
+        let source = Arc::new(Source::new(&name, settings.levels.of(&name)));
+        // The agent may log from any thread and about what is late, so it never waits.
+        let agent = ModuleLog::new(messages.clone(), Arc::clone(&counts), Arc::clone(&source), false);
+        Ok(Self {
+            agent: Some(agent),
+            thread: Some(thread),
+            messages: Some(messages),
+            counts,
+            modules: Mutex::new(Modules {
+                levels: settings.levels,
+                sources: BTreeMap::from([(name, source)]),
+            }),
+        })
     }
 
     /// The level of a module.
     pub fn level(&self, module: &str) -> Level {
-        self.levels.get(module).copied().unwrap_or(self.level)
+        self.modules().levels.of(module)
+    }
+
+    /// Changes the level of a module and of all whose names go on from that one, such as `r2` for `r2/planner`; or,
+    /// without a name, of all modules that no level names. Running modules follow with their next line.
+    pub fn set_level(&self, module: Option<&str>, level: Level) {
+        let mut modules = self.modules();
+        modules.levels.set(module, level);
+        modules.sources.values().for_each(|source| source.set_level(modules.levels.of(&source.name)));
+    }
+
+    /// Changes all levels, as [`set_level`](Logger::set_level) does for some.
+    pub fn set_levels(&self, levels: Levels) {
+        let mut modules = self.modules();
+        modules.sources.values().for_each(|source| source.set_level(levels.of(&source.name)));
+        modules.levels = levels;
+    }
+
+    /// Adds a target, which gets all lines from now on.
+    pub fn add_target(&self, target: Box<dyn LogTarget>) {
+        self.send(Message::Target(target));
     }
 
     /// Logs a line of the agent itself; it is dropped and counted when the targets are too slow.
     pub fn log(&self, time: u64, level: Level, text: &str) {
-        if level <= self.level
-            && let Some(lines) = self.sender()
-        {
-            self.counts.try_send(&lines, line(time, level, &Arc::from("agent"), text.as_bytes()));
+        if let Some(agent) = &self.agent {
+            agent.write_at(time, level, text.as_bytes());
         }
     }
 
-    /// Waits until the targets have what was logged so far, but not longer than `limit`.
+    /// Waits until the targets have what was logged so far, but not longer than `limit`. Repetitions and dropped
+    /// lines are summed up.
     pub fn flush(&self, limit: Duration) {
-        let sent = self.counts.sent.load(Ordering::Acquire);
+        let Some(messages) = &self.messages else { return };
+        let has_ended = || self.thread.as_ref().is_none_or(JoinHandle::is_finished);
         let mut waited = Duration::ZERO;
-        let has_ended = || {
-            let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
-            thread.as_ref().is_none_or(JoinHandle::is_finished)
-        };
-        while self.counts.written.load(Ordering::Acquire) < sent && waited < limit && !has_ended() {
+        let mut wait = || {
             std::thread::sleep(LOOK);
             waited += LOOK;
+            waited < limit && !has_ended()
+        };
+        while messages.try_send(Message::Settle).is_err() {
+            if !wait() {
+                return;
+            }
         }
-    }
-
-    fn sender(&self) -> Option<SyncSender<Line>> {
-        self.lines.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// The log of a module; `lossless` waits for a full buffer rather than drop a line.
-    pub(crate) fn module(&self, name: &Arc<str>, lossless: bool) -> Option<Box<ModuleLog>> {
-        Some(Box::new(ModuleLog {
-            lines: self.sender()?,
-            counts: Arc::clone(&self.counts),
-            module: Arc::clone(name),
-            level: self.level(name),
-            lossless,
-            time: AtomicU64::new(0),
-            holding: AtomicBool::new(false),
-            held: Mutex::default(),
-        }))
+        let sent = self.counts.sent.fetch_add(1, Ordering::AcqRel) + 1;
+        while self.counts.written.load(Ordering::Acquire) < sent && wait() {}
     }
 
     /// How many lines were dropped because the targets were too slow.
     pub fn dropped(&self) -> u64 {
         self.counts.dropped.load(Ordering::Relaxed)
     }
+
+    /// How many lines of a module, or of `agent`, were dropped.
+    pub fn dropped_of(&self, module: &str) -> u64 {
+        self.modules().sources.get(module).map_or(0, |source| source.dropped())
+    }
+
+    /// Shows the last lines and the counts on a blackboard, at `/log/tail` and `/log/counts`.
+    ///
+    /// # Errors
+    /// When a module has a property of that name.
+    pub fn show_on(&self, board: &Board) -> Result<(), BoardError> {
+        self.send(Message::Tail(Box::new(Tail::new(board)?)));
+        Ok(())
+    }
+
+    /// The log of a module; `lossless` waits for a full buffer rather than drop a line.
+    pub(crate) fn module(&self, name: &Arc<str>, lossless: bool) -> Option<Box<ModuleLog>> {
+        let messages = self.messages.clone()?;
+        let mut modules = self.modules();
+        let level = modules.levels.of(name);
+        // A module that is loaded again goes on with the counts of the old one.
+        let source =
+            modules.sources.entry(Arc::clone(name)).or_insert_with(|| Arc::new(Source::new(name, level)));
+        let source = Arc::clone(source);
+        Some(Box::new(ModuleLog::new(messages, Arc::clone(&self.counts), source, lossless)))
+    }
+
+    fn send(&self, message: Message) {
+        if let Some(messages) = &self.messages
+            && messages.send(message)
+        {
+            self.counts.sent.fetch_add(1, Ordering::Release);
+        }
+    }
+
+    fn modules(&self) -> MutexGuard<'_, Modules> {
+        self.modules.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// How often a flush looks whether it is done.
 const LOOK: Duration = Duration::from_micros(500);
 
-impl Counts {
-    fn try_send(&self, lines: &SyncSender<Line>, line: Line) {
-        match lines.try_send(line) {
-            Ok(()) => self.sent.fetch_add(1, Ordering::Release),
-            // The logger's thread lives as long as a sender, so the buffer is full.
-            Err(_) => self.dropped.fetch_add(1, Ordering::Relaxed),
-        };
-    }
-}
-
 impl Drop for Logger {
     fn drop(&mut self) {
+        self.agent = None;
+        self.messages = None;
         // Modules that hang keep a sender of their own, so the thread is not waited for if any is left.
-        *self.lines.lock().unwrap_or_else(PoisonError::into_inner) = None;
-        if let Some(thread) = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take()
+        if let Some(thread) = self.thread.take()
             && Arc::strong_count(&self.counts) <= 2
         {
             // A target that panicked has lost its lines already.
             let _ = thread.join();
         }
     }
-}
-
-fn line(time: u64, level: Level, module: &Arc<str>, bytes: &[u8]) -> Line {
-    let length = bytes.len().min(512);
-    let mut text = [0; 512];
-    text[..length].copy_from_slice(&bytes[..length]);
-    Line { time, level, module: Arc::clone(module), length, text }
-}
-
-fn write_lines(lines: &Receiver<Line>, mut targets: Vec<Box<dyn LogTarget>>, counts: &Counts) {
-    let mut reported = 0;
-    while let Ok(line) = lines.recv() {
-        let text = String::from_utf8_lossy(&line.text[..line.length]).into_owned();
-        let record = Record { time: line.time, level: line.level, module: line.module, text };
-        targets.iter_mut().for_each(|target| target.write(&record));
-        let lost = counts.dropped.load(Ordering::Relaxed);
-        if lost > reported {
-            let text =
-                format!("{} lines of the log were dropped, as its targets are too slow", lost - reported);
-            reported = lost;
-            let record = Record { time: record.time, level: Level::Warn, module: Arc::from("agent"), text };
-            targets.iter_mut().for_each(|target| target.write(&record));
-        }
-        counts.written.fetch_add(1, Ordering::Release);
-    }
-}
-
-/// The log of one module, as its frame's host knows it.
-pub(crate) struct ModuleLog {
-    lines: SyncSender<Line>,
-    counts: Arc<Counts>,
-    module: Arc<str>,
-    level: Level,
-    lossless: bool,
-    time: AtomicU64,
-    /// Whether lines are kept, as the step is made beside others; they follow when it is committed.
-    holding: AtomicBool,
-    held: Mutex<Vec<Line>>,
-}
-
-impl ModuleLog {
-    /// What a frame points to.
-    pub fn host(&self) -> Host {
-        Host { context: std::ptr::from_ref(self).cast(), log: take }
-    }
-
-    /// The time that the next lines carry.
-    pub fn set_time(&self, time: u64) {
-        self.time.store(time, Ordering::Relaxed);
-    }
-
-    /// Writes a line.
-    pub fn write(&self, level: Level, text: &str) {
-        self.send(level, text.as_bytes());
-    }
-
-    /// Before a step that is made beside others: in lockstep, keeps lines until [`release`](ModuleLog::release), so
-    /// that they stand in the order of the modules.
-    pub fn hold(&self) {
-        self.holding.store(true, Ordering::Relaxed);
-    }
-
-    /// Writes the lines of a step that was made beside others.
-    pub fn release(&self) {
-        if self.holding.swap(false, Ordering::Relaxed) {
-            self.held
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .drain(..)
-                .for_each(|line| self.pass_on(line));
-        }
-    }
-
-    fn send(&self, level: Level, text: &[u8]) {
-        if level > self.level {
-            return;
-        }
-        let line = line(self.time.load(Ordering::Relaxed), level, &self.module, text);
-        if self.lossless && self.holding.load(Ordering::Relaxed) {
-            self.held.lock().unwrap_or_else(PoisonError::into_inner).push(line);
-        } else {
-            self.pass_on(line);
-        }
-    }
-
-    fn pass_on(&self, line: Line) {
-        if self.lossless {
-            // The receiver ends only after all senders.
-            if self.lines.send(line).is_ok() {
-                self.counts.sent.fetch_add(1, Ordering::Release);
-            }
-        } else {
-            self.counts.try_send(&self.lines, line);
-        }
-    }
-}
-
-unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, length: usize) {
-    // SAFETY: the context is the `ModuleLog` that made the host, which the runner keeps beside it; the text lives
-    // during the call.
-    let (log, text) = unsafe { (&*context.cast::<ModuleLog>(), std::slice::from_raw_parts(text, length)) };
-    let level = match level {
-        0 => Level::Error,
-        1 => Level::Warn,
-        2 => Level::Info,
-        3 => Level::Debug,
-        _ => Level::Trace,
-    };
-    log.send(level, text);
 }

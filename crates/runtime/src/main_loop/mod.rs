@@ -42,7 +42,7 @@ pub use policy::{LoopPolicy, Place, STAGE_LIMIT, SenseAct};
 pub(crate) use schedule::is_name as is_stage_name;
 pub use schedule::{Schedule, ScheduleError, ScheduledStage};
 pub(crate) use seat::Seat;
-pub(crate) use threads::ModuleThreads;
+pub(crate) use threads::{ModuleThreads, thread_name};
 pub use tracing::AgentTrace;
 pub(crate) use watchdog::{Watch, Watchdog};
 pub(crate) use workers::Workers;
@@ -161,6 +161,8 @@ pub(crate) struct Shared {
     jobs: Jobs,
     parts: Mutex<Parts>,
     watched: Mutex<Arc<[Watch]>>,
+    /// For a stop, which waits for nothing else.
+    gates: Mutex<Arc<[Arc<Actuator>]>>,
     threads: Mutex<ModuleThreads>,
     ending: Mutex<Ending>,
     changed: Condvar,
@@ -227,6 +229,7 @@ impl Shared {
             jobs: Jobs::default(),
             parts: Mutex::new(Parts { schedule, ..Parts::default() }),
             watched: Mutex::new(Arc::from([])),
+            gates: Mutex::new(Arc::from([])),
             threads: Mutex::default(),
             ending: Mutex::default(),
             changed: Condvar::new(),
@@ -249,6 +252,11 @@ impl Shared {
     /// The modules that the watchdog watches.
     pub fn watched(&self) -> Arc<[Watch]> {
         Arc::clone(&self.watched.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The gates.
+    pub fn actuators(&self) -> Arc<[Arc<Actuator>]> {
+        Arc::clone(&self.gates.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The threads of modules.
@@ -283,6 +291,7 @@ impl Shared {
         let mut parts = self.parts();
         (parts.levels, parts.threaded) = (levels, threaded);
         drop(parts);
+        *self.gates.lock().unwrap_or_else(PoisonError::into_inner) = actuators.iter().cloned().collect();
         self.rebuild(Some(actuators));
     }
 

@@ -10,6 +10,7 @@ use crate::digest::Digest;
 impl Runner {
     /// Checks and commits what a step wrote. `code` is what the step returned.
     pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
+        self.hand_to_shadow();
         for inbox in &mut self.inboxes {
             for (i, entry) in inbox.entries.iter().enumerate() {
                 let reason = entry.answer.get();
@@ -28,6 +29,7 @@ impl Runner {
         };
         self.set_condition(condition, now);
         if condition == Condition::Failed {
+            self.services.iter_mut().for_each(|service| service.abandon());
             self.publish_safe(now);
         } else {
             self.publish(now, digest);
@@ -69,6 +71,9 @@ impl Runner {
             if self.slots[output.slot].flags.get() & Flags::SET != 0 {
                 output.wakes.iter().for_each(|wake| wake.notify(1));
             }
+        }
+        for service in &mut self.services {
+            service.commit(now, digest.as_deref_mut());
         }
         for outbox in &mut self.outboxes {
             let count = self.slots[outbox.slot].count.get();
@@ -120,7 +125,9 @@ impl Runner {
     }
 
     /// After a panic: safe values, and an instance made anew.
-    fn recover(&mut self, now: u64) {
+    pub(super) fn recover(&mut self, now: u64) {
+        self.services.iter_mut().for_each(|service| service.abandon());
+        self.disarm(now);
         self.panics += 1;
         self.health.panics.store(self.panics.into(), Ordering::Relaxed);
         let tick = self.frame.number;
@@ -132,6 +139,9 @@ impl Runner {
         self.set_condition(Condition::Failed, now);
         self.publish_safe(now);
         self.destroy();
+        if self.supervised.is_some() {
+            return self.fall(now);
+        }
         let again = if self.panics_in_a_row >= PANIC_LIMIT {
             Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off"))
         } else {
@@ -180,6 +190,7 @@ impl Runner {
             *measured = Measured { written: now, period, longest: 0, jitter: 0 };
             // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
             let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
+            self.show_process(now, false);
         }
     }
 }

@@ -34,6 +34,8 @@ pub(crate) enum ModuleCondition {
     Faulted,
     /// Its plugin is not loaded.
     Unloaded,
+    /// A service that it needs is not provided.
+    Waiting,
 }
 
 /// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
@@ -89,6 +91,8 @@ pub(crate) enum Condition {
     Faulted = 5,
     /// Its plugin is not loaded.
     Unloaded = 6,
+    /// A service that it needs is not provided.
+    Waiting = 7,
 }
 
 impl Condition {
@@ -132,7 +136,8 @@ impl Health {
             3 => Condition::Failed,
             4 => Condition::Late,
             5 => Condition::Faulted,
-            _ => Condition::Unloaded,
+            6 => Condition::Unloaded,
+            _ => Condition::Waiting,
         }
     }
 

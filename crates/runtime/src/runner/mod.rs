@@ -5,6 +5,8 @@ mod commit;
 mod health;
 mod ports;
 mod prepare;
+mod shadow;
+mod supervision;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -15,8 +17,12 @@ use slate_blackboard::interface::{Value, View};
 use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
 
+use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use shadow::{Shadow, ShadowState};
+
+pub(crate) use supervision::Supervised;
 
 use crate::log::ModuleLog;
 
@@ -60,6 +66,14 @@ pub(crate) struct Runner {
     pub inboxes: Vec<InboxPort>,
     pub outputs: Vec<OutputPort>,
     pub outboxes: Vec<OutboxPort>,
+    /// Services of other modules.
+    pub aspects: Vec<AspectPort>,
+    /// Services for other modules.
+    pub providers: Vec<ProviderPort>,
+    /// New code beside this one.
+    pub shadow: Option<Shadow>,
+    /// Services of the host.
+    pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
     pub enabled: Latest,
     /// What `enabled` said last.
@@ -96,6 +110,8 @@ pub(crate) struct Runner {
     /// Panics without many ticks between them, and the tick of the last one.
     pub panics_in_a_row: u32,
     pub last_panic: u64,
+    /// What watches over it when it is isolated.
+    pub supervised: Option<Supervised>,
 }
 
 /// What was measured since `/module/timing` was written last.
@@ -127,7 +143,7 @@ impl Runner {
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
     pub fn is_due(&mut self, now: u64) -> bool {
-        if !self.is_enabled() {
+        if !self.is_enabled() || !self.is_up(now) {
             return false;
         }
         match &self.trigger {
@@ -163,17 +179,38 @@ impl Runner {
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
         let condition = self.health.condition();
+        if !self.aspects.is_empty() && self.on && !self.has_services() {
+            if condition.is_working() {
+                self.set_condition(Condition::Waiting, self.last_tick);
+                self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
+            }
+            return false;
+        }
         if !self.on {
             if condition.is_working() {
                 self.set_condition(Condition::Inactive, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
             }
             return false;
         }
-        if condition == Condition::Inactive {
+        if matches!(condition, Condition::Inactive | Condition::Waiting) {
             self.set_condition(Condition::Working, self.last_tick);
         }
         condition != Condition::Faulted && condition != Condition::Late
+    }
+
+    /// Whether all services of other modules that it needs are provided.
+    fn has_services(&mut self) -> bool {
+        let mut all = true;
+        for aspect in &mut self.aspects {
+            match aspect.table() {
+                Some(table) => self.slots[aspect.slot].data = table.cast_mut(),
+                None => all = false,
+            }
+        }
+        all
     }
 
     /// Changes how the module is, and shows it.
@@ -200,15 +237,24 @@ impl Runner {
         self.setup.with(|setup| self.kind.create(setup, bytes))
     }
 
-    /// Goes on with other code and its instance; returns the old code and instance.
+    /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
+    /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
+        self.panics = 0;
+        if self.health.condition() == Condition::Faulted {
+            self.set_condition(Condition::Working, self.last_tick);
+        }
         let kind = std::mem::replace(&mut self.kind, kind);
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.services.iter_mut().for_each(|service| service.begin(&self.kind));
         Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
     }
 
     /// Ends the instance.
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.services.iter_mut().for_each(|service| service.end());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
             unsafe { self.kind.destroy(instance) }
@@ -235,6 +281,24 @@ impl Retired {
     /// An instance that was made and is not used yet.
     pub fn new(kind: ModuleKind, instance: *mut ()) -> Self {
         Self { kind, instance }
+    }
+
+    /// Makes a step.
+    ///
+    /// # Safety
+    /// The frame was filled for this instance.
+    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.kind.table().tick)(self.instance, frame) }
+    }
+
+    /// Gives the instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
+        // SAFETY: the kind made this instance, and nobody else uses it.
+        unsafe { self.kind.restore(self.instance, state) }
     }
 
     /// Takes the instance out.

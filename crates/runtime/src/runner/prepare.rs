@@ -63,6 +63,10 @@ impl Runner {
         for outbox in &mut self.outboxes {
             self.slots[outbox.slot].count.set(0);
         }
+        for provider in &self.providers {
+            self.slots[provider.slot].flags.set(if provider.is_provided() { Flags::SET } else { 0 });
+        }
+        self.services.iter_mut().for_each(|service| service.prepare(now));
         if self.params.refresh() {
             self.frame.params_version += 1;
         }
@@ -74,6 +78,7 @@ impl Runner {
         self.frame.number += 1;
         self.last_tick = now;
         self.health.ticks.store(self.frame.number, Ordering::Relaxed);
+        self.show_shadow();
     }
 
     fn fill_inputs(&mut self, now: u64) {

@@ -14,6 +14,11 @@ impl Count {
     /// Never.
     pub const ZERO: Self = Self(0);
 
+    /// So often.
+    pub fn new(count: u64) -> Self {
+        Self(count)
+    }
+
     /// The number.
     pub fn get(self) -> u64 {
         self.0

@@ -11,6 +11,7 @@ use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot
 
 use super::{Builder, SPARE_READERS, new_writer};
 use crate::agent::survey::{Target, Wire};
+use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
     Group, InboxPort, InputPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort,
     QueuePort, Runner,
@@ -49,6 +50,13 @@ impl Builder<'_, '_> {
             Trigger::On { ports, .. } => ports.contains(&port.name),
             Trigger::Stage | Trigger::Every(_) => false,
         };
+        let supervised = self.supervised(m);
+        if supervised.is_none() && surveyed.module.isolated.value {
+            return None;
+        }
+        let kind = supervised
+            .as_ref()
+            .map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind));
         let slots: Box<[PortSlot]> =
             surveyed.description.ports.iter().map(|port| empty_slot(port, zeros)).collect();
         let params = self.ground.board.find(&format!("{name}/params")).ok()?.0.channel()?.latest().ok()?;
@@ -72,7 +80,7 @@ impl Builder<'_, '_> {
         });
         let mut runner = Runner {
             name,
-            kind: surveyed.kind.clone(),
+            kind,
             trigger: surveyed.trigger.clone(),
             deadline: surveyed.deadline,
             health: Arc::clone(&post.health),
@@ -83,6 +91,10 @@ impl Builder<'_, '_> {
             inboxes: Vec::new(),
             outputs: Vec::new(),
             outboxes: Vec::new(),
+            aspects: Vec::new(),
+            providers: Vec::new(),
+            services: Vec::new(),
+            shadow: None,
             params,
             enabled,
             on: true,
@@ -105,6 +117,7 @@ impl Builder<'_, '_> {
             panics: 0,
             panics_in_a_row: 0,
             last_panic: 0,
+            supervised,
         };
         self.inputs(m, &mut runner, &triggers)?;
         for (p, port) in surveyed.description.ports.iter().enumerate() {
@@ -129,7 +142,16 @@ impl Builder<'_, '_> {
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
+                    // Who read it first may have made room for less.
+                    runner.slots[p].capacity = output.shape.capacity;
                     runner.outputs.push(output);
+                }
+                Direction::Aspect => self.aspect(m, p, &mut runner)?,
+                Direction::Provider => {
+                    let place = self.ground.service(&format!("{}/{}", self.name(m), port.name));
+                    let provider = ProviderPort::new(p, place, runner.kind.clone());
+                    runner.slots[p].data = provider.table().cast_mut().cast();
+                    runner.providers.push(provider);
                 }
                 Direction::Outbox => {
                     let outbox = self.outbox(m, p, port)?;
@@ -141,7 +163,10 @@ impl Builder<'_, '_> {
             }
         }
         match runner.create() {
-            Ok(instance) => runner.instance = instance,
+            Ok(instance) => {
+                runner.instance = instance;
+                runner.show_process(0, true);
+            }
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 self.complaints.add(
@@ -155,8 +180,26 @@ impl Builder<'_, '_> {
         Some(runner)
     }
 
+    /// The service that a port needs.
+    fn aspect(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
+        match *self.survey.services.get(&(m, p))? {
+            Some((provider, port)) => {
+                let path = format!("{}/{}", self.name(provider), self.port(provider, port).name);
+                runner.aspects.push(AspectPort::new(p, self.ground.service(&path)));
+            }
+            None => {
+                let schema = self.port(m, p).descriptor.hash;
+                let mut service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                service.begin(&runner.kind);
+                runner.slots[p].data = service.table().cast_mut();
+                runner.services.push(service);
+            }
+        }
+        Some(())
+    }
+
     /// The writer of a property that every module has.
-    fn implied_writer(
+    pub(super) fn implied_writer(
         &mut self,
         m: usize,
         name: &str,

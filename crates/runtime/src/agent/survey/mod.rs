@@ -1,5 +1,6 @@
 //! What configuration asks for, checked against what the plugins offer; nothing is made here.
 
+mod aspects;
 mod levels;
 mod links;
 mod module;
@@ -16,6 +17,9 @@ use crate::runner::OwnSetup;
 
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
+
+/// Another one that isolated modules have.
+const RESERVED_WHEN_ISOLATED: &str = "process";
 
 /// A module that will be made.
 pub(super) struct Surveyed<'a> {
@@ -74,6 +78,8 @@ pub(super) struct Survey<'a> {
     pub joints: Vec<Joint<'a>>,
     /// What links lead to that is not there.
     pub absent: Vec<Absent>,
+    /// Who provides a service to a port: a port of another module, or the host.
+    pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
     pub order: Vec<Vec<Vec<usize>>>,
 }
@@ -121,7 +127,9 @@ pub(super) fn survey<'a>(
     }
     check_unique(&modules, complaints);
     check_time_source(configuration, &modules, complaints);
-    let mut survey = Survey { modules, joints: Vec::new(), absent: Vec::new(), order: Vec::new() };
+    aspects::check_single(configuration, &modules, complaints);
+    let services = aspects::survey_services(&modules, catalogue, complaints);
+    let mut survey = Survey { modules, joints: Vec::new(), absent: Vec::new(), services, order: Vec::new() };
     // Links can only be judged when every module is known.
     if survey.modules.len() + dormant.len() == configuration.modules().len() {
         links::survey_links(configuration, &dormant, &mut survey, complaints);

@@ -7,17 +7,28 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
+#[path = "../common/mod.rs"]
 mod common;
+mod configuration;
+mod fields;
+mod file;
+mod flood;
+mod levels;
+mod properties;
+mod remote;
+mod repeat;
+mod syslog;
 
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use common::{Number, load};
 use slate_module::prelude::*;
 use slate_module::{Level, Plugin};
-use slate_runtime::log::{LogTarget, MemoryTarget, Record};
-use slate_runtime::{Control, End, Options, Rate};
+use slate_runtime::log::{Levels, LogTarget, Logger, MemoryTarget, Record, Settings};
+use slate_runtime::{Options, Rate};
 
 /// Ports of [`Talker`].
 #[ports]
@@ -54,6 +65,28 @@ impl Module for Talker {
     }
 }
 
+/// Time enough for what must come in the end.
+const LONG: Duration = Duration::from_secs(60);
+
+/// A logger of all levels on the wall clock.
+fn logger(repeat: u64, targets: Vec<Box<dyn LogTarget>>) -> Logger {
+    let settings = Settings { levels: Levels::new(Level::Trace), repeat, lockstep: false, modules: 4 };
+    Logger::new(settings, targets).unwrap()
+}
+
+/// A record of a module `m`.
+fn record(text: &str) -> Record {
+    Record::new(1_500_000_000, Level::Info, &Arc::from("m"), text)
+}
+
+/// An empty folder for a test.
+fn folder(test: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("log-{}-{test}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
 fn lines_of(text: &str, options: Options, steps: usize) -> Vec<Record> {
     let target = MemoryTarget::default();
     let options = Options { log: vec![Box::new(target.clone())], rate: Rate::Max, ..options };
@@ -61,38 +94,6 @@ fn lines_of(text: &str, options: Options, steps: usize) -> Vec<Record> {
     (0..steps).for_each(|_| assert!(agent.step()));
     drop(agent);
     target.lines()
-}
-
-#[test]
-fn each_module_has_its_level() {
-    let text = r#"
-time.source = "a"
-[log]
-level = "warn"
-[log.levels]
-b = "debug"
-c = "error"
-[modules.a]
-plugin = "talker"
-[modules.b]
-plugin = "talker"
-[modules.c]
-plugin = "talker"
-"#;
-    let lines = lines_of(text, Options::default(), 1);
-    let said: Vec<_> = lines.iter().map(|line| (&*line.module, line.text.as_str())).collect();
-    assert_eq!(
-        said,
-        [
-            ("a", "warn 1"),
-            ("a", "error 1"),
-            ("b", "debug 1"),
-            ("b", "info 1 0"),
-            ("b", "warn 1"),
-            ("b", "error 1"),
-            ("c", "error 1"),
-        ]
-    );
 }
 
 #[test]
@@ -118,49 +119,6 @@ fn in_lockstep_lines_stand_in_the_order_of_the_modules_whoever_makes_their_steps
     }
 }
 
-/// Takes 2 ms for a line, as a full disk or a slow terminal does.
-struct SlowTarget {
-    written: Arc<AtomicU64>,
-    lost: Arc<Mutex<Vec<String>>>,
-}
-
-impl LogTarget for SlowTarget {
-    fn write(&mut self, record: &Record) {
-        if &*record.module == "agent" {
-            self.lost.lock().unwrap().push(record.text.clone());
-            return;
-        }
-        self.written.fetch_add(1, Ordering::Relaxed);
-        std::thread::sleep(Duration::from_millis(2));
-    }
-}
-
-#[test]
-fn on_the_wall_clock_a_slow_target_loses_lines_and_says_how_many_but_holds_nobody_up() {
-    let written = Arc::new(AtomicU64::new(0));
-    let lost = Arc::new(Mutex::new(Vec::new()));
-    let target = SlowTarget { written: Arc::clone(&written), lost: Arc::clone(&lost) };
-    let text = "loop.period = \"2ms\"\n[modules.talker]\nparams.lines = 50\n";
-    let options = Options { log: vec![Box::new(target)], ..Options::default() };
-    let mut agent = load(text, &[Plugin::linked::<Talker>()], options).unwrap();
-    let start = Instant::now();
-    let end =
-        agent.run(Box::new(|cycle| if cycle.number == 200 { Control::Stop } else { Control::Continue }));
-    assert_eq!(end.unwrap(), End::Stopped);
-    let ticks = agent.counts("talker").unwrap().0;
-    assert_eq!(ticks, 200);
-    let lines = ticks * 50 * 3;
-    let elapsed = start.elapsed();
-    assert!(
-        elapsed < Duration::from_millis(2 * lines) / 4,
-        "it would take a minute to write all: {elapsed:?}"
-    );
-    assert!(written.load(Ordering::Relaxed) < lines / 2);
-    let told = lost.lock().unwrap();
-    let dropped: u64 = told.iter().filter_map(|line| line.split(' ').next()?.parse::<u64>().ok()).sum();
-    assert!(dropped > lines / 2 && dropped <= lines, "{dropped} of {lines} dropped: {told:?}");
-}
-
 #[test]
 fn in_lockstep_no_line_is_lost_to_a_slow_target() {
     /// Writes a line now and then slowly.
@@ -173,7 +131,7 @@ fn in_lockstep_no_line_is_lost_to_a_slow_target() {
         }
     }
     let written = Arc::new(AtomicU64::new(0));
-    let text = "time.source = \"talker\"\n[modules.talker]\nparams.lines = 10\n";
+    let text = "time.source = \"talker\"\nlog.repeat = 0\n[modules.talker]\nparams.lines = 10\n";
     let options =
         Options { log: vec![Box::new(Uneven(Arc::clone(&written)))], rate: Rate::Max, ..Options::default() };
     let mut agent = load(text, &[Plugin::linked::<Talker>()], options).unwrap();
@@ -208,4 +166,33 @@ fn a_long_line_is_cut_and_nothing_else_happens() {
     let lines = target.lines();
     assert_eq!(lines.len(), 2);
     assert_eq!(lines[0].text.len(), 512);
+}
+
+#[test]
+fn a_target_that_panics_takes_no_other_with_it() {
+    struct Broken;
+    impl LogTarget for Broken {
+        fn write(&mut self, _: &Record) {
+            panic!("as the test wants");
+        }
+    }
+    let target = MemoryTarget::default();
+    let logger = logger(0, vec![Box::new(Broken), Box::new(target.clone())]);
+    logger.log(0, Level::Info, "one");
+    logger.log(1, Level::Info, "two");
+    drop(logger);
+    let texts: Vec<_> = target.lines().into_iter().map(|line| line.text).collect();
+    assert_eq!(texts, ["one", "a target of the log panicked and gets no more lines", "two"]);
+}
+
+#[test]
+fn a_target_may_come_while_the_agent_runs() {
+    let target = MemoryTarget::default();
+    let logger = logger(0, Vec::new());
+    logger.log(0, Level::Info, "before");
+    logger.add_target(Box::new(target.clone()));
+    logger.log(1, Level::Info, "after");
+    logger.flush(LONG);
+    assert_eq!(target.lines().len(), 1);
+    assert_eq!(target.lines()[0].text, "after");
 }

@@ -1,0 +1,199 @@
+use std::marker::PhantomData;
+
+use slate_blackboard::Stamp;
+use slate_blackboard::interface::{Descriptor, Interface};
+
+use super::{Service, service};
+use crate::table::{Bytes, DONE, Sink};
+use crate::{Refusal, portable};
+
+/// Properties that are chosen at run time, by path and interface; for everything that configuration can say, links are
+/// better.
+///
+/// What is read is the same during a whole tick, and what is written is seen after it. The handles belong to the host:
+/// a path is opened when it is used first, and closed with the module.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct BlackBoard {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// Looks at the newest value of a path, which must have that schema; [`ABSENT`] when nothing is there.
+    pub read: unsafe extern "C" fn(*mut (), Bytes, u64, *mut Seen, *const Sink) -> i32,
+    /// Writes a path. The interface is only looked at when the path is opened, and may be left out before that, for
+    /// which the answer is [`DESCRIBE`].
+    pub write: unsafe extern "C" fn(*mut (), Bytes, u64, Bytes, Bytes, usize, *const Sink) -> i32,
+    /// Lists the paths that a pattern means, a line each; of that schema, or of any for 0.
+    pub matching: unsafe extern "C" fn(*mut (), Bytes, u64, *const Sink) -> i32,
+    /// The next event of the properties that a pattern means, from its first use on.
+    pub event: unsafe extern "C" fn(*mut (), Bytes, *mut BoardEvent, *const Sink) -> i32,
+}
+
+/// Nothing is there, or nothing happened.
+pub const ABSENT: i32 = 2;
+/// The interface must be described.
+pub const DESCRIBE: i32 = 3;
+
+// SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
+unsafe impl Service for BlackBoard {
+    const DESCRIPTOR: &'static Descriptor =
+        &service("blackboard 1", "Opens properties at run time, by path and interface.");
+}
+
+/// A value as the host shows it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// The value; null before the first write.
+    pub data: *const u8,
+    /// Its tail items.
+    pub items: usize,
+    /// When it was written.
+    pub stamp: Stamp,
+    /// Whether an earlier tick did not see it.
+    pub new: u32,
+    /// Whether it has a writer now.
+    pub alive: u32,
+}
+
+/// What happened to a property.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BoardEvent {
+    /// Which of [`BoardEvent::APPEARED`] and the others.
+    pub what: u32,
+    /// Not used.
+    pub reserved: u32,
+    /// The generation of a writer.
+    pub generation: u64,
+    /// Events that were lost before this one.
+    pub missed: u64,
+}
+
+impl BoardEvent {
+    /// The property is there.
+    pub const APPEARED: u32 = 1;
+    /// The property is gone.
+    pub const VANISHED: u32 = 2;
+    /// It has a writer.
+    pub const WRITER_CAME: u32 = 3;
+    /// It has no writer any more.
+    pub const WRITER_LEFT: u32 = 4;
+    /// Somebody reads it.
+    pub const READER_CAME: u32 = 5;
+    /// Somebody no longer reads it.
+    pub const READER_LEFT: u32 = 6;
+}
+
+/// A value of a property, the same during a whole tick.
+#[derive(Debug)]
+pub struct Sample<'a, T: Interface + ?Sized> {
+    seen: Seen,
+    value: PhantomData<&'a T>,
+}
+
+impl<T: Interface + ?Sized> Sample<'_, T> {
+    /// When it was written.
+    pub fn stamp(&self) -> Stamp {
+        self.seen.stamp
+    }
+
+    /// Whether this module's last tick did not see it.
+    pub fn is_new(&self) -> bool {
+        self.seen.new != 0
+    }
+
+    /// Whether the property has a writer now.
+    pub fn has_writer(&self) -> bool {
+        self.seen.alive != 0
+    }
+}
+
+impl<T: Interface + ?Sized> std::ops::Deref for Sample<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        // SAFETY: the host shows a value of this interface, and keeps it during the tick.
+        unsafe { T::from_raw(self.seen.data, self.seen.items) }
+    }
+}
+
+impl BlackBoard {
+    /// The newest value at a path of this agent, such as `/localizer/pose`; nothing when no property is there, or it
+    /// was never written.
+    ///
+    /// # Errors
+    /// When the property is of another interface, or serves no more readers.
+    pub fn read<T: Interface + ?Sized>(&self, path: &str) -> Result<Option<Sample<'_, T>>, Refusal> {
+        let mut seen = Seen { data: std::ptr::null(), items: 0, stamp: Stamp::default(), new: 0, alive: 0 };
+        let schema = T::DESCRIPTOR.hash;
+        // SAFETY: everything lives during the call.
+        let (code, reason) = answered(|sink| unsafe {
+            (self.read)(self.context, Bytes::of(path), schema, &raw mut seen, sink)
+        });
+        match code {
+            DONE if seen.data.is_null() => Ok(None),
+            DONE => Ok(Some(Sample { seen, value: PhantomData })),
+            ABSENT => Ok(None),
+            _ => Err(Refusal(reason)),
+        }
+    }
+
+    /// Writes a property, which readers see after this tick. A path without a slash at its beginning lies below the
+    /// module's own, such as `/tracker/object-1`; another one must not lie below another module's.
+    ///
+    /// # Errors
+    /// When the path has another writer or interface, or belongs to another module.
+    pub fn write<T: Interface + Copy>(&self, path: &str, value: &T) -> Result<(), Refusal> {
+        let data = Bytes { data: std::ptr::from_ref(value).cast(), length: size_of::<T>() };
+        let write = |interface: &[u8]| {
+            let interface = Bytes { data: interface.as_ptr(), length: interface.len() };
+            let schema = T::DESCRIPTOR.hash;
+            // SAFETY: everything lives during the call.
+            answered(|sink| unsafe {
+                (self.write)(self.context, Bytes::of(path), schema, interface, data, 0, sink)
+            })
+        };
+        let (mut code, mut reason) = write(&[]);
+        if code == DESCRIBE {
+            (code, reason) = write(&portable::encode_interface(T::DESCRIPTOR)?);
+        }
+        if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
+    }
+
+    /// The paths of properties of an interface that a pattern means: `*` stands for one part of a path, `**` for any
+    /// number of parts.
+    ///
+    /// # Errors
+    /// When it is no pattern.
+    pub fn matching<T: Interface + ?Sized>(&self, pattern: &str) -> Result<Vec<String>, Refusal> {
+        let schema = T::DESCRIPTOR.hash;
+        // SAFETY: everything lives during the call.
+        let (code, text) =
+            answered(|sink| unsafe { (self.matching)(self.context, Bytes::of(pattern), schema, sink) });
+        if code == DONE { Ok(text.lines().map(str::to_owned).collect()) } else { Err(Refusal(text)) }
+    }
+
+    /// The next thing that happened to the properties that a pattern means, with the path; from the first call on.
+    ///
+    /// # Errors
+    /// When it is no pattern.
+    pub fn event(&self, pattern: &str) -> Result<Option<(String, BoardEvent)>, Refusal> {
+        let mut event = BoardEvent::default();
+        // SAFETY: everything lives during the call.
+        let (code, text) =
+            answered(|sink| unsafe { (self.event)(self.context, Bytes::of(pattern), &raw mut event, sink) });
+        match code {
+            DONE => Ok(Some((text, event))),
+            ABSENT => Ok(None),
+            _ => Err(Refusal(text)),
+        }
+    }
+}
+
+/// Makes a call of a service with a sink for text: what it returned, and what it wrote.
+pub fn answered(call: impl FnOnce(*const Sink) -> i32) -> (i32, String) {
+    let mut written = Vec::new();
+    let sink = Sink::into(&mut written);
+    let code = call(&raw const sink);
+    (code, String::from_utf8_lossy(&written).into_owned())
+}

@@ -1,0 +1,375 @@
+//! The aspect [`BlackBoard`]: handles that a module opens at run time, by path.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_blackboard::channel::{Budget, Latest, Writer};
+use slate_blackboard::interface::FloatMap;
+use slate_blackboard::{Access, Board, Event, Observer, Pattern, Property, Store};
+use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
+use slate_module::decode_interface;
+use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+
+use super::calls::{say, text};
+use super::{HostService, Means};
+use crate::digest::Digest;
+use crate::runner::Memory;
+
+/// Events that wait for a module at most.
+const EVENTS: usize = 256;
+/// What a property serves that a module opens.
+const BUDGET: Budget = Budget { latest: 16, queues: 4, window: 16 };
+
+struct Service {
+    table: BlackBoard,
+    board: Arc<Board>,
+    module: Arc<str>,
+    readers: BTreeMap<String, OpenReader>,
+    writers: BTreeMap<String, OpenWriter>,
+    observers: BTreeMap<String, Observer>,
+    /// Sees when a path is given to another property.
+    changes: Observer,
+    tick: u64,
+}
+
+struct OpenReader {
+    property: Arc<Property>,
+    reader: Latest,
+    /// The tick that it was looked at in, and whether that saw something new.
+    looked: (u64, bool),
+}
+
+struct OpenWriter {
+    property: Arc<Property>,
+    writer: Writer,
+    floats: FloatMap,
+    /// What this tick writes.
+    value: Memory,
+    size: usize,
+    set: bool,
+    index: u32,
+}
+
+// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+unsafe impl Send for Service {}
+
+pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+    // Every path is meant, which is a pattern.
+    let all = Pattern::parse("**").unwrap_or_else(|_| unreachable!("`**` is a pattern"));
+    let mut service = Box::new(Service {
+        table: BlackBoard { context: std::ptr::null_mut(), read, write, matching, event },
+        board: Arc::clone(&means.board),
+        module: Arc::clone(module),
+        readers: BTreeMap::new(),
+        writers: BTreeMap::new(),
+        observers: BTreeMap::new(),
+        changes: means.board.observe(&all, EVENTS, None),
+        tick: 1,
+    });
+    service.table.context = (&raw mut *service).cast();
+    service
+}
+
+impl HostService for Service {
+    fn table(&self) -> *const u8 {
+        (&raw const self.table).cast()
+    }
+
+    fn prepare(&mut self, _: u64) {
+        self.tick += 1;
+        let missed = self.changes.missed();
+        for event in &mut self.changes {
+            if let Event::Vanished(path) = event {
+                self.readers.remove(&*path);
+            }
+        }
+        if missed > 0 && !self.readers.is_empty() {
+            // Some of them may have vanished unseen.
+            let board = &self.board;
+            self.readers.retain(|path, open| {
+                board.find(path).is_ok_and(|(property, _)| Arc::ptr_eq(&property, &open.property))
+            });
+        }
+    }
+
+    fn commit(&mut self, now: u64, mut digest: Option<&mut Digest>) {
+        for open in self.writers.values_mut().filter(|open| open.set) {
+            open.set = false;
+            // SAFETY: the memory has that size, and nobody else has it.
+            let value = unsafe { std::slice::from_raw_parts_mut(open.value.as_mut_ptr(), open.size) };
+            open.floats.canonicalize(value, 0);
+            if let Some(digest) = digest.as_deref_mut() {
+                digest.add(open.index, value);
+            }
+            // Only a recorder in lockstep may hold a writer up; its readers then find nothing new.
+            let _ = open.writer.write(value, 0, now);
+        }
+    }
+
+    fn abandon(&mut self) {
+        self.writers.values_mut().for_each(|open| open.set = false);
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        for (path, open) in std::mem::take(&mut self.writers) {
+            drop(open.writer);
+            // What others read stays as it is.
+            if open.property.readers() == 0 {
+                // It was there a moment ago.
+                let _ = self.board.remove(&path);
+            }
+        }
+    }
+}
+
+/// A refusal in words, or that it was not there.
+enum Not {
+    There,
+    Described,
+    Allowed(String),
+}
+
+impl From<String> for Not {
+    fn from(reason: String) -> Self {
+        Self::Allowed(reason)
+    }
+}
+
+impl Service {
+    fn path(&self, path: &str) -> String {
+        match path.strip_prefix('/') {
+            Some(absolute) => absolute.into(),
+            None => format!("{}/{path}", self.module),
+        }
+    }
+
+    fn read(&mut self, path: &str, schema: u64) -> Result<Seen, Not> {
+        let tick = self.tick;
+        let known = path.strip_prefix('/').is_some_and(|path| self.readers.contains_key(path));
+        let own;
+        let path = if known {
+            path.trim_start_matches('/')
+        } else {
+            own = self.path(path);
+            if !self.readers.contains_key(&own) {
+                let open = self.open_reader(&own)?;
+                self.readers.insert(own.clone(), open);
+            }
+            &own
+        };
+        let Some(open) = self.readers.get_mut(path) else { return Err(Not::There) };
+        let descriptor = open.property.descriptor();
+        if descriptor.hash != schema {
+            return Err(format!(
+                "/{path} is {} {:016x}, not {schema:016x}",
+                descriptor.name, descriptor.hash
+            )
+            .into());
+        }
+        if open.looked.0 != tick {
+            open.looked = (tick, open.reader.refresh());
+        }
+        let alive = open.property.has_writer().into();
+        let nothing = Seen { data: std::ptr::null(), items: 0, stamp: Default::default(), new: 0, alive };
+        Ok(open.reader.value().map_or(nothing, |loan| Seen {
+            data: loan.as_ptr(),
+            items: loan.items(),
+            stamp: loan.stamp(),
+            new: open.looked.1.into(),
+            alive,
+        }))
+    }
+
+    fn open_reader(&self, path: &str) -> Result<OpenReader, Not> {
+        let (property, field) = self.board.find(path).map_err(|_| Not::There)?;
+        if !field.is_empty() {
+            return Err(format!("/{path} is a field; open /{} and look at it", property.path()).into());
+        }
+        let channel = property.channel().ok_or_else(|| format!("/{path} receives messages"))?;
+        let reader = channel.latest().map_err(|error| format!("/{path}: {error}"))?;
+        Ok(OpenReader { reader, looked: (0, false), property })
+    }
+
+    fn write(&mut self, path: &str, schema: u64, interface: &[u8], value: &[u8]) -> Result<(), Not> {
+        let path = self.path(path);
+        if !self.writers.contains_key(&path) {
+            if interface.is_empty() {
+                return Err(Not::Described);
+            }
+            let open = self.open_writer(&path, interface)?;
+            self.writers.insert(path.clone(), open);
+        }
+        let Some(open) = self.writers.get_mut(&path) else { return Err(Not::There) };
+        let descriptor = open.property.descriptor();
+        if descriptor.hash != schema || value.len() != open.size {
+            return Err(format!(
+                "/{path} is {} {:016x}, not {schema:016x}",
+                descriptor.name, descriptor.hash
+            )
+            .into());
+        }
+        // SAFETY: the memory has that size, and nobody else has it.
+        unsafe { open.value.as_mut_ptr().copy_from_nonoverlapping(value.as_ptr(), value.len()) };
+        open.set = true;
+        Ok(())
+    }
+
+    fn open_writer(&self, path: &str, interface: &[u8]) -> Result<OpenWriter, Not> {
+        let descriptor = decode_interface(interface).map_err(|refusal| refusal.0)?;
+        let own = path.strip_prefix(&*self.module).is_some_and(|rest| rest.starts_with('/'));
+        // Every module has parameters.
+        let is_module = |name: &str| self.board.find(&format!("{name}/params")).is_ok();
+        if !own
+            && let Some(owner) =
+                path.match_indices('/').map(|(end, _)| &path[..end]).find(|name| is_module(name))
+        {
+            return Err(format!("/{path} lies below /{owner}, which is another module").into());
+        }
+        let property = match self.board.find(path) {
+            Ok((property, field)) if field.is_empty() && property.path() == path => {
+                if property.descriptor().hash != descriptor.hash {
+                    let found = property.descriptor();
+                    return Err(format!(
+                        "/{path} is {} {:016x}, not {} {:016x}",
+                        found.name, found.hash, descriptor.name, descriptor.hash
+                    )
+                    .into());
+                }
+                property
+            }
+            _ => {
+                let store = Store { capacity: 0, depth: 1, budget: BUDGET };
+                let doc = format!("Opened by {} at run time.", self.module);
+                let added = self.board.add_channel(path, &doc, descriptor, store, Access::Output);
+                added.map_err(|error| error.to_string())?
+            }
+        };
+        let channel = property.channel().ok_or_else(|| format!("/{path} receives messages"))?;
+        let writer = channel.writer().map_err(|error| format!("/{path}: {error}"))?;
+        // The hash of the path takes the place of a number among outputs, as those that are opened have no order.
+        let index = path
+            .bytes()
+            .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+        Ok(OpenWriter {
+            writer,
+            floats: FloatMap::new(descriptor),
+            value: Memory::zeroed(descriptor.size),
+            size: descriptor.size,
+            set: false,
+            index: index | 1 << 31,
+            property,
+        })
+    }
+
+    fn matching(&self, pattern: &str, schema: u64) -> Result<String, String> {
+        let pattern = Pattern::parse(pattern).map_err(|error| error.to_string())?;
+        let found = self.board.matching(&pattern);
+        let fits = found.iter().filter(|property| schema == 0 || property.descriptor().hash == schema);
+        Ok(fits.map(|property| format!("/{}\n", property.path())).collect())
+    }
+
+    fn event(&mut self, pattern: &str) -> Result<Option<(Arc<str>, BoardEvent)>, String> {
+        if !self.observers.contains_key(pattern) {
+            let parsed = Pattern::parse(pattern).map_err(|error| error.to_string())?;
+            self.observers.insert(pattern.into(), self.board.observe(&parsed, EVENTS, None));
+        }
+        let Some(observer) = self.observers.get_mut(pattern) else { return Ok(None) };
+        let missed = observer.missed();
+        Ok(observer.next().map(|event| {
+            let (what, generation) = match event {
+                Event::Appeared(_) => (BoardEvent::APPEARED, 0),
+                Event::Vanished(_) => (BoardEvent::VANISHED, 0),
+                Event::WriterCame(_, generation) => (BoardEvent::WRITER_CAME, generation),
+                Event::WriterLeft(_, generation) => (BoardEvent::WRITER_LEFT, generation),
+                Event::ReaderCame(_) => (BoardEvent::READER_CAME, 0),
+                Event::ReaderLeft(_) => (BoardEvent::READER_LEFT, 0),
+            };
+            (Arc::clone(event.path()), BoardEvent { what, reserved: 0, generation, missed })
+        }))
+    }
+}
+
+/// # Safety
+/// The sink is as the module made it.
+unsafe fn code(sink: *const Sink, not: &Not) -> i32 {
+    match not {
+        Not::There => ABSENT,
+        Not::Described => DESCRIBE,
+        Not::Allowed(reason) => {
+            // SAFETY: passed on to the caller.
+            unsafe { say(sink, reason) };
+            REFUSED
+        }
+    }
+}
+
+unsafe extern "C" fn read(
+    context: *mut (),
+    path: Bytes,
+    schema: u64,
+    seen: *mut Seen,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
+    unsafe {
+        let path = std::str::from_utf8(path.as_slice()).unwrap_or_default();
+        match (*context.cast::<Service>()).read(path, schema) {
+            Ok(value) => {
+                seen.write(value);
+                DONE
+            }
+            Err(not) => code(sink, &not),
+        }
+    }
+}
+
+unsafe extern "C" fn write(
+    context: *mut (),
+    path: Bytes,
+    schema: u64,
+    interface: Bytes,
+    value: Bytes,
+    _: usize,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: as for `read`.
+    unsafe {
+        let written =
+            (*context.cast::<Service>()).write(&text(path), schema, interface.as_slice(), value.as_slice());
+        written.map_or_else(|not| code(sink, &not), |()| DONE)
+    }
+}
+
+unsafe extern "C" fn matching(context: *mut (), pattern: Bytes, schema: u64, sink: *const Sink) -> i32 {
+    // SAFETY: as for `read`.
+    unsafe {
+        let found = (*context.cast::<Service>()).matching(&text(pattern), schema);
+        say(sink, found.as_ref().unwrap_or_else(|reason| reason));
+        if found.is_ok() { DONE } else { REFUSED }
+    }
+}
+
+unsafe extern "C" fn event(
+    context: *mut (),
+    pattern: Bytes,
+    event: *mut BoardEvent,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: as for `read`.
+    unsafe {
+        match (*context.cast::<Service>()).event(&text(pattern)) {
+            Ok(Some((path, what))) => {
+                event.write(what);
+                say(sink, &format!("/{path}"));
+                DONE
+            }
+            Ok(None) => ABSENT,
+            Err(reason) => {
+                say(sink, &reason);
+                REFUSED
+            }
+        }
+    }
+}

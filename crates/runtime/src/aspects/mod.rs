@@ -1,0 +1,88 @@
+//! What modules need that can be missing: services of the host, and those that modules provide to each other.
+
+mod blackboard;
+mod calls;
+mod logger;
+mod main_loop;
+mod place;
+mod plugins;
+mod synchronization;
+mod threads;
+mod time_source;
+
+use std::sync::Arc;
+
+use slate_blackboard::Board;
+use slate_blackboard::interface::Descriptor;
+use slate_module::ModuleKind;
+use slate_module::aspect::{self, BlackBoard, Service};
+
+use crate::clock::Clock;
+use crate::digest::Digest;
+use crate::log::Logger;
+use crate::synchronization::Synchronization;
+pub(crate) use main_loop::{PlacePolicy, PolicyPlace};
+pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
+pub(crate) use plugins::PluginControl;
+pub(crate) use threads::{Closed, ThreadKeeper};
+pub(crate) use time_source::{PlaceTime, TimePlace};
+
+/// A service of the host for one module: a table of calls over an object of its own.
+pub(crate) trait HostService: Send {
+    /// The table, which stays where it is as long as the service.
+    fn table(&self) -> *const u8;
+
+    /// The module begins with that code, or goes on with it.
+    fn begin(&mut self, _: &ModuleKind) {}
+
+    /// Before a tick.
+    fn prepare(&mut self, _: u64) {}
+
+    /// After a tick that went as it should: what it asked for happens now.
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {}
+
+    /// After a tick that failed: what it asked for does not happen.
+    fn abandon(&mut self) {}
+
+    /// The module's instance is gone; after a panic another one follows.
+    fn end(&mut self) {}
+}
+
+/// What services are made of.
+pub(crate) struct Means {
+    pub board: Arc<Board>,
+    /// Where the loop finds the policy of a module.
+    pub policy: Arc<PolicyPlace>,
+    /// Where the loop finds the time that a module has said.
+    pub time: Arc<TimePlace>,
+    pub logger: Arc<Logger>,
+    pub clock: Arc<Clock>,
+    pub synchronization: Arc<Synchronization>,
+    pub threads: Arc<ThreadKeeper>,
+    pub plugins: Arc<PluginControl>,
+}
+
+/// Makes a service for a module.
+type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
+
+/// The services of the host.
+const SERVICES: &[(&Descriptor, Maker)] = &[
+    (BlackBoard::DESCRIPTOR, blackboard::make),
+    (aspect::MainLoop::DESCRIPTOR, main_loop::make),
+    (aspect::TimeSource::DESCRIPTOR, time_source::make),
+    (aspect::Logger::DESCRIPTOR, logger::make),
+    (aspect::Plugins::DESCRIPTOR, plugins::make),
+    (aspect::Synchronization::DESCRIPTOR, synchronization::make),
+    (aspect::Threads::DESCRIPTOR, threads::make),
+];
+
+/// The descriptors of the host's services.
+pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
+    SERVICES.iter().map(|(descriptor, _)| *descriptor)
+}
+
+/// The host's service of that schema, for a module.
+pub(crate) fn service(schema: u64, means: &Means, module: &Arc<str>) -> Option<Box<dyn HostService>> {
+    let (_, make) = SERVICES.iter().find(|(descriptor, _)| descriptor.hash == schema)?;
+    Some(make(means, module))
+}

@@ -1,0 +1,153 @@
+//! Where a service that a module provides is found by those that need it.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use slate_module::ModuleKind;
+use slate_module::aspect::ProviderTable;
+
+use crate::runner::Memory;
+
+/// The place of a service; empty while it is not provided.
+#[derive(Debug, Default)]
+pub(crate) struct ServicePlace {
+    /// Counts changes, so that a tick sees with one look that there was none.
+    version: AtomicU64,
+    current: Mutex<Option<Arc<Provided>>>,
+}
+
+/// A service that is provided.
+#[derive(Debug)]
+struct Provided {
+    table: Memory,
+    owner: *mut (),
+    end: unsafe extern "C" fn(*mut ()),
+    /// Keeps the code of its calls.
+    #[allow(dead_code, reason = "it is kept, not used")]
+    kind: ModuleKind,
+}
+
+// SAFETY: the owner is `Send`, as the provider's port demands; the table may be used from any thread, as its service
+// promises.
+unsafe impl Send for Provided {}
+// SAFETY: as above.
+unsafe impl Sync for Provided {}
+
+impl Drop for Provided {
+    fn drop(&mut self) {
+        // SAFETY: the call belongs to this owner and is made once, while the library is kept.
+        unsafe { (self.end)(self.owner) }
+    }
+}
+
+impl ServicePlace {
+    fn set(&self, service: Option<Arc<Provided>>) {
+        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let old = std::mem::replace(&mut *current, service);
+        self.version.fetch_add(1, Ordering::Release);
+        drop(current);
+        // The code of another library may run here, which must not happen under the lock.
+        drop(old);
+    }
+
+    /// Ends the service; who is in a tick keeps it until the next one.
+    pub fn withdraw(&self) {
+        if self.is_provided() {
+            self.set(None);
+        }
+    }
+
+    fn is_provided(&self) -> bool {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+}
+
+/// A port through which a module uses a service of another one.
+pub(crate) struct AspectPort {
+    pub slot: usize,
+    place: Arc<ServicePlace>,
+    seen: u64,
+    held: Option<Arc<Provided>>,
+}
+
+impl AspectPort {
+    pub fn new(slot: usize, place: Arc<ServicePlace>) -> Self {
+        Self { slot, place, seen: 0, held: None }
+    }
+
+    /// The table of the service, while it is provided.
+    pub fn table(&mut self) -> Option<*const u8> {
+        let version = self.place.version.load(Ordering::Acquire);
+        if version != self.seen {
+            // Who changes it now will be seen before the next tick.
+            if let Ok(current) = self.place.current.try_lock() {
+                self.held.clone_from(&current);
+                self.seen = version;
+            }
+        }
+        self.held.as_ref().map(|held| held.table.as_ptr())
+    }
+}
+
+/// A port through which a module provides a service.
+pub(crate) struct ProviderPort {
+    pub slot: usize,
+    inner: Box<Inner>,
+}
+
+struct Inner {
+    table: ProviderTable,
+    place: Arc<ServicePlace>,
+    kind: ModuleKind,
+}
+
+impl ProviderPort {
+    pub fn new(slot: usize, place: Arc<ServicePlace>, kind: ModuleKind) -> Self {
+        let table = ProviderTable { context: std::ptr::null_mut(), provide, withdraw };
+        let mut inner = Box::new(Inner { table, place, kind });
+        inner.table.context = (&raw mut *inner).cast();
+        Self { slot, inner }
+    }
+
+    /// What the module's port points to.
+    pub fn table(&self) -> *const ProviderTable {
+        &raw const self.inner.table
+    }
+
+    /// Whether the service is provided now.
+    pub fn is_provided(&self) -> bool {
+        self.inner.place.is_provided()
+    }
+
+    /// The instance that provided the service is gone; `kind` comes next.
+    pub fn withdraw(&mut self, kind: &ModuleKind) {
+        self.inner.place.withdraw();
+        self.inner.kind = kind.clone();
+    }
+}
+
+impl Drop for ProviderPort {
+    fn drop(&mut self) {
+        self.inner.place.withdraw();
+    }
+}
+
+unsafe extern "C" fn provide(
+    context: *mut (),
+    table: *const u8,
+    size: usize,
+    owner: *mut (),
+    end: unsafe extern "C" fn(*mut ()),
+) {
+    // SAFETY: the context is the `Inner` of the port, which lives as long as the module's runner.
+    let inner = unsafe { &*context.cast::<Inner>() };
+    let mut memory = Memory::zeroed(size);
+    // SAFETY: the module passes a table of that size.
+    unsafe { memory.as_mut_ptr().copy_from_nonoverlapping(table, size) };
+    inner.place.set(Some(Arc::new(Provided { table: memory, owner, end, kind: inner.kind.clone() })));
+}
+
+unsafe extern "C" fn withdraw(context: *mut ()) {
+    // SAFETY: as for `provide`.
+    unsafe { &*context.cast::<Inner>() }.place.withdraw();
+}

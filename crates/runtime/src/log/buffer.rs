@@ -1,0 +1,131 @@
+//! The buffer between those who log and the logger's thread. Who sends takes no lock, so that a thread that is
+//! preempted while it logs or writes holds no tick up.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use crossbeam_queue::ArrayQueue;
+use slate_blackboard::wake::Wake;
+
+use super::source::Message;
+
+struct Buffer {
+    messages: ArrayQueue<Message>,
+    arrived: Wake,
+    /// Notified when half of the places are free again.
+    emptied: Wake,
+    senders: AtomicUsize,
+    /// Whether nobody receives any more.
+    closed: AtomicBool,
+}
+
+/// How long a sender waits before it looks again whether there is room.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// A buffer with that many places.
+pub(super) fn buffer(places: usize) -> (Sender, Receiver) {
+    let buffer = Arc::new(Buffer {
+        messages: ArrayQueue::new(places),
+        arrived: Wake::new(),
+        emptied: Wake::new(),
+        senders: AtomicUsize::new(1),
+        closed: AtomicBool::new(false),
+    });
+    (Sender(Arc::clone(&buffer)), Receiver(buffer))
+}
+
+pub(super) struct Sender(Arc<Buffer>);
+
+impl Sender {
+    /// Sends without waiting.
+    ///
+    /// # Errors
+    /// The message, when there is no room.
+    #[allow(clippy::result_large_err, reason = "a message in a box would be an allocation of the tick")]
+    pub fn try_send(&self, message: Message) -> Result<(), Message> {
+        self.0.messages.push(message)?;
+        self.0.arrived.notify(1);
+        Ok(())
+    }
+
+    /// Sends, and waits for room. False when nobody receives any more.
+    pub fn send(&self, mut message: Message) -> bool {
+        loop {
+            match self.try_send(message) {
+                Ok(()) => return true,
+                Err(_) if self.0.closed.load(Ordering::Acquire) => return false,
+                Err(back) => message = back,
+            }
+            // If two wait, the notification is for one of them and the other one looks.
+            self.0.emptied.wait_timeout(LOOK);
+        }
+    }
+}
+
+impl Clone for Sender {
+    fn clone(&self) -> Self {
+        self.0.senders.fetch_add(1, Ordering::Relaxed);
+        Self(Arc::clone(&self.0))
+    }
+}
+
+impl Drop for Sender {
+    fn drop(&mut self) {
+        if self.0.senders.fetch_sub(1, Ordering::AcqRel) == 1 {
+            self.0.arrived.notify(1);
+        }
+    }
+}
+
+pub(super) struct Receiver(Arc<Buffer>);
+
+/// Why there is no message.
+pub(super) enum Nothing {
+    /// None came in time.
+    Yet,
+    /// None will ever come.
+    Ever,
+}
+
+impl Receiver {
+    /// The next message, waited for at most so long.
+    ///
+    /// # Errors
+    /// When there is none.
+    #[allow(clippy::disallowed_methods, reason = "how long nothing comes is a matter of the wall clock")]
+    pub fn receive(&self, patience: Duration) -> Result<Message, Nothing> {
+        if let Some(message) = self.take() {
+            return Ok(message);
+        }
+        let start = Instant::now();
+        loop {
+            // Before the look into the queue, as the last sender may send and go in between.
+            let ended = self.0.senders.load(Ordering::Acquire) == 0;
+            if let Some(message) = self.take() {
+                return Ok(message);
+            }
+            let left = patience.saturating_sub(start.elapsed());
+            match (ended, left) {
+                (true, _) => return Err(Nothing::Ever),
+                (false, Duration::ZERO) => return Err(Nothing::Yet),
+                (false, left) => self.0.arrived.wait_timeout(left),
+            };
+        }
+    }
+
+    fn take(&self) -> Option<Message> {
+        let message = self.0.messages.pop()?;
+        // Not with every place, as each would wake a sender that fills just one.
+        if self.0.messages.len() == self.0.messages.capacity() / 2 {
+            self.0.emptied.notify(1);
+        }
+        Some(message)
+    }
+}
+
+impl Drop for Receiver {
+    fn drop(&mut self) {
+        self.0.closed.store(true, Ordering::Release);
+    }
+}

@@ -1,0 +1,67 @@
+use std::io;
+
+use slate_blackboard::Board;
+use slate_module::Level;
+
+use super::{ConsoleTarget, FileTarget, LogTarget, Logger, RemoteTarget, Rotation, Settings, SyslogTarget};
+use crate::configuration::{Configuration, Diagnostic, Report, Span};
+
+impl Settings {
+    /// What a configuration says.
+    pub(crate) fn of(configuration: &Configuration, lockstep: bool) -> Self {
+        let log = configuration.log();
+        let modules = configuration.modules().len();
+        Self { levels: log.levels(), repeat: log.repeat.value, lockstep, modules }
+    }
+}
+
+impl Logger {
+    /// Adds the targets that a configuration names, and the properties.
+    ///
+    /// # Errors
+    /// What can't be opened or made, where it is written.
+    pub(crate) fn configure(&self, configuration: &Configuration, board: &Board) -> Result<(), Report> {
+        let wanted = &configuration.log().targets;
+        let mut opened: Vec<Box<dyn LogTarget>> = Vec::new();
+        let cannot = |span: Span, what: String, error: &io::Error, help: &str| {
+            Report::from(vec![configuration.diagnostic(span, format!("{what}: {error}"), Some(help.into()))])
+        };
+        self.show_on(board).map_err(|error| {
+            let help = "the log itself is at /log/tail and /log/counts: name the module otherwise".to_owned();
+            let module = configuration.modules().iter().find(|module| module.name.value == "log");
+            Report::from(vec![match module {
+                Some(module) => configuration.diagnostic(module.name.span, error.to_string(), Some(help)),
+                None => Diagnostic::without_place(error.to_string(), help),
+            }])
+        })?;
+        let mut address = None;
+        // What leaves nothing behind comes first, so that a refused configuration makes no file.
+        if let Some(remote) = &wanted.remote {
+            let target = RemoteTarget::bind(remote.value).map_err(|error| {
+                let what = format!("the log can't be offered at {}", remote.value);
+                cannot(remote.span, what, &error, "choose an address of this computer and a free port")
+            })?;
+            address = Some(target.address());
+            opened.push(Box::new(target));
+        }
+        if let Some(syslog) = &wanted.syslog {
+            opened.push(Box::new(SyslogTarget::new(syslog.value.clone(), configuration.agent_name())));
+        }
+        if wanted.console {
+            opened.push(Box::new(ConsoleTarget));
+        }
+        if let Some(file) = &wanted.file {
+            let rotation = Rotation { size: file.size, keep: file.keep };
+            let target = FileTarget::open(&file.path.value, rotation).map_err(|error| {
+                let what = format!("the log file {} can't be opened", file.path.value.display());
+                cannot(file.path.span, what, &error, "choose a file that this user may write")
+            })?;
+            opened.push(Box::new(target));
+        }
+        opened.into_iter().for_each(|target| self.add_target(target));
+        if let Some(address) = address {
+            self.log(0, Level::Info, &format!("the log is offered at {address}"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,39 @@
+use std::io;
+
+/// A target that can't write for a while: said once at the beginning and once at the end, not with every line.
+#[derive(Debug, Default)]
+pub(super) struct Outage {
+    lost: u64,
+    complaint: Option<String>,
+}
+
+impl Outage {
+    /// Takes the result of writing a line to `place`.
+    pub fn look(&mut self, place: &str, result: io::Result<()>) {
+        match result {
+            Ok(()) if self.lost > 0 => {
+                self.complaint =
+                    Some(format!("{place} can be written again; lines missing there: {}", self.lost));
+                self.lost = 0;
+            }
+            Ok(()) => {}
+            Err(error) => {
+                if self.lost == 0 {
+                    self.complaint =
+                        Some(format!("{place} can't be written, so lines are missing there: {error}"));
+                }
+                self.lost += 1;
+            }
+        }
+    }
+
+    /// Whether the last line could not be written.
+    pub fn is_on(&self) -> bool {
+        self.lost > 0
+    }
+
+    /// What to say, once.
+    pub fn complaint(&mut self) -> Option<String> {
+        self.complaint.take()
+    }
+}
