@@ -137,7 +137,7 @@ fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     }
     // SAFETY: the step was not given up, and the seat is claimed.
     let runner = unsafe { seat.runner() };
-    runner.time(Some(duration));
+    runner.time(Some(duration), 1);
     runner.commit(shared.clock.now(), code, None);
     seat.unclaim();
 }

@@ -161,12 +161,15 @@ impl Runner {
         }
     }
 
-    /// Counts a step, and how many wall-clock nanoseconds it took if that was measured.
-    pub fn time(&mut self, duration: Option<u64>) {
+    /// Counts a step, and how many wall-clock nanoseconds it took if that was measured; it stands for so many steps in the
+    /// histogram.
+    pub fn time(&mut self, duration: Option<u64>, stands_for: u32) {
         let measured = &mut self.measured;
         if let Some(duration) = duration {
             self.health.duration.store(duration, Ordering::Relaxed);
-            self.health.histogram.record(duration);
+            if stands_for > 0 {
+                self.health.histogram.record(duration, stands_for);
+            }
             measured.longest = measured.longest.max(duration);
             if self.deadline.is_some_and(|deadline| duration > deadline) {
                 count(&self.health.misses);

@@ -64,7 +64,7 @@ impl Builder<'_, '_> {
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
             self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
-        let doc = "How long its ticks took, of all that were timed.";
+        let doc = "How long its ticks took.";
         let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
         let frame = Box::new(Frame {
             ports: slots.as_ptr(),
