@@ -65,7 +65,7 @@ impl Application {
 }
 
 /// The modules that are linked into the command.
-fn plugins() -> Vec<Plugin> {
+pub fn plugins() -> Vec<Plugin> {
     vec![slate::sim::plugin(), slate_exp1::plugin()]
 }
 

@@ -22,6 +22,8 @@ use clap::Parser;
 use arguments::{Arguments, Verb};
 
 fn main() -> ExitCode {
+    // An isolated module is this program, started once more.
+    slate::runtime::isolation::enter(&examples::plugins());
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {

@@ -11,6 +11,7 @@ mod aspects;
 mod clock;
 pub mod configuration;
 mod digest;
+pub mod isolation;
 pub mod log;
 mod main_loop;
 pub mod plugin;

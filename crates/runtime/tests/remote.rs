@@ -451,7 +451,7 @@ fn changes_are_saved_with_the_comments_of_the_file() {
     let server = Server::open(&agent).unwrap();
     let mut client = Client::connect(server.name()).unwrap();
     client.set(&[change("modules.teller.params.first", "3.5")]).unwrap();
-    assert_eq!(client.save(SaveTo::Origin).unwrap().files, [path.clone()]);
+    assert_eq!(client.save(SaveTo::Origin).unwrap().files, std::slice::from_ref(&path));
     let text = std::fs::read_to_string(&path).unwrap();
     assert!(text.contains("[modules.teller] # it tells\nparams = { first = 3.5 }"), "{text}");
     assert!(client.differences().unwrap().is_empty());

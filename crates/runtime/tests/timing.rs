@@ -116,8 +116,8 @@ fn an_export_is_what_was_recorded() {
     let trace = Trace::new(16);
     let strange = "näme \"with\" \\ and \n\u{1}";
     let (stage, module) = (trace.label("Act").unwrap(), trace.label(strange).unwrap());
-    let mut main = trace.track("main loop").unwrap();
-    let mut worker = trace.track(strange).unwrap();
+    let main = trace.track("main loop").unwrap();
+    let worker = trace.track(strange).unwrap();
     // A stage ends after its modules, and began before.
     main.record(Span { label: module, start: 1_100, duration: 99, cycle: 7 });
     main.record(Span { label: stage, start: 1_100, duration: 800, cycle: 7 });
@@ -176,11 +176,11 @@ fn a_track_has_one_writer_and_outlives_it() {
     let trace = Trace::new(8);
     let label = trace.label("step").unwrap();
     assert_eq!(trace.label("step").unwrap(), label);
-    let mut first = trace.track("loop").unwrap();
+    let first = trace.track("loop").unwrap();
     first.record(Span { label, start: 1, duration: 1, cycle: 1 });
     assert_eq!(trace.track("loop").unwrap_err(), TraceError::Taken { name: "loop".into() });
     drop(first);
-    let mut second = trace.track("loop").unwrap();
+    let second = trace.track("loop").unwrap();
     second.record(Span { label, start: 2, duration: 1, cycle: 2 });
     assert_eq!(events(&trace, 0, 10).0.spans, 2);
 }
@@ -195,7 +195,7 @@ proptest! {
             let track = trace.track(&format!("thread {index}")).unwrap();
             let mut now = 0;
             for (cycle, length) in (0..).zip(lengths) {
-                let mut record = |label, start, duration| track.record(Span { label, start, duration, cycle });
+                let record = |label, start, duration| track.record(Span { label, start, duration, cycle });
                 record(names[2], now, length / 3);
                 record(names[2], now + length / 3, length / 3);
                 record(names[1], now, 2 * (length / 3));

@@ -10,6 +10,7 @@ mod settings;
 mod survey;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -21,6 +22,7 @@ use slate_safety::StopLatch;
 use crate::aspects::{Means, PluginControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
+use crate::isolation::Arenas;
 use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
@@ -62,6 +64,9 @@ pub struct Options {
     pub time_source: Option<Box<dyn TimeSource>>,
     /// Says the date, for logs; the system's if there is none.
     pub calendar: Option<Calendar>,
+    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
+    /// first, with the same plugins. Nothing for this program.
+    pub isolation_program: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -76,6 +81,7 @@ impl Default for Options {
             stop: StopLatch::in_memory(),
             time_source: None,
             calendar: None,
+            isolation_program: None,
         }
     }
 }
@@ -163,6 +169,8 @@ impl Agent {
             synchronization: Arc::clone(&shared.synchronization),
             threads: Arc::clone(&threads),
             plugins: Arc::clone(&control),
+            policy: Arc::default(),
+            time: Arc::default(),
         };
         let ground = Ground {
             board,
@@ -175,14 +183,19 @@ impl Agent {
             services: BTreeMap::new(),
             means,
             index: 0,
+            arenas: Arenas::new(options.isolation_program),
+            kept: BTreeMap::new(),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
             catalogue: Catalogue::default(),
             ground,
             present: BTreeMap::new(),
+            linked: Vec::new(),
             origins: BTreeMap::new(),
             trials: BTreeMap::new(),
+            loop_owner: None,
+            time_owner: None,
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);

@@ -3,10 +3,12 @@
 mod blackboard;
 mod calls;
 mod logger;
+mod main_loop;
 mod place;
 mod plugins;
 mod synchronization;
 mod threads;
+mod time_source;
 
 use std::sync::Arc;
 
@@ -19,9 +21,11 @@ use crate::clock::Clock;
 use crate::digest::Digest;
 use crate::log::Logger;
 use crate::synchronization::Synchronization;
+pub(crate) use main_loop::{PlacePolicy, PolicyPlace};
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
 pub(crate) use plugins::PluginControl;
 pub(crate) use threads::{Closed, ThreadKeeper};
+pub(crate) use time_source::{PlaceTime, TimePlace};
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub(crate) trait HostService: Send {
@@ -47,6 +51,10 @@ pub(crate) trait HostService: Send {
 /// What services are made of.
 pub(crate) struct Means {
     pub board: Arc<Board>,
+    /// Where the loop finds the policy of a module.
+    pub policy: Arc<PolicyPlace>,
+    /// Where the loop finds the time that a module has said.
+    pub time: Arc<TimePlace>,
     pub logger: Arc<Logger>,
     pub clock: Arc<Clock>,
     pub synchronization: Arc<Synchronization>,
@@ -60,6 +68,8 @@ type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 /// The services of the host.
 const SERVICES: &[(&Descriptor, Maker)] = &[
     (BlackBoard::DESCRIPTOR, blackboard::make),
+    (aspect::MainLoop::DESCRIPTOR, main_loop::make),
+    (aspect::TimeSource::DESCRIPTOR, time_source::make),
     (aspect::Logger::DESCRIPTOR, logger::make),
     (aspect::Plugins::DESCRIPTOR, plugins::make),
     (aspect::Synchronization::DESCRIPTOR, synchronization::make),

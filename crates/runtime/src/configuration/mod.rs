@@ -51,7 +51,9 @@ use crate::main_loop::Schedule;
 pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 use files::Files;
-pub use model::{Actuator, Limit, Link, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit};
+pub use model::{
+    Actuator, Isolation, Limit, Link, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
+};
 use path::Prefix;
 use problems::Problems;
 use read::{Main, Request};

@@ -6,7 +6,7 @@ use super::Configuration;
 use super::build::Build;
 use super::source::{Source, SourceKind, Span, Spanned};
 use super::value::{Entry, Table};
-use super::{Module, PluginEntry};
+use super::{Isolation, Module, PluginEntry};
 
 impl Build<'_> {
     pub(super) fn plugins(&mut self, root: &Table) -> Vec<PluginEntry> {
@@ -75,6 +75,7 @@ impl Configuration {
             plugin: Spanned::new(kind.into(), span),
             enabled: Spanned::new(true, span),
             isolated: Spanned::new(false, span),
+            isolation: Isolation::default(),
             stage: None,
             trigger: None,
             deadline: None,

@@ -39,9 +39,11 @@ impl Build<'_> {
         };
         let names: Vec<String> = stages.iter().map(|stage| stage.name.clone()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut known = true;
         for part in ["members", "timeouts"] {
             for (name, entry) in self.problems.table(table, part).into_iter().flat_map(Table::iter) {
                 if !names.contains(&name) {
+                    known = false;
                     let message = format!("the loop has no stage `{name}`");
                     self.problems.add(entry.key, message, suggestion(name, &names));
                 }
@@ -53,6 +55,7 @@ impl Build<'_> {
             stage.timeout = timeout.map(|timeout| Duration::from_nanos(timeout.value));
         }
         match Schedule::new(stages) {
+            _ if !known => None,
             Ok(schedule) => Some(schedule),
             Err(error) => {
                 let place = table.entries.get("members").or(table.entries.get("stages"));

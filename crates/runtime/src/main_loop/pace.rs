@@ -75,7 +75,7 @@ impl Pace {
         if begin > now {
             shared.sleep(Duration::from_nanos(begin - now));
         }
-        self.begun = begin.max(now);
+        self.begun = monotonic();
         beginning
     }
 }

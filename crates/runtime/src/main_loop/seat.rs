@@ -27,6 +27,8 @@ pub(crate) struct Seat {
     pub health: Arc<Health>,
     /// Whether every step is timed.
     pub has_deadline: bool,
+    /// Whether it runs in a process of its own.
+    pub is_isolated: bool,
     /// Whether its steps reach beyond its ports, so that they are never made beside others.
     pub alone: bool,
     /// Whether it has a turn in every cycle.
@@ -48,6 +50,8 @@ pub(crate) struct Seat {
     helped: AtomicBool,
     /// Whether the module's own thread ends.
     retired: AtomicBool,
+    /// How often the loop has said that it is the module's turn; nothing for modules that do not wait for that.
+    kicks: Option<AtomicU64>,
     runner: UnsafeCell<Runner>,
 }
 
@@ -64,6 +68,7 @@ impl Seat {
             returned: AtomicU64::new(0),
             name: Arc::clone(&runner.name),
             health: Arc::clone(&runner.health),
+            is_isolated: runner.supervised.is_some(),
             alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
             has_deadline: runner.deadline.is_some(),
             wake: Arc::clone(&runner.wake),
@@ -71,6 +76,11 @@ impl Seat {
             begun: AtomicU64::new(0),
             helped: AtomicBool::new(false),
             retired: AtomicBool::new(false),
+            kicks: runner
+                .supervised
+                .as_ref()
+                .is_some_and(|supervised| supervised.is_kicked)
+                .then(AtomicU64::default),
             runner: UnsafeCell::new(runner),
         }
     }
@@ -126,6 +136,24 @@ impl Seat {
         let result = call();
         let ended = if claimed { self.end_claimed() } else { self.end() };
         ended.then_some(result)
+    }
+
+    /// Whether the loop says when the module runs, which it does in a thread of its own.
+    pub fn is_kicked(&self) -> bool {
+        self.kicks.is_some()
+    }
+
+    /// Says that it is the turn of a module that waits for that; false for all others.
+    pub fn kick(&self) -> bool {
+        let Some(kicks) = &self.kicks else { return false };
+        kicks.store(kicks.load(Ordering::Relaxed) + 1, Ordering::Release);
+        self.wake.notify(1);
+        true
+    }
+
+    /// How often it has been the module's turn; nothing when the loop does not say.
+    pub fn kicks(&self) -> Option<u64> {
+        self.kicks.as_ref().map(|kicks| kicks.load(Ordering::Acquire))
     }
 
     /// Lets the module's own thread end.

@@ -1,5 +1,6 @@
 use std::io;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -57,6 +58,7 @@ fn join(seat: &Seat, thread: JoinHandle<()>) {
 /// The life of a module's own thread in that run.
 fn work(shared: &Shared, run: u64, seat: &Seat) {
     let wake = &seat.wake;
+    let mut kicks = seat.kicks().unwrap_or(0);
     while shared.is_in(run) && !seat.is_retired() {
         if !seat.claim() {
             // A late step has returned, or one of an earlier run has not yet; or the module's code is exchanged.
@@ -69,7 +71,7 @@ fn work(shared: &Shared, run: u64, seat: &Seat) {
         let (call, patience) = unsafe {
             let runner = seat.runner();
             let now = shared.clock.now();
-            if runner.is_due(now) {
+            if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
                 runner.log.set_time(now);
                 runner.prepare(now);
                 (Some(runner.call()), Duration::ZERO)
@@ -87,12 +89,27 @@ fn work(shared: &Shared, run: u64, seat: &Seat) {
     }
 }
 
+/// Whether a module may look at its trigger. Turns of the loop that it was too late for are left out, and counted.
+fn is_its_turn(seat: &Seat, kicks: &mut u64) -> bool {
+    let Some(now) = seat.kicks() else { return true };
+    let new = now - std::mem::replace(kicks, now);
+    if new > 1 {
+        let misses = &seat.health.misses;
+        misses.store(misses.load(Ordering::Relaxed) + new - 1, Ordering::Relaxed);
+    }
+    new > 0
+}
+
 /// How often a thread looks for what nobody wakes it for: a switch, a value that a tool has set, virtual time.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
 fn patience(runner: &Runner, now: u64) -> Duration {
     if matches!(runner.health.condition(), Condition::Inactive | Condition::Faulted) {
+        return LOOK;
+    }
+    if runner.supervised.is_some() {
+        // Its process may end at any time.
         return LOOK;
     }
     let left = match &runner.trigger {

@@ -119,7 +119,7 @@ impl Workers {
 /// Prepares a module that is due, for a step alone or beside others. Periods are counted in the `nominal` time of the cycle,
 /// so that a module is not a cycle late because its thread woke up a little later the cycle before.
 pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option<StepCall> {
-    if !seat.is_idle() && !seat.readmit() {
+    if seat.kick() || !seat.is_idle() && !seat.readmit() {
         return None;
     }
     // SAFETY: the caller holds the token and the seat is idle; the references end before the step.

@@ -125,8 +125,9 @@ impl Runner {
     }
 
     /// After a panic: safe values, and an instance made anew.
-    fn recover(&mut self, now: u64) {
+    pub(super) fn recover(&mut self, now: u64) {
         self.services.iter_mut().for_each(|service| service.abandon());
+        self.disarm(now);
         self.panics += 1;
         self.health.panics.store(self.panics.into(), Ordering::Relaxed);
         let tick = self.frame.number;
@@ -138,6 +139,9 @@ impl Runner {
         self.set_condition(Condition::Failed, now);
         self.publish_safe(now);
         self.destroy();
+        if self.supervised.is_some() {
+            return self.fall(now);
+        }
         let again = if self.panics_in_a_row >= PANIC_LIMIT {
             Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off"))
         } else {
@@ -183,6 +187,7 @@ impl Runner {
             *measured = Measured { written: now, period, longest: 0, jitter: 0 };
             // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
             let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
+            self.show_process(now, false);
         }
     }
 }

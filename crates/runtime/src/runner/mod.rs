@@ -6,6 +6,7 @@ mod health;
 mod ports;
 mod prepare;
 mod shadow;
+mod supervision;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -20,6 +21,8 @@ use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
 pub(crate) use shadow::{Shadow, ShadowState};
+
+pub(crate) use supervision::Supervised;
 
 use crate::log::ModuleLog;
 
@@ -107,6 +110,8 @@ pub(crate) struct Runner {
     /// Panics without many ticks between them, and the tick of the last one.
     pub panics_in_a_row: u32,
     pub last_panic: u64,
+    /// What watches over it when it is isolated.
+    pub supervised: Option<Supervised>,
 }
 
 /// What was measured since `/module/timing` was written last.
@@ -138,7 +143,7 @@ impl Runner {
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
     pub fn is_due(&mut self, now: u64) -> bool {
-        if !self.is_enabled() {
+        if !self.is_enabled() || !self.is_up(now) {
             return false;
         }
         match &self.trigger {
@@ -178,6 +183,7 @@ impl Runner {
             if condition.is_working() {
                 self.set_condition(Condition::Waiting, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
             }
             return false;
         }
@@ -185,6 +191,7 @@ impl Runner {
             if condition.is_working() {
                 self.set_condition(Condition::Inactive, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
             }
             return false;
         }
@@ -230,8 +237,13 @@ impl Runner {
         self.setup.with(|setup| self.kind.create(setup, bytes))
     }
 
-    /// Goes on with other code and its instance; returns the old code and instance.
+    /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
+    /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
+        self.panics = 0;
+        if self.health.condition() == Condition::Faulted {
+            self.set_condition(Condition::Working, self.last_tick);
+        }
         let kind = std::mem::replace(&mut self.kind, kind);
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
         self.services.iter_mut().for_each(|service| service.begin(&self.kind));

@@ -50,6 +50,13 @@ impl Builder<'_, '_> {
             Trigger::On { ports, .. } => ports.contains(&port.name),
             Trigger::Stage | Trigger::Every(_) => false,
         };
+        let supervised = self.supervised(m);
+        if supervised.is_none() && surveyed.module.isolated.value {
+            return None;
+        }
+        let kind = supervised
+            .as_ref()
+            .map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind));
         let slots: Box<[PortSlot]> =
             surveyed.description.ports.iter().map(|port| empty_slot(port, zeros)).collect();
         let params = self.ground.board.find(&format!("{name}/params")).ok()?.0.channel()?.latest().ok()?;
@@ -73,7 +80,7 @@ impl Builder<'_, '_> {
         });
         let mut runner = Runner {
             name,
-            kind: surveyed.kind.clone(),
+            kind,
             trigger: surveyed.trigger.clone(),
             deadline: surveyed.deadline,
             health: Arc::clone(&post.health),
@@ -110,6 +117,7 @@ impl Builder<'_, '_> {
             panics: 0,
             panics_in_a_row: 0,
             last_panic: 0,
+            supervised,
         };
         self.inputs(m, &mut runner, &triggers)?;
         for (p, port) in surveyed.description.ports.iter().enumerate() {
@@ -155,7 +163,10 @@ impl Builder<'_, '_> {
             }
         }
         match runner.create() {
-            Ok(instance) => runner.instance = instance,
+            Ok(instance) => {
+                runner.instance = instance;
+                runner.show_process(0, true);
+            }
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 self.complaints.add(
@@ -188,7 +199,7 @@ impl Builder<'_, '_> {
     }
 
     /// The writer of a property that every module has.
-    fn implied_writer(
+    pub(super) fn implied_writer(
         &mut self,
         m: usize,
         name: &str,

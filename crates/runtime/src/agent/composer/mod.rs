@@ -18,7 +18,7 @@ use slate_module::{Level, ModuleKind, Plugin};
 use super::composition::Composition;
 use crate::log::Levels;
 use crate::main_loop::Shared;
-use crate::plugin::Residence;
+use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
 pub use reload::Reload;
@@ -109,6 +109,7 @@ impl Composer {
     /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
     pub(super) fn start(&self, linked: &[Plugin]) -> Result<(), PluginError> {
         let mut composition = self.composition();
+        composition.linked = linked.to_vec();
         let configuration = Arc::clone(&composition.configuration);
         let mut gathered = Gathered::new(&composition);
         gathered.linked(linked)?;
@@ -238,10 +239,13 @@ impl Composer {
         }
         for module in modules {
             let present = &composition.present[module];
-            let (own, seat, kind) = (present.own_thread, Arc::clone(&present.seat), present.kind.clone());
+            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
-                // SAFETY: between two steps the runner is not in use; the reference ends before the call.
-                let instance = unsafe { seat.runner() }.instance;
+                let (kind, instance) = {
+                    // SAFETY: between two steps the runner is not in use; the reference ends before the call.
+                    let runner = unsafe { seat.runner() };
+                    (runner.kind.clone(), runner.instance)
+                };
                 if instance.is_null() {
                     // It has failed for good, so nobody is left to object.
                     return Some(Ok(()));
@@ -384,6 +388,20 @@ fn unknown(composition: &Composition, name: &str) -> PluginError {
 }
 
 impl Composition {
+    /// Loads a library for the modules of the configuration.
+    fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        let modules = self.configuration.modules();
+        let are_isolated = |outline: &LibraryOutline| {
+            outline.modules.iter().all(|kind| {
+                let mut own = modules.iter().filter(|module| module.plugin.value == kind.name).peekable();
+                own.peek().is_some() && own.all(|module| module.isolated.value)
+            })
+        };
+        let (plugin, _, residence) =
+            plugin::load_for(file, self.ground.arenas.program.as_deref(), are_isolated)?;
+        Ok((plugin, residence))
+    }
+
     /// The modules that run code of those plugins.
     fn modules_of(&self, plugins: &[String]) -> Vec<String> {
         let of = |kind: &ModuleKind| {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_blackboard::interface::Value;
 use slate_module::{Direction, ModuleKind, Trigger};
 
-use super::{Complaints, RESERVED, Surveyed, suggest};
+use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::parameters;
 use crate::configuration::{Configuration, Module};
@@ -52,7 +52,9 @@ pub(super) fn survey_module<'a>(
             return None;
         }
     };
-    if let Some(port) = description.ports.iter().find(|port| RESERVED.contains(&port.name.as_str())) {
+    let is_reserved =
+        |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
+    if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
         let message =
             format!("module type `{}` names a port `{}`, which every module has", kind.name(), port.name);
         complaints.add(module.plugin.span, message, "rename the port");

@@ -47,7 +47,7 @@ struct Service {
 struct Own {
     thread: Arc<Thread>,
     /// Until it begins.
-    life: Option<Life>,
+    life: Option<Box<Life>>,
     /// Whether this tick wants it to stop.
     stop: bool,
     inlet: Inlet,
@@ -160,7 +160,7 @@ impl Service {
             module: Arc::clone(&self.module),
             kind,
         };
-        let own = Own { thread, life: Some(life), stop: false, inlet, outlet };
+        let own = Own { thread, life: Some(Box::new(life)), stop: false, inlet, outlet };
         self.asked.insert(name.into(), own);
         Ok(())
     }
