@@ -32,9 +32,11 @@ impl ModuleTable {
 }
 
 impl Sink {
+    /// Gives it bytes: a description, a state, or the reason of a refusal.
+    ///
     /// # Safety
-    /// The sink is as the host made it.
-    unsafe fn take(&self, bytes: &[u8]) {
+    /// The sink is as whoever calls made it.
+    pub unsafe fn take(&self, bytes: &[u8]) {
         // SAFETY: the bytes live during the call; the rest is passed on to the caller.
         unsafe { (self.write)(self.context, bytes.as_ptr(), bytes.len()) }
     }

@@ -37,8 +37,8 @@ pub struct Frame {
 pub struct Host {
     /// Given back to each call.
     pub context: *const (),
-    /// Takes a log message: level, text, length.
-    pub log: unsafe extern "C" fn(*const (), u32, *const u8, usize),
+    /// Takes a log message; `level` is a [`Level`].
+    pub log: unsafe extern "C" fn(context: *const (), level: u32, text: *const u8, length: usize),
 }
 
 /// The importance of a log message.

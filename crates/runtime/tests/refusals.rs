@@ -11,7 +11,7 @@ mod common;
 
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
-use common::{Number, complaint, configuration, load};
+use common::{Number, configuration, load};
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::prelude::*;
 use slate_module::{Direction, Plugin, Port, PortCursor, PortDescription, Spec, Stage, Trigger};

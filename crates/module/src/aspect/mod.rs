@@ -91,7 +91,7 @@ use std::ops::Deref;
 
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
-pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen};
+pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen, answered};
 pub use logger::Logger;
 pub use main_loop::{LoopPlace, MainLoop, Policy, PolicyTable};
 pub use plugins::{PENDING, PluginAnswer, PluginEntry, Plugins};

@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
+use slate_blackboard::Access;
 use slate_module::aspect::{MainLoop, Service, TimeSource};
 use slate_module::{Description, Direction, ModuleKind, Plugin};
 
-use super::build::{Ground, build};
+use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
@@ -61,6 +62,16 @@ pub(super) struct Composition {
 pub(super) struct Target {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,
+    /// Whether the states of modules that leave are wanted; a save may take its time.
+    pub keep: bool,
+}
+
+/// A module that fits.
+pub(super) struct Fitting {
+    pub kind: ModuleKind,
+    pub description: Description,
+    /// Its parameters as in the configuration.
+    pub params: Vec<u8>,
 }
 
 /// What a change came to.
@@ -78,18 +89,19 @@ impl Composition {
     pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> Target {
         let mut catalogue = self.catalogue.clone();
         change(&mut catalogue);
-        Target { configuration: Arc::clone(&self.configuration), catalogue }
+        Target { configuration: Arc::clone(&self.configuration), catalogue, keep: false }
     }
 
-    /// Whether it would fit.
-    pub fn check(&self, target: &Target) -> Result<Vec<(String, ModuleKind, Description)>, Report> {
+    /// Whether it would fit, and what its modules would be.
+    pub fn check(&self, target: &Target) -> Result<BTreeMap<String, Fitting>, Report> {
         let mut complaints = Complaints::new(&target.configuration);
         let survey = survey(&target.configuration, &target.catalogue, &mut complaints);
         if !complaints.diagnostics.is_empty() {
             return Err(Report::from(complaints.diagnostics));
         }
         let described = |surveyed: Surveyed<'_>| {
-            (surveyed.module.name.value.clone(), surveyed.kind, surveyed.description)
+            let Surveyed { module, kind, description, params, .. } = surveyed;
+            (module.name.value.clone(), Fitting { kind, description, params })
         };
         Ok(survey.modules.into_iter().map(described).collect())
     }
@@ -178,7 +190,7 @@ impl Composition {
             }
         }
         for (name, present) in leaving {
-            let state = self.dispose(&name, present, shared);
+            let state = self.dispose(&name, present, shared, target.keep);
             changed.left.insert(name, state);
         }
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
@@ -223,6 +235,24 @@ impl Composition {
         (self.loop_owner, self.time_owner) = (loop_owner, time_owner);
     }
 
+    /// What users and tools have set in those modules: parameters, `enabled`, inputs without a link.
+    pub fn settings(&self, modules: &[String]) -> BTreeMap<String, Kept> {
+        let of = |path: &str| {
+            let within =
+                |module: &String| path.strip_prefix(module).is_some_and(|rest| rest.starts_with('/'));
+            modules.iter().any(within)
+        };
+        let properties = self.ground.board.properties();
+        let settings =
+            properties.iter().filter(|property| property.access() == Access::Setting && of(property.path()));
+        let kept = settings.filter_map(|property| {
+            let (bytes, _, stamp) = property.newest().ok().flatten()?;
+            let schema = property.descriptor().hash;
+            Some((property.path().to_owned(), Kept { schema, bytes, time: stamp.time }))
+        });
+        kept.collect()
+    }
+
     /// The paths and the actuators that there are.
     fn standing(&self) -> (BTreeSet<String>, BTreeSet<String>) {
         (self.paths(), self.ground.actuators.keys().cloned().collect())
@@ -250,8 +280,14 @@ impl Composition {
         }
     }
 
-    /// Ends a module that the loop runs no more; its state is what it was.
-    fn dispose(&mut self, name: &str, present: Present, shared: &Shared) -> Result<Vec<u8>, String> {
+    /// Ends a module that the loop runs no more; returns its state, if that is to be kept.
+    fn dispose(
+        &mut self,
+        name: &str,
+        present: Present,
+        shared: &Shared,
+        keep: bool,
+    ) -> Result<Vec<u8>, String> {
         let Present { seat, own_thread, .. } = present;
         if own_thread {
             seat.retire();
@@ -272,6 +308,9 @@ impl Composition {
         self.ground.post(name).health.set(Condition::Unloaded);
         if runner.instance.is_null() {
             return Err("it had failed".into());
+        }
+        if !keep {
+            return Ok(Vec::new());
         }
         // SAFETY: nobody else has the runner any more.
         unsafe { runner.kind.save(runner.instance) }.map_err(|refusal| refusal.0)

@@ -184,6 +184,7 @@ impl Agent {
             means,
             index: 0,
             arenas: Arenas::new(options.isolation_program),
+            kept: BTreeMap::new(),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),

@@ -77,10 +77,14 @@ pub(crate) fn load_for(
 ) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     let outline = LibraryOutline::read(file)?;
-    let outside = outline.panic == "abort";
+    // A language without panics says nothing.
+    let outside = !matches!(outline.panic.as_str(), "" | "unwind");
     if outside && !are_isolated(&outline) {
         return Err(refuse(
-            "was built with panic = \"abort\", so a panic in it would end the whole agent".into(),
+            format!(
+                "was built with panic = \"{}\", so a panic in it would end the whole agent",
+                outline.panic
+            ),
             "build it with panic = \"unwind\", or run its modules with `isolated = true`",
         ));
     }
@@ -124,7 +128,10 @@ fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<P
     // whole library for this machine that says it is a plugin.
     let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }
         .map_err(|error| {
-            refuse(format!("can't be opened: {error}"), "see which symbol or library it misses")
+            refuse(
+                format!("can't be opened: {}", in_full(&error, &library.copy)),
+                "see which symbol or library it misses",
+            )
         })?;
     // SAFETY: the outline says that the symbol is a plugin's table, which is constant.
     let table = unsafe {
@@ -134,7 +141,7 @@ fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<P
     library.handle = Some(handle);
     let table = table.map_err(|error| {
         refuse(
-            format!("has no symbol `{}`: {error}", outline.symbol),
+            format!("has no symbol `{}`: {}", outline.symbol, in_full(&error, &library.copy)),
             "export the plugin's table under that name",
         )
     })?;
@@ -171,6 +178,12 @@ fn make(file: &Path, kinds: Vec<ModuleKind>, outline: &LibraryOutline) -> Result
     }
     let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
     Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))
+}
+
+/// What the system says, which is the source of the error; the name of the copy helps nobody.
+fn in_full(error: &libloading::Error, copy: &Path) -> String {
+    let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
+    text.replace(&format!("{}: ", copy.display()), "")
 }
 
 /// Counts copies.

@@ -2,6 +2,7 @@
 
 mod library;
 mod outline;
+mod whole;
 
 use std::path::PathBuf;
 

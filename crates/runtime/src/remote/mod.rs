@@ -8,7 +8,7 @@
 //! ```text
 //! < {"slate":1,"agent":"exp1"}
 //! > {"call":"config/set","changes":[["robots.r2.modules.planner.params.speed","0.3"]]}
-//! < {"result":[{"path":"modules.\"r2/planner\".params.speed","before":"0.4","after":"0.3"}]}
+//! < {"result":[{"after":"0.3","before":"0.4","path":"modules.\"r2/planner\".params.speed"}]}
 //! > {"call":"read","url":"/r2/planner/params/sped"}
 //! < {"error":{"message":"...","help":"..."}}
 //! ```

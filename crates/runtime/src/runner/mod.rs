@@ -237,8 +237,13 @@ impl Runner {
         self.setup.with(|setup| self.kind.create(setup, bytes))
     }
 
-    /// Goes on with other code and its instance; returns the old code and instance.
+    /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
+    /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
+        self.panics = 0;
+        if self.health.condition() == Condition::Faulted {
+            self.set_condition(Condition::Working, self.last_tick);
+        }
         let kind = std::mem::replace(&mut self.kind, kind);
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
         self.services.iter_mut().for_each(|service| service.begin(&self.kind));

@@ -51,6 +51,18 @@ pub(super) struct Ground {
     pub index: u32,
     /// Memory that isolated modules see.
     pub arenas: Arenas,
+    /// What was set in modules that are away for a moment, by path.
+    pub kept: BTreeMap<String, Kept>,
+}
+
+/// A value that a user or a tool has set.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    /// The schema that it has.
+    pub schema: u64,
+    pub bytes: Vec<u8>,
+    /// When it was set.
+    pub time: u64,
 }
 
 /// What others know of a module.

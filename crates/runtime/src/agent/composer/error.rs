@@ -42,6 +42,13 @@ pub enum PluginError {
         /// The names most like it.
         near: Vec<String>,
     },
+    /// Its code came with the program.
+    #[error("plugin `{name}` is linked in, so there is no file that it can be reloaded from")]
+    #[diagnostic(help("name the library that shall replace it"))]
+    LinkedIn {
+        /// Its name.
+        name: String,
+    },
     /// A plugin needs another one.
     #[error("plugin `{name}` needs plugin `{dependency}`, which is not there")]
     #[diagnostic(help("add [plugins.{dependency}] with its file to the configuration, or load it first"))]

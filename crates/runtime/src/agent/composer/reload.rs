@@ -10,7 +10,7 @@ use slate_module::{Description, ModuleKind, Plugin};
 use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, unknown};
 use crate::agent::catalogue::Catalogue;
-use crate::agent::composition::Composition;
+use crate::agent::composition::{Composition, Fitting};
 use crate::main_loop::Seat;
 use crate::runner::Retired;
 
@@ -61,10 +61,7 @@ impl Composer {
         }
         let origin = composition.origins.get(name).cloned();
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
-            return Err(PluginError::Unknown {
-                name: format!("{name}` is linked in, so name a file: `{name}"),
-                near: Vec::new(),
-            });
+            return Err(PluginError::LinkedIn { name: name.into() });
         };
         let (new, residence) = composition.open(file)?;
         if new.name() != name {
@@ -77,6 +74,7 @@ impl Composer {
                 return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
             }
         }
+        check_circle(&target.catalogue, &new, &mut vec![name.to_owned()])?;
         let exchanged = |catalogue: &mut Catalogue| catalogue.replace(&new);
         let described = composition.check(&composition.target(exchanged))?;
         let modules = composition.modules_of(&[name.to_owned()]);
@@ -84,9 +82,8 @@ impl Composer {
         for module in &modules {
             let present = &composition.present[module];
             in_place &= described
-                .iter()
-                .find(|(name, ..)| name == module)
-                .is_some_and(|(_, _, description)| alike(&present.description, description));
+                .get(module)
+                .is_some_and(|fitting| alike(&present.description, &fitting.description));
         }
         let modules = if in_place {
             let modules = self.exchange(&mut composition, &modules, &described)?;
@@ -97,7 +94,15 @@ impl Composer {
             composition.change(target, &self.shared, &BTreeMap::new())?;
             modules
         } else {
-            self.replace(&mut composition, &modules, &old, &new)?
+            for module in &modules {
+                // What can't be made is found out before anything is taken away.
+                described.get(module).map(|fitting| self.fresh(&composition, module, fitting)).transpose()?;
+            }
+            self.ask(&composition, &modules)?;
+            composition.ground.kept = composition.settings(&modules);
+            let replaced = self.replace(&mut composition, &modules, &old, &new);
+            composition.ground.kept.clear();
+            replaced?
         };
         composition.origins.insert(name.into(), Origin { file: file.into(), residence });
         drop(old);
@@ -112,28 +117,44 @@ impl Composer {
         Ok(Reload { plugin: name.into(), modules, in_place, old_library })
     }
 
+    /// An instance of the new code for a module, with its present parameters when they fit.
+    fn fresh(
+        &self,
+        composition: &Composition,
+        module: &str,
+        fitting: &Fitting,
+    ) -> Result<Retired, PluginError> {
+        let property = self.shared.board.find(&format!("{module}/params")).ok();
+        let property =
+            property.filter(|(property, _)| property.descriptor().hash == fitting.description.params.hash);
+        let newest = property.and_then(|(property, _)| property.newest().ok().flatten());
+        let params = newest.as_ref().map_or(fitting.params.as_slice(), |(bytes, ..)| bytes);
+        let present = &composition.present[module];
+        let kind = present.placed(&fitting.kind);
+        let made = present.setup.with(|setup| kind.create(setup, params));
+        let instance =
+            made.map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
+        Ok(Retired::new(kind, instance))
+    }
+
     /// Exchanges the code under modules whose ports stay as they are.
     fn exchange(
         &self,
         composition: &mut Composition,
         modules: &[String],
-        described: &[(String, ModuleKind, Description)],
+        described: &BTreeMap<String, Fitting>,
     ) -> Result<Carried, PluginError> {
         let _closed = self.end_threads(composition, modules)?;
         let mut exchanges = Vec::new();
         for module in modules {
+            let Some(fitting) = described.get(module) else { continue };
             let present = &composition.present[module];
-            let Some((_, code, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
-            let kind = present.placed(code);
-            let instance = present.setup.with(|setup| kind.create(setup, &self.params_of(module)));
-            let instance = instance
-                .map_err(|refusal| PluginError::Refused { module: module.clone(), reason: refusal.0 })?;
             exchanges.push(Exchange {
                 module: module.clone(),
                 seat: Arc::clone(&present.seat),
                 own_thread: present.own_thread,
-                code: code.clone(),
-                fresh: Retired::new(kind, instance),
+                code: fitting.kind.clone(),
+                fresh: self.fresh(composition, module, fitting)?,
             });
         }
         let (threaded, on_loop): (Vec<_>, Vec<_>) =
@@ -169,9 +190,9 @@ impl Composer {
         old: &Plugin,
         new: &Plugin,
     ) -> Result<Carried, PluginError> {
-        self.ask(composition, modules)?;
         let _closed = self.end_threads(composition, modules)?;
-        let without = composition.target(|catalogue| catalogue.remove(old.name()));
+        let mut without = composition.target(|catalogue| catalogue.remove(old.name()));
+        without.keep = true;
         let states = composition.change(without, &self.shared, &BTreeMap::new())?.left;
         let with = composition.target(|catalogue| catalogue.add(new.clone()));
         match composition.change(with, &self.shared, &states) {
@@ -193,6 +214,21 @@ impl Composer {
             }
         }
     }
+}
+
+/// The new code must not need what needs it.
+fn check_circle(catalogue: &Catalogue, plugin: &Plugin, open: &mut Vec<String>) -> Result<(), PluginError> {
+    for dependency in plugin.dependencies() {
+        open.push(dependency.clone());
+        if open[0] == *dependency {
+            return Err(PluginError::Circle { circle: std::mem::take(open) });
+        }
+        if let Some(needed) = catalogue.plugin(dependency) {
+            check_circle(catalogue, needed, open)?;
+        }
+        open.pop();
+    }
+    Ok(())
 }
 
 /// What became of each state, and what is no longer used.

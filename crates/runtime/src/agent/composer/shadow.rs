@@ -46,11 +46,15 @@ impl Composer {
         let mut ready = Vec::new();
         for module in &modules {
             let present = &composition.present[module];
-            let Some((_, kind, description)) = described.iter().find(|(name, ..)| name == module) else {
-                continue;
-            };
+            let Some(fitting) = described.get(module) else { continue };
+            let (kind, description) = (&fitting.kind, &fitting.description);
             if !alike(&present.description, description) {
                 let reason = format!("module `{module}` has other ports in the new code");
+                return Err(trial(name, &reason, "reload the plugin instead"));
+            }
+            if present.isolation.is_some() {
+                let reason =
+                    format!("module `{module}` is isolated, and its new code would run in the agent");
                 return Err(trial(name, &reason, "reload the plugin instead"));
             }
             let acts = |port: &slate_module::PortDescription| {
