@@ -2,9 +2,12 @@
 //! `cargo bench -p slate-runtime -- stages`. With `--long` the runs are as long as the promises that they check.
 #![allow(missing_docs, clippy::unwrap_used, clippy::disallowed_methods, reason = "a benchmark")]
 
+#[path = "../tests/common/batch.rs"]
+mod batch;
+
 use std::fmt::Write;
 use std::hint::black_box;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
@@ -12,7 +15,8 @@ use std::time::{Duration, Instant};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{self, Configuration};
-use slate_runtime::{Agent, Control, Mode, Options, Rate};
+use slate_runtime::synchronization::{Count, Synchronization};
+use slate_runtime::{Agent, Control, Cycle, Mode, Options, Rate, Stage};
 
 /// A number.
 #[interface]
@@ -67,25 +71,19 @@ impl Module for Idle {
     }
 }
 
-#[ports]
-pub struct FaultyIo {
-    #[safe(Number { value: -1.0 })]
-    output: Output<Number>,
-}
+/// Takes longer than it may in one of a hundred ticks.
+pub struct Sleeper;
 
-/// Fails in some ticks, in turn by an error, by a panic, and by taking longer than its stage may.
-pub struct Faulty;
-
-#[module(stage = Think)]
-impl Module for Faulty {
-    type Io = FaultyIo;
+#[module(stage = Act)]
+impl Module for Sleeper {
+    type Io = NoIo;
     type Params = ();
-    type State = u64;
+    type State = ();
 
-    fn tick(_: &mut u64, io: &FaultyIo, _: &(), now: &Tick) -> Outcome {
-        // Each has its own phase, so that no two are late at a time.
-        let phase = now.random(|random| random.uniform(0.0, 1.0));
-        io.output.set(Number { value: phase });
+    fn tick(_: &mut (), _: &NoIo, _: &(), now: &Tick) -> Outcome {
+        if now.number().is_multiple_of(100) {
+            thread::sleep(Duration::from_millis(30));
+        }
         Outcome::Ok
     }
 }
@@ -141,7 +139,13 @@ fn nanoseconds() -> u64 {
 fn agent(text: &str, options: Options) -> Agent {
     let configuration =
         Configuration::from_text("bench.toml", text, &configuration::Options::default()).unwrap();
-    let plugins = [Plugin::linked::<Segment>(), Plugin::linked::<Stimulus>(), Plugin::linked::<Reaction>()];
+    let plugins = [
+        Plugin::linked::<Segment>(),
+        Plugin::linked::<Stimulus>(),
+        Plugin::linked::<Reaction>(),
+        Plugin::linked::<Idle>(),
+        Plugin::linked::<Sleeper>(),
+    ];
     Agent::load(&configuration, &plugins, options).unwrap()
 }
 
@@ -241,11 +245,241 @@ fn wakes() {
     report("two bare wake-ups, there and back", "us", times);
 }
 
+/// Ten stages of three modules, each of which reads the one before: on the wall clock, as fast as they go.
+fn stages(workers: usize, cycles: u64) {
+    let mut text = String::new();
+    for (number, stage) in Stage::ALL.iter().flat_map(|stage| [stage; 3]).enumerate() {
+        let stage = stage.name();
+        write!(text, "[modules.m{number:02}]\nplugin = \"segment\"\nstage = \"{stage}\"\n").unwrap();
+    }
+    text.push_str("[links]\n");
+    for module in 1..30 {
+        // With workers, those of a stage do not depend on each other.
+        let before = if workers == 0 { module - 1 } else { module / 3 * 3 };
+        if before < module && (workers == 0 || module % 3 == 0) {
+            writeln!(text, "\"m{module:02}/input\" = \"m{:02}/output\"", module - 1).unwrap();
+        }
+    }
+    let mut agent =
+        agent(&text, Options { rate: Rate::Max, workers, always_help: workers > 0, ..Options::default() });
+    let mut times = Vec::with_capacity(cycles as usize);
+    let mut last = None;
+    let observer = move |cycle: &Cycle<'_>| {
+        let now = nanoseconds();
+        if let Some(last) = last.replace(now) {
+            times.push((now - last) as f64 * 1e-3);
+        }
+        if cycle.number < cycles {
+            return Control::Continue;
+        }
+        // A lost wake-up is found after 10 ms at the latest.
+        let stalled = times.iter().filter(|time| **time > 9000.0).count();
+        report(&format!("ten stages of three modules, {workers} workers"), "us", std::mem::take(&mut times));
+        println!("{:<44} {stalled} of {cycles} cycles took longer than 9 ms", "");
+        Control::Stop
+    };
+    agent.run(Box::new(observer)).unwrap();
+}
+
+/// A thousand modules that do nothing, a thousand times a second.
+fn thousand(duration: Duration) {
+    let mut text = String::from("loop.period = \"1ms\"\n");
+    for module in 0..1000 {
+        write!(text, "[modules.m{module:03}]\nplugin = \"idle\"\n").unwrap();
+    }
+    let mut agent = agent(
+        &text,
+        Options {
+            rate: if std::env::var("FAST").is_ok() { Rate::Max } else { Rate::REALTIME },
+            ..Options::default()
+        },
+    );
+    let start = Instant::now();
+    agent
+        .run(Box::new(move |_| if start.elapsed() < duration { Control::Continue } else { Control::Stop }))
+        .unwrap();
+    let of = |path: &str| agent.board().read(path).unwrap().unwrap().0.as_f64().unwrap();
+    let cycle = |part: &str| of(&format!("loop/histogram/{part}")) * 1e-3;
+    println!(
+        "{:<44} p50 {:9.1} us  p99 {:9.1} us  max {:9.1} us  ({} samples), {} overruns",
+        "a thousand modules that do nothing",
+        cycle("p50"),
+        cycle("p99"),
+        cycle("max"),
+        of("loop/histogram/count"),
+        of("loop/state/overruns")
+    );
+}
+
+/// From the emit of a point to a thread that waits for it, and the same with a bare futex, in turn; both threads sleep
+/// for a while before, and are on other cores.
+fn notify(rounds: u64) {
+    let synchronization = Synchronization::default();
+    let emitter = synchronization.emitter("/stage/Act/start", "bench").unwrap();
+    let point = synchronization.point("/stage/Act/start").unwrap();
+    let mut seen = Count::ZERO;
+    let waiter = Waiter::start(1, rounds, move |_| {
+        seen = point.wait(seen, Duration::from_secs(60)).unwrap();
+    });
+    let word = Arc::new(AtomicU32::new(0));
+    let slept = Arc::clone(&word);
+    let bare = Waiter::start(1, rounds, move |round| {
+        while slept.load(Ordering::Acquire) == round as u32 {
+            futex::wait(&slept, round as u32);
+        }
+    });
+    futex::pin(0);
+    let (mut points, mut futexes) = (Vec::new(), Vec::new());
+    for _ in 0..rounds {
+        points.push(waiter.time(|| emitter.emit()));
+        futexes.push(bare.time(|| {
+            word.fetch_add(1, Ordering::Release);
+            futex::wake(&word);
+        }));
+    }
+    futex::unpin();
+    let median = |times: &[f64]| {
+        let mut sorted = times.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    };
+    let ratio = median(&points) / median(&futexes);
+    report("a thread on another core, by a point", "us", points);
+    report("the same by a bare futex", "us", futexes);
+    println!("{:<44} {ratio:.2} times a bare futex", "");
+}
+
+/// A thread that notes when it was woken.
+struct Waiter {
+    woken: Arc<AtomicU64>,
+}
+
+impl Waiter {
+    fn start(core: usize, rounds: u64, mut wait: impl FnMut(u64) + Send + 'static) -> Self {
+        let woken = Arc::new(AtomicU64::new(0));
+        let noted = Arc::clone(&woken);
+        thread::spawn(move || {
+            futex::pin(core);
+            for round in 0..rounds {
+                wait(round);
+                noted.store(nanoseconds(), Ordering::Release);
+            }
+        });
+        Self { woken }
+    }
+
+    /// From a wake-up to the thread that runs, microseconds.
+    fn time(&self, wake: impl FnOnce()) -> f64 {
+        // Until it sleeps again.
+        thread::sleep(Duration::from_micros(300));
+        self.woken.store(0, Ordering::Release);
+        let start = nanoseconds();
+        wake();
+        loop {
+            match self.woken.load(Ordering::Acquire) {
+                0 => std::hint::spin_loop(),
+                woken => return woken.saturating_sub(start) as f64 * 1e-3,
+            }
+        }
+    }
+}
+
+/// How long after the time of a stage is up the loop goes on.
+fn timeouts() {
+    let text = "[loop]\nperiod = \"1ms\"\ntimeouts.Act = \"5ms\"\n[modules.sleeper]\n";
+    let mut agent = agent(text, Options::default());
+    let mut times = Vec::new();
+    let mut last = 0;
+    let observer = move |cycle: &Cycle<'_>| {
+        let now = nanoseconds();
+        let took = std::mem::replace(&mut last, now);
+        // A cycle of a millisecond, or one in which the stage took its time.
+        let took = (now - took) as f64 * 1e-3;
+        if cycle.number > 1 && took > 4000.0 {
+            times.push(took - 6000.0);
+        }
+        if times.len() < 100 && cycle.number < 100_000 {
+            return Control::Continue;
+        }
+        report("from a stage's time-out to the next stage", "us", std::mem::take(&mut times));
+        Control::Stop
+    };
+    agent.run(Box::new(observer)).unwrap();
+}
+
+/// Ten thousand faults over a hundred modules.
+fn faults(cycles: u64) {
+    let batch = batch::run(cycles);
+    println!(
+        "faults of 100 modules in {cycles} cycles: {} panics, {} late steps; {} cycles missed by ten others; \
+         {:+} KiB of memory, {:+} threads; {:?}",
+        batch.panics,
+        batch.late,
+        batch.missed,
+        batch.memory / 1024,
+        batch.threads,
+        batch.end
+    );
+}
+
+/// What the standard library does not offer.
+#[allow(unsafe_code, reason = "system calls")]
+mod futex {
+    use std::sync::atomic::AtomicU32;
+
+    pub fn wait(word: &AtomicU32, expected: u32) {
+        let none = std::ptr::null::<libc::timespec>();
+        // SAFETY: the word lives during the call.
+        unsafe {
+            libc::syscall(
+                libc::SYS_futex,
+                word.as_ptr(),
+                libc::FUTEX_WAIT | libc::FUTEX_PRIVATE_FLAG,
+                expected,
+                none,
+            )
+        };
+    }
+
+    pub fn wake(word: &AtomicU32) {
+        // SAFETY: as above.
+        unsafe {
+            libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAKE | libc::FUTEX_PRIVATE_FLAG, 1)
+        };
+    }
+
+    pub fn pin(core: usize) {
+        cores(|set| {
+            // SAFETY: the number is that of a core, or it is left out.
+            unsafe { libc::CPU_SET(core, set) }
+        });
+    }
+
+    pub fn unpin() {
+        cores(|set| {
+            (0..64).for_each(|core| {
+                // SAFETY: as above.
+                unsafe { libc::CPU_SET(core, set) }
+            });
+        });
+    }
+
+    fn cores(choose: impl FnOnce(&mut libc::cpu_set_t)) {
+        // SAFETY: a set of zeros is an empty one, and it lives during the call.
+        unsafe {
+            let mut set: libc::cpu_set_t = std::mem::zeroed();
+            choose(&mut set);
+            libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &raw const set);
+        }
+    }
+}
+
 fn main() {
     // Under `cargo test` benches are only built and started.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
+    let long = std::env::args().any(|argument| argument == "--long");
     let wanted = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
     let wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| name.contains(wanted.as_str()));
     if wanted("clock") {
@@ -261,5 +495,21 @@ fn main() {
     if wanted("wake") {
         wakes();
         reaction();
+    }
+    if wanted("stages") {
+        stages(0, 1_000_000);
+        stages(1, if long { 1_000_000 } else { 100_000 });
+    }
+    if wanted("thousand") {
+        thousand(Duration::from_secs(if long { 60 } else { 10 }));
+    }
+    if wanted("notify") {
+        notify(3000);
+    }
+    if wanted("timeouts") {
+        timeouts();
+    }
+    if wanted("faults") {
+        faults(if long { 10_100 } else { 1010 });
     }
 }

@@ -168,6 +168,7 @@ impl Agent {
             clock: Arc::clone(&shared.clock),
             synchronization: Arc::clone(&shared.synchronization),
             threads: Arc::clone(&threads),
+            actuators: Arc::default(),
             plugins: Arc::clone(&control),
             policy: Arc::default(),
             time: Arc::default(),

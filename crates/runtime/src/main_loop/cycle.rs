@@ -44,14 +44,34 @@ struct Turn {
     /// As in the position.
     nominal: u64,
     number: u64,
-    /// Whether all steps are timed.
+    /// Whether all steps are timed, and whether short ones count for those of other cycles.
     timed: bool,
+    sampled: bool,
     traced: bool,
     /// The end of the step before, monotonic; 0 when it is not known.
     mark: u64,
 }
 
 impl Turn {
+    /// How many steps one of that duration stands for in its histogram.
+    fn stands_for(&self, shared: &Shared, has_deadline: bool, duration: u64) -> u32 {
+        match () {
+            () if has_deadline || self.traced || duration >= LONG && !shared.lockstep => 1,
+            () if self.sampled => SAMPLED as u32,
+            () => 0,
+        }
+    }
+
+    /// How many cycles this one stands for.
+    fn stands_for_cycles(&self, shared: &Shared) -> u32 {
+        if shared.lockstep && !self.traced { SAMPLED as u32 } else { 1 }
+    }
+
+    /// The number of a cycle whose steps are recorded.
+    fn traced(&self) -> Option<u64> {
+        self.traced.then_some(self.number)
+    }
+
     /// A moment that is at most a step ago.
     fn mark(&mut self) -> u64 {
         if self.mark == 0 {
@@ -61,8 +81,11 @@ impl Turn {
     }
 }
 
-/// In lockstep, which shall be fast, steps without a deadline are timed in one cycle of so many.
+/// Short steps are counted in one cycle of so many, and then for all of them; in lockstep, which shall be fast, only
+/// these cycles are timed. Steps with a deadline are always timed and counted.
 const SAMPLED: u64 = 16;
+/// Steps from this length on are always counted on the wall clock, nanoseconds.
+const LONG: u64 = 50_000;
 
 /// One cycle, or the rest of one that another thread began.
 pub(crate) fn cycle(shared: &Shared) -> Flow {
@@ -90,6 +113,7 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
         // The end of a step is the beginning of the next.
         turn.mark = if start == 0 { 0 } else { monotonic() };
         let duration = (start != 0).then(|| turn.mark.saturating_sub(start));
+        let stands_for = duration.map_or(0, |duration| turn.stands_for(shared, seat.has_deadline, duration));
         if turn.traced {
             seat.record(shared, start, duration.unwrap_or(0), turn.number);
         }
@@ -98,12 +122,12 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
             let core = shared.core();
             if core.position.helped {
                 core.position.helped = false;
-                core.workers.commit(turn.now, core.digest.as_mut());
+                core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
                 seat.runner().log.release();
                 turn.mark = 0;
             }
             let runner = seat.runner();
-            runner.time(duration);
+            runner.time(duration, stands_for);
             runner.commit(turn.now, code, core.digest.as_mut());
         }
     }
@@ -129,12 +153,14 @@ fn begin(shared: &Shared) -> Option<Turn> {
     // SAFETY: as above.
     let core = unsafe { shared.core() };
     let traced = shared.tracing.is_on();
-    let timed = !shared.lockstep || traced || core.cycle % SAMPLED == 1;
+    let sampled = core.cycle % SAMPLED == 1;
+    let timed = !shared.lockstep || traced || sampled;
     let mut turn = Turn {
         now: shared.clock.now(),
         nominal: core.position.nominal,
         number: core.cycle,
         timed,
+        sampled,
         traced,
         mark: 0,
     };
@@ -257,7 +283,7 @@ fn end_stage(shared: &Shared, core: &mut Core, turn: &mut Turn) {
     }
     if position.stage_began != 0 && stage.end > stage.first {
         let duration = turn.mark().saturating_sub(position.stage_began);
-        stage.gauge.histogram.record(duration);
+        stage.gauge.histogram.record(duration, turn.stands_for_cycles(shared));
         if turn.traced
             && let Some(label) = stage.gauge.label
         {
@@ -284,7 +310,7 @@ fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
     if core.position.helped {
         // The thread that gave the steps to the workers was lost.
         core.position.helped = false;
-        core.workers.commit(turn.now, core.digest.as_mut());
+        core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
     }
     let Core { plan, position, workers, .. } = core;
     if position.seat >= position.end {
@@ -347,7 +373,7 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     if turn.timed && core.position.began != 0 {
         let duration = monotonic().saturating_sub(core.position.began);
         shared.gauges.last.store(duration, Ordering::Relaxed);
-        shared.gauges.histogram.record(duration);
+        shared.gauges.histogram.record(duration, turn.stands_for_cycles(shared));
         if turn.traced
             && let Some(label) = shared.tracing.cycle
         {

@@ -329,6 +329,7 @@ impl Shared {
             let actuators = actuators.map(|actuators| std::mem::replace(&mut core.actuators, actuators));
             // A run that was ended by a step that did not return has left in the middle of its cycle.
             core.position = Position::default();
+            shared.deadline.store(0, Ordering::Release);
             let policy = core.policy.take_if(|guest| guest.has_left(&watched));
             let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));
             Some((plan, actuators, policy, time_source))

@@ -60,20 +60,17 @@ impl Notices {
             .collect();
         took.sort_by(|a, b| b.cmp(a));
         let mut text = format!(
-            "the main loop took {} ms longer than its period of {} ms; it took longest in ",
+            "the main loop took {} ms longer than its period of {} ms",
             milliseconds(late),
             milliseconds(shared.period)
         );
         for (place, (given_up, duration, name)) in took.iter().take(NAMED).enumerate() {
-            let comma = if place == 0 { "" } else { ", " };
+            let comma = if place == 0 { "; it took longest in " } else { ", " };
             // To write to a text does not fail.
             let _ = match given_up {
                 true => write!(text, "{comma}{name}, which did not return in time"),
                 false => write!(text, "{comma}{name} ({} ms)", milliseconds(*duration)),
             };
-        }
-        if took.is_empty() {
-            text.push_str("none of its modules");
         }
         text.push_str(&repeated(unsaid));
         shared.logger.log(shared.clock.now(), Level::Warn, &text);

@@ -105,7 +105,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
 fn patience(runner: &Runner, now: u64) -> Duration {
-    if matches!(runner.health.condition(), Condition::Inactive | Condition::Faulted) {
+    if matches!(runner.health.condition(), Condition::Inactive | Condition::Waiting | Condition::Faulted) {
         return LOOK;
     }
     if runner.supervised.is_some() {
@@ -137,7 +137,7 @@ fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     }
     // SAFETY: the step was not given up, and the seat is claimed.
     let runner = unsafe { seat.runner() };
-    runner.time(Some(duration));
+    runner.time(Some(duration), 1);
     runner.commit(shared.clock.now(), code, None);
     seat.unclaim();
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::Seat;
+use super::{Seat, Shared};
 use crate::clock::monotonic;
 use crate::digest::Digest;
 use crate::runner::StepCall;
@@ -25,8 +25,8 @@ const FREE: u32 = 0;
 const GIVEN: u32 = 1;
 const DONE: u32 = 2;
 
-/// What a step returned, and how many wall-clock nanoseconds it took.
-type Ended = (i32, u64);
+/// What a step returned, when it began, and how many wall-clock nanoseconds it took.
+type Ended = (i32, u64, u64);
 
 struct Worker {
     wake: Wake,
@@ -100,16 +100,20 @@ impl Workers {
         (taken + 1, ready(&modules[taken], now, nominal, true))
     }
 
-    /// Waits for the workers and commits what they did, in the order in which it was given to them.
-    pub fn commit(&self, now: u64, mut digest: Option<&mut Digest>) {
+    /// Waits for the workers and commits what they did, in the order in which it was given to them. Their steps are
+    /// recorded when the number of the `traced` cycle is given.
+    pub fn commit(&self, shared: &Shared, now: u64, traced: Option<u64>, mut digest: Option<&mut Digest>) {
         for worker in &self.workers {
             // SAFETY: only the holder of the loop's token uses it.
             let Some(seat) = (unsafe { (*worker.given.get()).take() }) else { continue };
-            if let Some((code, duration)) = worker.finish(&seat) {
+            if let Some((code, start, duration)) = worker.finish(&seat) {
+                if let Some(cycle) = traced {
+                    seat.record(shared, start, duration, cycle);
+                }
                 // SAFETY: the step has ended and was not given up.
                 let runner = unsafe { seat.runner() };
                 runner.log.release();
-                runner.time(Some(duration));
+                runner.time(Some(duration), 1);
                 runner.commit(now, code, digest.as_deref_mut());
             }
         }
@@ -187,7 +191,7 @@ impl Worker {
             let start = monotonic();
             // SAFETY: the loop prepared the runner, and the seat keeps others out.
             let code = unsafe { call.make() };
-            let ended = seat.end().then(|| (code, monotonic().saturating_sub(start)));
+            let ended = seat.end().then(|| (code, start, monotonic().saturating_sub(start)));
             // SAFETY: the loop looks at the result only when the state is DONE.
             unsafe { *self.result.get() = ended };
             self.state.store(DONE, Ordering::Release);

@@ -27,13 +27,14 @@ impl Default for LiveHistogram {
 }
 
 impl LiveHistogram {
-    /// Counts a duration, nanoseconds. Only one thread at a time does.
+    /// Counts a duration, nanoseconds, so many times. Only one thread at a time does.
     #[inline]
-    pub fn record(&self, duration: u64) {
+    pub fn record(&self, duration: u64, times: u32) {
         let bucket = &self.buckets[bucket(duration)];
         // A full counter stays full, after thousands of millions of times.
-        bucket.store(bucket.load(Ordering::Relaxed).saturating_add(1), Ordering::Relaxed);
-        self.sum.store(self.sum.load(Ordering::Relaxed).saturating_add(duration), Ordering::Relaxed);
+        bucket.store(bucket.load(Ordering::Relaxed).saturating_add(times), Ordering::Relaxed);
+        let sum = duration.saturating_mul(times.into());
+        self.sum.store(self.sum.load(Ordering::Relaxed).saturating_add(sum), Ordering::Relaxed);
         if duration < self.min.load(Ordering::Relaxed) {
             self.min.store(duration, Ordering::Relaxed);
         }
@@ -41,7 +42,7 @@ impl LiveHistogram {
             self.max.store(duration, Ordering::Relaxed);
         }
         // Last, so that whoever sees the count sees what it counts.
-        self.count.store(self.count.load(Ordering::Relaxed) + 1, Ordering::Release);
+        self.count.store(self.count.load(Ordering::Relaxed) + u64::from(times), Ordering::Release);
     }
 
     /// How many durations were counted.

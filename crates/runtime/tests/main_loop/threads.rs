@@ -22,8 +22,9 @@ fn a_thread_outside_falls_in_with_the_stages_of_the_loop() {
             seen = start.wait(seen, LONG).unwrap();
             // What follows the start of the stage: its end, and the end of its cycle.
             end.wait(Count::ZERO, LONG).unwrap();
-            assert!(start.count() >= end.count());
-            assert!(ticks() >= cycle.count().get(), "when a cycle ends, its modules have run");
+            let (ended, cycles) = (end.count(), cycle.count());
+            assert!(start.count() >= ended);
+            assert!(ticks() >= cycles.get(), "when a cycle ends, its modules have run");
         }
         stopper.stop();
         seen.get()

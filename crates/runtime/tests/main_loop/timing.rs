@@ -15,12 +15,13 @@ fn the_durations_of_modules_stages_and_cycles_are_properties() {
     );
     let (mut agent, _) = wall_clock(&text);
     run(&mut agent, 100);
-    for of in ["planner", "motor", "slow", "loop", "loop/Think", "loop/Act"] {
-        assert_eq!(
-            whole(&agent, &format!("{of}/histogram/count")),
-            100,
-            "on the wall clock all are timed: {of}"
-        );
+    for of in ["loop", "loop/Think", "loop/Act"] {
+        assert_eq!(whole(&agent, &format!("{of}/histogram/count")), 100, "{of}");
+    }
+    for of in ["planner", "motor", "slow"] {
+        // Those of seven cycles stand for sixteen each, and long ones for themselves.
+        let count = whole(&agent, &format!("{of}/histogram/count"));
+        assert!((85..180).contains(&count), "{of}: {count}");
     }
     for of in ["slow", "loop", "loop/Think"] {
         let longest = whole(&agent, &format!("{of}/histogram/max"));
@@ -42,10 +43,14 @@ fn in_lockstep_one_cycle_of_sixteen_is_timed_and_every_step_with_a_deadline() {
     let mut agent = lockstep(&text);
     (0..160).for_each(|_| assert!(agent.step()));
     agent.publish_timing();
-    assert_eq!(whole(&agent, "planner/histogram/count"), 10);
-    assert_eq!(whole(&agent, "dated/histogram/count"), 160);
-    assert_eq!(whole(&agent, "loop/Think/histogram/count"), 10);
-    assert_eq!(whole(&agent, "loop/histogram/count"), 10);
+    // Each stands for the fifteen that follow it.
+    for of in ["planner", "dated", "loop", "loop/Think"] {
+        assert_eq!(whole(&agent, &format!("{of}/histogram/count")), 160, "{of}");
+    }
+    (0..10).for_each(|_| assert!(agent.step()));
+    agent.publish_timing();
+    assert_eq!(whole(&agent, "planner/histogram/count"), 176);
+    assert_eq!(whole(&agent, "dated/histogram/count"), 170);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Changes of an agent while it runs: plugins come, go, and exchange their code.
 
 mod error;
+mod exchange;
 mod gather;
 mod reload;
 mod shadow;
@@ -327,13 +328,6 @@ impl Composer {
             }
         };
         composition.present.iter().map(status).collect()
-    }
-
-    /// The present parameters of a module.
-    fn params_of(&self, module: &str) -> Vec<u8> {
-        let params = self.shared.board.find(&format!("{module}/params"));
-        let newest = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
-        newest.map_or(Vec::new(), |(bytes, ..)| bytes)
     }
 
     /// Everything that the robot knows.
