@@ -37,4 +37,6 @@ mod documents {
     mod the_simulator {}
     #[doc = include_str!("../../../book/src/08-exp1.md")]
     mod exp1 {}
+    #[doc = include_str!("../../../book/src/12-aspects.md")]
+    mod aspects {}
 }

@@ -124,7 +124,10 @@ impl HostService for Service {
 impl Work {
     fn known(&mut self, name: &str) -> Result<&mut Known, String> {
         if !self.known.contains_key(name) {
-            let Some(actuator) = self.list.get(name) else {
+            // That of the module's own robot first.
+            let robot = self.module.rsplit_once('/').map(|(robot, _)| format!("{robot}/{name}"));
+            let own = robot.and_then(|name| self.list.get(&name));
+            let Some(actuator) = own.or_else(|| self.list.get(name)) else {
                 let names = self.list.names();
                 let there = if names.is_empty() { "none".into() } else { names.join(", ") };
                 return Err(format!("there is no actuator `{name}`; there are: {there}"));
