@@ -127,7 +127,7 @@ fn each_text(value: &mut Value, change: &dyn Fn(&str) -> Option<String>) {
         Value::List(items) => items.iter_mut().for_each(|item| each_text(&mut item.value, change)),
         Value::Text(text) => {
             if let Some(changed) = change(text) {
-                *text = changed.into();
+                *text = changed;
             }
         }
         _ => {}
