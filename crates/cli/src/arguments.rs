@@ -3,6 +3,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use slate::runtime::{Mode, Rate};
 
+use crate::config::ConfigVerb;
+use crate::module::ModuleVerb;
+use crate::plugin::PluginVerb;
+
 /// The greatest seed that a configuration can hold.
 pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
 
@@ -22,6 +26,15 @@ pub enum Verb {
     Batch(BatchOptions),
     /// Lists the examples.
     Examples,
+    /// Writes plugins, shows what they are, and changes which of them a running agent has.
+    #[command(subcommand)]
+    Plugin(PluginVerb),
+    /// Lists the modules of a running agent, and switches them on and off.
+    #[command(subcommand)]
+    Module(ModuleVerb),
+    /// Shows and changes the configuration of a running agent.
+    #[command(subcommand)]
+    Config(ConfigVerb),
 }
 
 #[derive(Debug, Args)]
@@ -40,6 +53,10 @@ pub struct Common {
     /// Sets a value of the configuration, such as `robots.r2.modules.planner.params.speed=0.2`; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<String>,
+
+    /// A file with the settings of this computer; they go over those of the configuration.
+    #[arg(long, value_name = "FILE")]
+    pub host: Option<PathBuf>,
 
     /// Prints a summary as the last line of stdout, as JSON.
     #[arg(long)]

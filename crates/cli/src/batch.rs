@@ -23,9 +23,10 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
         let seed = options.seed + i;
         let mut sets = options.common.set.clone();
         sets.push(format!("agent.seed={seed}"));
-        let application = examples::find(&options.common.name, sets)?;
+        let application = examples::find(&options.common.name, sets, options.common.host.as_deref())?;
         let workers = options.common.workers.into();
-        let how = How { mode: options.common.mode, rate, workers, log: Vec::new(), trajectory: false };
+        let mode = options.common.mode;
+        let how = How { mode, rate, workers, log: Vec::new(), trajectory: false, follows: false };
         summaries.push(Mission::load(application, how)?.run()?.summary);
         if counting {
             eprint!("\r{} of {} runs", i + 1, options.runs);

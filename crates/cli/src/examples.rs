@@ -1,8 +1,9 @@
 use std::path::Path;
+use std::sync::Arc;
 
 use slate::blackboard::nearest_names;
 use slate::module::Plugin;
-use slate::runtime::configuration::{Configuration, Options};
+use slate::runtime::configuration::{Configuration, Database, Options};
 
 use crate::failure::Failure;
 use crate::output;
@@ -27,8 +28,8 @@ const EXAMPLES: [Example; 1] = [Example {
 const EXTRA_TABLES: [&str; 3] = ["world", "report", "controller"];
 
 impl Example {
-    fn read(&self, options: &Options) -> Result<Configuration, Failure> {
-        Ok(Configuration::from_text(&format!("{}.toml", self.name), self.configuration, options)?)
+    fn read(&self, options: Options) -> Result<Database, Failure> {
+        Ok(Database::from_text(&format!("{}.toml", self.name), self.configuration, options)?)
     }
 
     /// The settings of the variant that `controller` names.
@@ -50,26 +51,36 @@ impl Example {
 pub struct Application {
     /// What the run is called.
     pub name: String,
-    pub configuration: Configuration,
+    /// What it begins with.
+    pub configuration: Arc<Configuration>,
+    /// Where that is changed while it runs.
+    pub database: Database,
     pub plugins: Vec<Plugin>,
 }
 
+impl Application {
+    fn new(name: &str, database: Database) -> Self {
+        Self { name: name.into(), configuration: database.current(), database, plugins: plugins() }
+    }
+}
+
 /// The modules that are linked into the command.
-fn plugins() -> Vec<Plugin> {
+pub fn plugins() -> Vec<Plugin> {
     vec![slate::sim::plugin(), slate_exp1::plugin()]
 }
 
 /// Finds an example by name, from any directory, or reads a configuration file.
-pub fn find(name: &str, sets: Vec<String>) -> Result<Application, Failure> {
-    let options =
-        |sets| Options { sets, extra_tables: EXTRA_TABLES.map(Into::into).to_vec(), ..Options::default() };
+pub fn find(name: &str, sets: Vec<String>, host: Option<&Path>) -> Result<Application, Failure> {
+    let options = |sets| Options {
+        sets,
+        host: host.map(Into::into),
+        extra_tables: EXTRA_TABLES.map(Into::into).to_vec(),
+    };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
-        let configuration = example.read(&options(sets.clone()))?;
-        let variant = example.variant(&configuration)?;
+        let variant = example.variant(&example.read(options(sets.clone()))?.current())?;
         // What the user sets goes over what the variant sets.
         let sets = variant.iter().map(|set| (*set).to_owned()).chain(sets).collect();
-        let configuration = example.read(&options(sets))?;
-        return Ok(Application { name: name.into(), configuration, plugins: plugins() });
+        return Ok(Application::new(name, example.read(options(sets))?));
     }
     let path = Path::new(name);
     if !path.is_file() {
@@ -81,9 +92,8 @@ pub fn find(name: &str, sets: Vec<String>) -> Result<Application, Failure> {
         };
         return Err(Failure::Unknown { name: name.into(), help });
     }
-    let configuration = Configuration::load(path, &options(sets))?;
     let stem = path.file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned());
-    Ok(Application { name: stem, configuration, plugins: plugins() })
+    Ok(Application::new(&stem, Database::open(path, options(sets))?))
 }
 
 /// Lists the examples.

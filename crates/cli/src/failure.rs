@@ -1,8 +1,10 @@
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
+use slate::runtime::plugin::LibraryError;
+use slate::runtime::remote::{ClientError, Refusal};
 
 use crate::arguments::MAXIMUM_SEED;
 
@@ -21,6 +23,18 @@ pub enum Failure {
     Report(#[from] slate::record::Error),
     #[error("{0}")]
     World(String),
+    #[error("no agent runs here")]
+    NoAgent,
+    #[error("several agents run here: {}", .running.join(", "))]
+    SeveralAgents { running: Vec<String> },
+    #[error("{0}")]
+    Agent(#[from] ClientError),
+    #[error("{0}")]
+    Library(#[from] LibraryError),
+    #[error("`{name}` can't be the name of a plugin")]
+    PluginName { name: String },
+    #[error("{}", no_checkout(.said.as_deref()))]
+    NoCheckout { said: Option<PathBuf> },
     #[error("`{path}` can't be used: {source}")]
     File { path: PathBuf, source: std::io::Error },
 }
@@ -34,20 +48,59 @@ impl From<StartError> for Failure {
     }
 }
 
+fn no_checkout(said: Option<&Path>) -> String {
+    match said {
+        Some(said) => format!("{} is no folder of Slate's sources", said.display()),
+        None => "Slate's sources were not found".into(),
+    }
+}
+
 impl Failure {
+    /// What the process ends with: 1 when an agent refuses, else 2.
+    pub fn code(&self) -> u8 {
+        if matches!(self, Self::Agent(ClientError::Refused(_))) { 1 } else { 2 }
+    }
+
     /// Says on stderr what is wrong, where, and what to do.
     pub fn print(&self) {
         let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
         match self {
             Self::Configuration(report) => eprint!("{}", report.render(colour)),
-            Self::Unknown { help, .. } => eprintln!("error: {self}\n  help: {help}"),
-            Self::Start(error) => {
-                eprintln!("error: {error}");
-                if let Some(help) = miette::Diagnostic::help(error) {
+            Self::Agent(ClientError::Refused(Refusal { report: Some(report), .. })) => eprint!("{report}"),
+            other => {
+                eprintln!("error: {other}");
+                if let Some(help) = other.help().filter(|help| !help.is_empty()) {
                     eprintln!("  help: {help}");
                 }
             }
-            other => eprintln!("error: {other}"),
         }
+    }
+
+    fn help(&self) -> Option<String> {
+        Some(match self {
+            Self::Unknown { help, .. } => help.clone(),
+            Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
+            Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
+                              XDG_RUNTIME_DIR"
+                .into(),
+            Self::SeveralAgents { running } => format!("choose one, such as --agent {}", running.first()?),
+            Self::Agent(ClientError::Refused(refusal)) => refusal.help.clone(),
+            Self::Agent(ClientError::NoAgent { running, .. }) if !running.is_empty() => {
+                format!("there are: {}", running.join(", "))
+            }
+            Self::Agent(ClientError::NoAgent { .. }) => return Self::NoAgent.help(),
+            Self::Agent(ClientError::Version { .. }) => "use the `slate` that runs the agent".into(),
+            Self::Agent(_) => "look at the agent's log".into(),
+            Self::Library(error) => error.help.clone(),
+            Self::PluginName { .. } => {
+                "choose small letters, digits, - and _, a letter first, and no word of \
+                                        Rust, such as `wall-follower`"
+                    .into()
+            }
+            Self::NoCheckout { .. } => {
+                "name their folder with --slate PATH: the one that has crates/plugin".into()
+            }
+            _ => return None,
+        })
     }
 }

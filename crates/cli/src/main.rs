@@ -2,12 +2,16 @@
 
 mod arguments;
 mod batch;
+mod config;
+mod connection;
 mod display;
 mod examples;
 mod failure;
 mod mission;
+mod module;
 mod observation;
 mod output;
+mod plugin;
 mod run;
 mod scene;
 
@@ -18,6 +22,8 @@ use clap::Parser;
 use arguments::{Arguments, Verb};
 
 fn main() -> ExitCode {
+    // An isolated module is this program, started once more.
+    slate::runtime::isolation::enter(&examples::plugins());
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -31,13 +37,16 @@ fn main() -> ExitCode {
         Verb::Run(options) => run::run(options),
         Verb::Batch(options) => batch::batch(options),
         Verb::Examples => examples::list(),
+        Verb::Plugin(verb) => plugin::plugin(verb),
+        Verb::Module(verb) => module::module(verb),
+        Verb::Config(verb) => config::config(verb),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(failure) => {
             failure.print();
-            ExitCode::from(2)
+            ExitCode::from(failure.code())
         }
     }
 }

@@ -32,6 +32,8 @@ pub struct How {
     pub log: Vec<Box<dyn LogTarget>>,
     /// Whether the report needs every robot's way, or only the figures.
     pub trajectory: bool,
+    /// Whether its configuration may change while it runs.
+    pub follows: bool,
 }
 
 /// A run that is ready to start.
@@ -56,7 +58,11 @@ impl Mission {
             armed: application.configuration.time_source().is_some(),
             ..Options::default()
         };
-        let agent = Agent::load(&application.configuration, &application.plugins, options)?;
+        let agent = if how.follows {
+            Agent::load_with(&application.database, &application.plugins, options)?
+        } else {
+            Agent::load(&application.configuration, &application.plugins, options)?
+        };
         let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
         let scene = scene::of(&application.configuration)?;
         Ok(Self { agent, observation, application, scene, mode: how.mode, wants_trajectory: how.trajectory })

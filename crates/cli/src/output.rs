@@ -11,3 +11,22 @@ pub fn line(text: impl Display) {
         eprintln!("stdout can't be written: {error}");
     }
 }
+
+/// Prints a value as JSON, in a line.
+pub fn json(value: &impl serde::Serialize) {
+    match serde_json::to_string(value) {
+        Ok(text) => line(text),
+        Err(error) => eprintln!("the result can't be written as JSON: {error}"),
+    }
+}
+
+/// Prints rows with their columns below each other.
+pub fn columns<const N: usize>(rows: impl IntoIterator<Item = [String; N]>) {
+    let rows: Vec<_> = rows.into_iter().collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..N).map(width).collect();
+    for row in &rows {
+        let cells: Vec<_> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+        line(cells.join("  ").trim_end());
+    }
+}

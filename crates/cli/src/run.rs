@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use slate::record::Report;
 use slate::runtime::Rate;
 use slate::runtime::log::{ConsoleTarget, LogTarget, MemoryTarget};
+use slate::runtime::remote::Server;
 
 use crate::arguments::{ModeName, RunOptions};
 use crate::display::Display;
@@ -19,7 +20,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     if let Some(seed) = options.seed {
         sets.push(format!("agent.seed={seed}"));
     }
-    let application = examples::find(&options.common.name, sets)?;
+    let application = examples::find(&options.common.name, sets, options.common.host.as_deref())?;
     let live = !options.headless;
     // Nobody watches a headless run, so it need not go at the pace of the wall clock unless its threads do.
     let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
@@ -38,6 +39,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         workers: options.common.workers.into(),
         log: vec![log],
         trajectory: true,
+        follows: true,
     };
     let has_mission = application.configuration.mission().is_some();
     let mission = Mission::load(application, how)?;
@@ -46,6 +48,15 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         .map_err(|source| Failure::File { path: directory.clone(), source })?;
     if !has_mission {
         eprintln!("the configuration has no [mission], so the agent runs until it is interrupted");
+    }
+    let server = Server::open(&mission.agent);
+    match &server {
+        Ok(server) if server.name() != mission.agent.board().agent() => {
+            eprintln!("another agent of this name runs: this one is reached with --agent {}", server.name());
+        }
+        Ok(_) => {}
+        // A robot does not stand still because of it.
+        Err(error) => eprintln!("{error}"),
     }
     let stopper = mission.agent.stopper();
     // The first Ctrl-C ends the run with its report, the second one the process.
@@ -61,6 +72,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     }
     let display = live.then(|| Display::start(&name, seed, &mission));
     let finished = mission.run();
+    drop(server);
     drop(display);
     let finished = finished?;
     let report =

@@ -5,6 +5,7 @@
 
 mod contact;
 mod drive;
+mod image;
 mod mission;
 mod pose;
 mod range;
@@ -12,6 +13,7 @@ mod transform;
 
 pub use contact::{Contact, Contacts};
 pub use drive::{Twist2, WheelSpeeds};
+pub use image::{Image, ImageFormat};
 pub use mission::{MissionState, Verdict};
 pub use pose::{Odometry, Orientation, Point2, Pose2, Position};
 pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};

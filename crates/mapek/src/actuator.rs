@@ -57,7 +57,7 @@ impl<A: Actuator> Module for ActuatorBlock<A> {
 
     fn spec() -> Spec {
         let trigger = Trigger::On { ports: vec!["command".into()], timeout: Some(RENEWAL) };
-        Spec { trigger: trigger, deadline: None, unique: "" }
+        Spec { trigger, deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &A::Params) -> Result<A::State, Refusal> {

@@ -51,7 +51,7 @@ impl<A: Analyze> Module for AnalyzeBlock<A> {
 
     fn spec() -> Spec {
         let trigger = on(&A::Observed::describe(), |port| port.role == role::PERCEPT);
-        Spec { trigger: trigger, deadline: None, unique: "" }
+        Spec { trigger, deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &A::Params) -> Result<A::State, Refusal> {

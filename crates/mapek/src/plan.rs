@@ -152,7 +152,7 @@ impl<P: Plan> Module for PlanBlock<P> {
 
     fn spec() -> Spec {
         let trigger = on(&Self::Io::describe(), |port| port.role == role::CHANGE || port.name == "situation");
-        Spec { trigger: trigger, deadline: None, unique: "plan" }
+        Spec { trigger, deadline: None, unique: "plan" }
     }
 
     fn create(_: &Setup<'_>, _: &P::Params) -> Result<Self::State, Refusal> {

@@ -32,9 +32,11 @@ impl ModuleTable {
 }
 
 impl Sink {
+    /// Gives it bytes: a description, a state, or the reason of a refusal.
+    ///
     /// # Safety
-    /// The sink is as the host made it.
-    unsafe fn take(&self, bytes: &[u8]) {
+    /// The sink is as whoever calls made it.
+    pub unsafe fn take(&self, bytes: &[u8]) {
         // SAFETY: the bytes live during the call; the rest is passed on to the caller.
         unsafe { (self.write)(self.context, bytes.as_ptr(), bytes.len()) }
     }
@@ -142,11 +144,11 @@ unsafe extern "C" fn destroy<I: Instance>(instance: *mut ()) {
 }
 
 /// Drops what a panic carried, which may itself panic.
-fn discard(payload: Box<dyn Any + Send>) {
+pub(crate) fn discard(payload: Box<dyn Any + Send>) {
     let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
 }
 
-fn panic_message(payload: &(dyn Any + Send)) -> String {
+pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
     let text = payload
         .downcast_ref::<&str>()
         .copied()

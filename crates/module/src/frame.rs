@@ -37,8 +37,8 @@ pub struct Frame {
 pub struct Host {
     /// Given back to each call.
     pub context: *const (),
-    /// Takes a log message: level, text, length.
-    pub log: unsafe extern "C" fn(*const (), u32, *const u8, usize),
+    /// Takes a log message; `level` is a [`Level`].
+    pub log: unsafe extern "C" fn(context: *const (), level: u32, text: *const u8, length: usize),
 }
 
 /// The importance of a log message.
@@ -55,6 +55,19 @@ pub enum Level {
     Debug = 3,
     /// Everything.
     Trace = 4,
+}
+
+impl Level {
+    /// The level of that number; beyond the last one, the last.
+    pub fn from_number(number: u32) -> Self {
+        match number {
+            0 => Self::Error,
+            1 => Self::Warn,
+            2 => Self::Info,
+            3 => Self::Debug,
+            _ => Self::Trace,
+        }
+    }
 }
 
 /// A port of a frame.

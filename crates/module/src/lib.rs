@@ -94,7 +94,7 @@ pub use instance::{Instance, Setup, decode, encode, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};
 pub use parameters::{Parameter, Params};
-pub use plugin::{ModuleKind, Plugin};
+pub use plugin::{Maker, ModuleKind, Plugin};
 pub use port::{
     Command, Debug, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority, Queue, Received,
 };

@@ -16,6 +16,23 @@ pub struct ModuleKind {
     table: ModuleTable,
     /// Keeps the library open while anything of it may be called.
     library: Option<Arc<dyn Any + Send + Sync>>,
+    maker: Option<Arc<dyn Maker>>,
+}
+
+/// Describes and makes instances in place of the calls of a table, which know nothing of where instances live: in
+/// other processes.
+pub trait Maker: Send + Sync {
+    /// Ports, parameters and trigger under a setup, as [`ModuleKind::describe_portable`] writes them.
+    ///
+    /// # Errors
+    /// The module's refusal.
+    fn describe(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal>;
+
+    /// Makes an instance for the other calls of the table.
+    ///
+    /// # Errors
+    /// The module's refusal.
+    fn create(&self, setup: &Setup<'_>, params: &[u8]) -> Result<*mut (), Refusal>;
 }
 
 impl fmt::Debug for ModuleKind {
@@ -44,7 +61,29 @@ impl ModuleKind {
     pub unsafe fn from_table(table: ModuleTable, library: Option<Arc<dyn Any + Send + Sync>>) -> Self {
         // SAFETY: the texts live as the caller says; they are copied.
         let text = |bytes: Bytes| Arc::from(String::from_utf8_lossy(unsafe { bytes.as_slice() }));
-        Self { name: text(table.name), doc: text(table.doc), section: text(table.section), table, library }
+        Self {
+            name: text(table.name),
+            doc: text(table.doc),
+            section: text(table.section),
+            table,
+            library,
+            maker: None,
+        }
+    }
+
+    /// A kind whose instances `maker` makes. The other calls are those of the table; its texts don't count. `library`
+    /// is kept.
+    ///
+    /// # Safety
+    /// The calls keep the contract of [`ModuleTable`] with what `maker` makes.
+    pub unsafe fn made_by(
+        maker: Arc<dyn Maker>,
+        table: ModuleTable,
+        (name, doc, section): (&str, &str, &str),
+        library: Option<Arc<dyn Any + Send + Sync>>,
+    ) -> Self {
+        let (name, doc, section) = (name.into(), doc.into(), section.into());
+        Self { name, doc, section, table, library, maker: Some(maker) }
     }
 
     /// The name by which configuration finds it.
@@ -67,10 +106,18 @@ impl ModuleKind {
         &self.table
     }
 
+    /// What keeps its library open, if it is of one.
+    pub fn library(&self) -> Option<&Arc<dyn Any + Send + Sync>> {
+        self.library.as_ref()
+    }
+
     /// Whether it is the same code, loaded in one go.
     pub fn is(&self, other: &Self) -> bool {
         let library = |kind: &Self| kind.library.as_ref().map(|library| Arc::as_ptr(library).cast::<()>());
-        std::ptr::fn_addr_eq(self.table.tick, other.table.tick) && library(self) == library(other)
+        let maker = |kind: &Self| kind.maker.as_ref().map(|maker| Arc::as_ptr(maker).cast::<()>());
+        std::ptr::fn_addr_eq(self.table.tick, other.table.tick)
+            && library(self) == library(other)
+            && maker(self) == maker(other)
     }
 
     /// Ports, parameters and trigger under a setup.
@@ -78,11 +125,21 @@ impl ModuleKind {
     /// # Errors
     /// The module's refusal, or what is wrong with its description.
     pub fn describe(&self, setup: &Setup<'_>) -> Result<Description, Refusal> {
+        portable::decode_description(&self.describe_portable(setup)?)
+    }
+
+    /// The same as it crosses the boundary of a library or a process.
+    ///
+    /// # Errors
+    /// The module's refusal.
+    pub fn describe_portable(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
+        if let Some(maker) = &self.maker {
+            return maker.describe(setup);
+        }
         let section = section_bytes(setup)?;
         let table = setup_table(setup, &section);
         // SAFETY: setup and sink live during the call.
-        let bytes = call(|sink| unsafe { (self.table.describe)(&raw const table, sink) })?;
-        portable::decode_description(&bytes)
+        call(|sink| unsafe { (self.table.describe)(&raw const table, sink) })
     }
 
     /// Makes an instance; `params` holds a value of the parameter interface.
@@ -90,6 +147,9 @@ impl ModuleKind {
     /// # Errors
     /// The module's refusal.
     pub fn create(&self, setup: &Setup<'_>, params: &[u8]) -> Result<*mut (), Refusal> {
+        if let Some(maker) = &self.maker {
+            return maker.create(setup, params);
+        }
         let section = section_bytes(setup)?;
         let table = setup_table(setup, &section);
         let params = Bytes { data: params.as_ptr(), length: params.len() };

@@ -45,7 +45,7 @@ pub struct Sink {
     /// Given back to each call.
     pub context: *mut (),
     /// Takes bytes, which may be gone after the call.
-    pub write: unsafe extern "C" fn(*mut (), *const u8, usize),
+    pub write: unsafe extern "C" fn(context: *mut (), data: *const u8, length: usize),
 }
 
 /// What a module is told when it is set up.
@@ -82,19 +82,24 @@ pub struct ModuleTable {
     /// The configuration table that sets it up; none for most.
     pub section: Bytes,
     /// Writes ports, parameters and trigger under a setup, as CBOR or JSON, or the reason of a refusal.
-    pub describe: unsafe extern "C" fn(*const SetupTable, *const Sink) -> i32,
+    pub describe: unsafe extern "C" fn(setup: *const SetupTable, sink: *const Sink) -> i32,
     /// Makes an instance; the bytes are a value of the parameter interface.
-    pub create: unsafe extern "C" fn(*const SetupTable, Bytes, *mut *mut (), *const Sink) -> i32,
+    pub create: unsafe extern "C" fn(
+        setup: *const SetupTable,
+        params: Bytes,
+        instance: *mut *mut (),
+        sink: *const Sink,
+    ) -> i32,
     /// One step: 0 as intended, 1 degraded, 2 failed, -1 after a panic.
-    pub tick: unsafe extern "C" fn(*mut (), *const Frame) -> i32,
+    pub tick: unsafe extern "C" fn(instance: *mut (), frame: *const Frame) -> i32,
     /// Writes the state.
-    pub save: unsafe extern "C" fn(*const (), *const Sink) -> i32,
+    pub save: unsafe extern "C" fn(instance: *const (), sink: *const Sink) -> i32,
     /// Takes over a saved state; it is refused, and the present state kept, when it doesn't fit.
-    pub restore: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
+    pub restore: unsafe extern "C" fn(instance: *mut (), state: Bytes, sink: *const Sink) -> i32,
     /// Refuses when the module can't be unloaded now, with the reason.
-    pub may_unload: unsafe extern "C" fn(*const (), *const Sink) -> i32,
+    pub may_unload: unsafe extern "C" fn(instance: *const (), sink: *const Sink) -> i32,
     /// Ends an instance.
-    pub destroy: unsafe extern "C" fn(*mut ()),
+    pub destroy: unsafe extern "C" fn(instance: *mut ()),
 }
 
 // SAFETY: a table is constant; its texts are read only.

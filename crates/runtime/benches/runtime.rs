@@ -1,4 +1,5 @@
-//! What the main loop and the threads of modules cost: `cargo bench -p slate-runtime`.
+//! What the main loop and the threads of modules cost: `cargo bench -p slate-runtime`, or one of them with its name:
+//! `cargo bench -p slate-runtime -- stages`. With `--long` the runs are as long as the promises that they check.
 #![allow(missing_docs, clippy::unwrap_used, clippy::disallowed_methods, reason = "a benchmark")]
 
 use std::fmt::Write;
@@ -45,6 +46,46 @@ impl Module for Segment {
 
     fn tick(_: &mut (), io: &LinkIo, _: &(), _: &Tick) -> Outcome {
         io.output.set(Number { value: io.input.value + 1.0 });
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct NoIo {}
+
+/// Does nothing.
+pub struct Idle;
+
+#[module(stage = Think)]
+impl Module for Idle {
+    type Io = NoIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), _: &NoIo, _: &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct FaultyIo {
+    #[safe(Number { value: -1.0 })]
+    output: Output<Number>,
+}
+
+/// Fails in some ticks, in turn by an error, by a panic, and by taking longer than its stage may.
+pub struct Faulty;
+
+#[module(stage = Think)]
+impl Module for Faulty {
+    type Io = FaultyIo;
+    type Params = ();
+    type State = u64;
+
+    fn tick(_: &mut u64, io: &FaultyIo, _: &(), now: &Tick) -> Outcome {
+        // Each has its own phase, so that no two are late at a time.
+        let phase = now.random(|random| random.uniform(0.0, 1.0));
+        io.output.set(Number { value: phase });
         Outcome::Ok
     }
 }

@@ -136,6 +136,13 @@ impl Actuator {
         self.locked().gate.arm().is_ok()
     }
 
+    /// Lets no command through until it is armed again.
+    pub fn disarm(&self, now: u64) {
+        let mut inner = self.locked();
+        inner.gate.disarm();
+        inner.publish(now);
+    }
+
     /// Stops at once and stays stopped.
     pub fn stop(&self, reason: &str, now: u64) {
         let mut inner = self.locked();

@@ -1,36 +1,126 @@
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+//! Where an agent's time comes from.
 
-/// The agent's time, nanoseconds since its start: the system's, or what a time source says.
-#[derive(Debug)]
-pub(crate) enum Clock {
-    /// The system's monotonic clock.
-    System(Instant),
-    /// A time source drives it.
-    Driven(AtomicU64),
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, LazyLock};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Nanoseconds of the machine's monotonic clock, which no change of the date touches; from when it was first asked.
+#[inline]
+pub(crate) fn monotonic() -> u64 {
+    static START: LazyLock<Instant> = LazyLock::new(now);
+    now().saturating_duration_since(*START).as_nanos() as u64
+}
+
+#[allow(clippy::disallowed_methods, reason = "the host is where time comes from")]
+fn now() -> Instant {
+    Instant::now()
+}
+
+/// Says what date and time it is.
+pub type Calendar = Arc<dyn Fn() -> SystemTime + Send + Sync>;
+
+/// Sets the agent's time: a simulator, a replay. It is asked before each cycle of the main loop.
+///
+/// ```
+/// use slate_runtime::TimeSource;
+///
+/// /// Every cycle is twice as long as the one before.
+/// struct Slower(u64);
+///
+/// impl TimeSource for Slower {
+///     fn next(&mut self, last: Option<u64>, planned: u64) -> u64 {
+///         self.0 *= 2;
+///         last.map_or(planned, |last| last + self.0)
+///     }
+/// }
+/// ```
+pub trait TimeSource: Send {
+    /// The time of the next cycle, nanoseconds. `last` is the time of the cycle before, if there was one, and `planned`
+    /// is a period after that. A time before the last one is refused and counted, and the agent's time stands still.
+    fn next(&mut self, last: Option<u64>, planned: u64) -> u64;
+}
+
+/// The times of a recorded run, one for each cycle; after the last of them cycles follow one another by the period.
+#[derive(Clone, Debug)]
+pub struct RecordedTimes(std::vec::IntoIter<u64>);
+
+impl RecordedTimes {
+    /// From the times in nanoseconds, in their order.
+    pub fn new(times: Vec<u64>) -> Self {
+        Self(times.into_iter())
+    }
+}
+
+impl TimeSource for RecordedTimes {
+    fn next(&mut self, _: Option<u64>, planned: u64) -> u64 {
+        self.0.next().unwrap_or(planned)
+    }
+}
+
+/// The agent's time, nanoseconds since its start: the system's monotonic clock, or what a time source says.
+pub(crate) struct Clock {
+    /// The monotonic time at the start.
+    start: u64,
+    /// What the time source said last, if there is one.
+    driven: Option<AtomicU64>,
+    calendar: Calendar,
+    /// The date at the start.
+    date: SystemTime,
+}
+
+impl fmt::Debug for Clock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Clock").field("now", &self.now()).field("driven", &self.driven.is_some()).finish()
+    }
 }
 
 impl Clock {
-    #[allow(clippy::disallowed_methods, reason = "the host is where time comes from")]
-    pub fn system() -> Self {
-        Self::System(Instant::now())
+    /// A clock that a time source drives, or the system's.
+    pub fn new(driven: bool, calendar: Option<Calendar>) -> Self {
+        let calendar = calendar.unwrap_or_else(|| Arc::new(date));
+        let date = calendar();
+        Self { start: monotonic(), driven: driven.then(AtomicU64::default), calendar, date }
     }
 
-    pub fn driven() -> Self {
-        Self::Driven(AtomicU64::new(0))
-    }
-
+    #[inline]
     pub fn now(&self) -> u64 {
-        match self {
-            Self::System(start) => start.elapsed().as_nanos() as u64,
-            Self::Driven(now) => now.load(Ordering::Acquire),
+        match &self.driven {
+            None => self.at(monotonic()),
+            Some(now) => now.load(Ordering::Acquire),
         }
+    }
+
+    /// Whether a time source drives it.
+    pub fn is_driven(&self) -> bool {
+        self.driven.is_some()
+    }
+
+    /// A monotonic time as one since the agent's start; on the system's clock that is the agent's time.
+    #[inline]
+    pub fn at(&self, monotonic: u64) -> u64 {
+        monotonic.saturating_sub(self.start)
     }
 
     /// Sets a driven clock; the system's goes by itself.
     pub fn set(&self, time: u64) {
-        if let Self::Driven(now) = self {
+        if let Some(now) = &self.driven {
             now.store(time, Ordering::Release);
         }
     }
+
+    /// The date of an agent's time: for people, who read logs. Nothing is measured with it, as it may jump.
+    pub fn date_of(&self, time: u64) -> SystemTime {
+        if self.is_driven() {
+            return self.date + Duration::from_nanos(time);
+        }
+        let (now, date) = (self.now(), (self.calendar)());
+        let ago = Duration::from_nanos(now.saturating_sub(time));
+        date.checked_sub(ago).unwrap_or(date) + Duration::from_nanos(time.saturating_sub(now))
+    }
+}
+
+#[allow(clippy::disallowed_methods, reason = "the one place that knows the date")]
+fn date() -> SystemTime {
+    SystemTime::now()
 }

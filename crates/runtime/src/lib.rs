@@ -11,14 +11,22 @@ mod aspects;
 mod clock;
 pub mod configuration;
 mod digest;
+pub mod isolation;
 pub mod log;
 mod main_loop;
 pub mod plugin;
+pub mod remote;
 mod runner;
 pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
     Agent, Composer, Mode, ModuleStatus, Options, PluginError, PluginStatus, Reload, StartError, Stopper,
+    SystemClock,
 };
-pub use main_loop::{Control, Cycle, End, Observer, Rate};
+pub use clock::{Calendar, RecordedTimes, TimeSource};
+pub use main_loop::{
+    AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
+    ScheduledStage, SenseAct,
+};
+pub use slate_module::Stage;

@@ -59,7 +59,7 @@ fn the_allocator_counts() {
 fn durations_and_spans_allocate_nothing() {
     let trace = Trace::new(100);
     let label = trace.label("step").unwrap();
-    let mut track = trace.track("loop").unwrap();
+    let track = trace.track("loop").unwrap();
     let mut histogram = Histogram::default();
     let before = ALLOCATIONS.get();
     for cycle in 0..1000 {

@@ -356,3 +356,12 @@ fn a_configuration_that_fits_is_not_refused() {
     let text = text.replace("[modules.counted]\n", "");
     assert!(load(&text, &more(), Options::default()).is_ok());
 }
+
+#[test]
+fn a_program_that_can_not_be_started_again_isolates_nothing() {
+    let Err(error) = load("[modules.counter]\nisolated = true", &[], Options::default()) else {
+        panic!("it should not start");
+    };
+    let text = error.to_string();
+    assert!(text.contains("`main` does not call `slate_runtime::isolation::enter` first"), "{text}");
+}

@@ -116,8 +116,8 @@ fn an_export_is_what_was_recorded() {
     let trace = Trace::new(16);
     let strange = "näme \"with\" \\ and \n\u{1}";
     let (stage, module) = (trace.label("Act").unwrap(), trace.label(strange).unwrap());
-    let mut main = trace.track("main loop").unwrap();
-    let mut worker = trace.track(strange).unwrap();
+    let main = trace.track("main loop").unwrap();
+    let worker = trace.track(strange).unwrap();
     // A stage ends after its modules, and began before.
     main.record(Span { label: module, start: 1_100, duration: 99, cycle: 7 });
     main.record(Span { label: stage, start: 1_100, duration: 800, cycle: 7 });
@@ -142,7 +142,7 @@ fn an_export_is_what_was_recorded() {
 fn an_export_has_what_was_under_way_in_its_time() {
     let trace = Trace::new(64);
     let label = trace.label("step").unwrap();
-    let mut track = trace.track("loop").unwrap();
+    let track = trace.track("loop").unwrap();
     for start in (0..1000).step_by(100) {
         track.record(Span { label, start, duration: 50, cycle: 0 });
     }
@@ -161,7 +161,7 @@ fn an_export_has_what_was_under_way_in_its_time() {
 fn a_full_ring_keeps_the_newest() {
     let trace = Trace::new(8);
     let label = trace.label("step").unwrap();
-    let mut track = trace.track("loop").unwrap();
+    let track = trace.track("loop").unwrap();
     for cycle in 0..20 {
         track.record(Span { label, start: cycle * 10, duration: 10, cycle });
     }
@@ -176,11 +176,11 @@ fn a_track_has_one_writer_and_outlives_it() {
     let trace = Trace::new(8);
     let label = trace.label("step").unwrap();
     assert_eq!(trace.label("step").unwrap(), label);
-    let mut first = trace.track("loop").unwrap();
+    let first = trace.track("loop").unwrap();
     first.record(Span { label, start: 1, duration: 1, cycle: 1 });
     assert_eq!(trace.track("loop").unwrap_err(), TraceError::Taken { name: "loop".into() });
     drop(first);
-    let mut second = trace.track("loop").unwrap();
+    let second = trace.track("loop").unwrap();
     second.record(Span { label, start: 2, duration: 1, cycle: 2 });
     assert_eq!(events(&trace, 0, 10).0.spans, 2);
 }
@@ -192,10 +192,10 @@ proptest! {
         let trace = Trace::new(256);
         let names = ["cycle", "stage", "step"].map(|name| trace.label(name).unwrap());
         for (index, lengths) in tracks.iter().enumerate() {
-            let mut track = trace.track(&format!("thread {index}")).unwrap();
+            let track = trace.track(&format!("thread {index}")).unwrap();
             let mut now = 0;
             for (cycle, length) in (0..).zip(lengths) {
-                let mut record = |label, start, duration| track.record(Span { label, start, duration, cycle });
+                let record = |label, start, duration| track.record(Span { label, start, duration, cycle });
                 record(names[2], now, length / 3);
                 record(names[2], now + length / 3, length / 3);
                 record(names[1], now, 2 * (length / 3));
@@ -223,7 +223,7 @@ proptest! {
 fn a_reader_neither_stops_the_writer_nor_sees_half_a_span() {
     let trace = Arc::new(Trace::new(64));
     let label = trace.label("step").unwrap();
-    let mut track = trace.track("loop").unwrap();
+    let track = trace.track("loop").unwrap();
     let is_over = Arc::new(AtomicBool::new(false));
     let writer = {
         let is_over = Arc::clone(&is_over);

@@ -37,6 +37,12 @@ mod documents {
     mod the_simulator {}
     #[doc = include_str!("../../../book/src/08-exp1.md")]
     mod exp1 {}
+    #[doc = include_str!("../../../book/src/09-plugins.md")]
+    mod plugins {}
+    #[doc = include_str!("../../../book/src/10-logging.md")]
+    mod logging {}
+    #[doc = include_str!("../../../book/src/11-isolation.md")]
+    mod isolation {}
     #[doc = include_str!("../../../book/src/12-aspects.md")]
     mod aspects {}
 }

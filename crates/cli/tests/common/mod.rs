@@ -2,8 +2,11 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
 
 use serde_json::Value;
 
@@ -36,4 +39,123 @@ pub fn exp1(folder: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
     all.extend(arguments);
     let output = slate(folder, &all);
     (json(&output), output.status.code())
+}
+
+/// A run in the background, whose tools find it and no other one. It is killed when this is dropped.
+pub struct Running {
+    folder: PathBuf,
+    /// Where sockets are; the path of a socket can't be long.
+    sockets: PathBuf,
+    runs: Vec<Child>,
+}
+
+impl Running {
+    /// Nothing runs yet.
+    pub fn new(name: &str) -> Self {
+        let sockets = std::env::temp_dir().join(format!("slate-test-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&sockets).unwrap();
+        Self { folder: folder(name), sockets, runs: Vec::new() }
+    }
+
+    /// Where the command is called.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Starts a run, and waits until its tools reach it.
+    pub fn start(&mut self, agent: &str, arguments: &[&str]) {
+        let mut command = self.command(arguments);
+        self.runs.push(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
+        for _ in 0..600 {
+            if self.call(&["module", "list", "--agent", agent]).status.success() {
+                return;
+            }
+            if let Some(status) = self.runs.last_mut().unwrap().try_wait().unwrap() {
+                let output = self.runs.pop().unwrap().wait_with_output().unwrap();
+                panic!("the run has ended with {status}: {output:?}");
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        panic!("{agent} is not reached");
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_slate"));
+        command.args(arguments).current_dir(&self.folder).env("XDG_RUNTIME_DIR", &self.sockets);
+        command
+    }
+
+    /// Calls the command.
+    pub fn call(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// What the command prints when all goes well.
+    pub fn done(&self, arguments: &[&str]) -> String {
+        let output = self.call(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
+        text(&output.stdout)
+    }
+
+    /// What the command says when it ends with that code.
+    pub fn fails(&self, code: i32, arguments: &[&str], words: &[&str]) -> String {
+        let output = self.call(arguments);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {output:?}");
+        for word in words {
+            assert!(stderr.contains(word), "{arguments:?} does not say `{word}`: {stderr}");
+        }
+        stderr
+    }
+
+    /// Asks an agent at its socket.
+    pub fn ask(&self, agent: &str, call: &str) -> Value {
+        let socket = self.sockets.join("slate").join(format!("{agent}.sock"));
+        let mut stream = UnixStream::connect(socket).unwrap();
+        stream.write_all(format!("{call}\n").as_bytes()).unwrap();
+        let mut lines = BufReader::new(stream).lines();
+        let greeting: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
+        assert_eq!(greeting["agent"], agent);
+        serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap()
+    }
+
+    /// A value on the blackboard.
+    pub fn read(&self, agent: &str, url: &str) -> Value {
+        self.ask(agent, &format!(r#"{{"call":"read","url":"{url}"}}"#))["result"]["value"].clone()
+    }
+
+    /// Waits for the end of the first run.
+    pub fn finish(&mut self) -> Output {
+        self.runs.remove(0).wait_with_output().unwrap()
+    }
+
+    /// Asks the first run to end, as Ctrl-C does.
+    pub fn interrupt(&self) {
+        let id = self.runs[0].id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    }
+
+    /// Ends the first run at once, without a chance to clean up.
+    pub fn kill(&mut self) {
+        let mut run = self.runs.remove(0);
+        run.kill().unwrap();
+        run.wait().unwrap();
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        while !self.runs.is_empty() {
+            self.kill();
+        }
+        let _ = std::fs::remove_dir_all(&self.sockets);
+    }
+}
+
+/// A library that was built with the command.
+pub fn library(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_BIN_EXE_slate")).parent().unwrap();
+    let path = folder.join("deps").join(name);
+    assert!(path.is_file(), "{} is not there", path.display());
+    path.to_str().unwrap().into()
 }

@@ -41,7 +41,7 @@ impl<R: Repertoire> Module for ExecuteBlock<R> {
 
     fn spec() -> Spec {
         let trigger = Trigger::On { ports: vec!["plan".into(), "reflexes".into()], timeout: Some(RENEWAL) };
-        Spec { trigger: trigger, deadline: None, unique: "execute" }
+        Spec { trigger, deadline: None, unique: "execute" }
     }
 
     fn create(_: &Setup<'_>, (): &()) -> Result<Self::State, Refusal> {

@@ -190,8 +190,8 @@ impl BlackBoard {
     }
 }
 
-/// A call with a sink: what it returned, and what it wrote.
-pub(super) fn answered(call: impl FnOnce(*const Sink) -> i32) -> (i32, String) {
+/// Makes a call of a service with a sink for text: what it returned, and what it wrote.
+pub fn answered(call: impl FnOnce(*const Sink) -> i32) -> (i32, String) {
     let mut written = Vec::new();
     let sink = Sink::into(&mut written);
     let code = call(&raw const sink);

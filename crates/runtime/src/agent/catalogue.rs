@@ -1,6 +1,6 @@
 //! Which plugins there are, and what they bring.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use slate_module::{ModuleKind, Plugin};
 
@@ -39,10 +39,26 @@ impl Catalogue {
         self.plugins.iter().find(|plugin| plugin.kinds().iter().any(|own| own.is(kind)))
     }
 
+    /// All plugins, a line each: name, version, and whether it is loaded, with tabs between.
+    pub fn list(&self) -> String {
+        let loaded =
+            self.plugins.iter().map(|plugin| format!("{}\t{}\t1\n", plugin.name(), plugin.version_text()));
+        let dormant: BTreeSet<&String> = self.dormant.values().collect();
+        loaded.chain(dormant.into_iter().map(|name| format!("{name}\t\t0\n"))).collect()
+    }
+
     /// A plugin comes; what it brings is no longer dormant.
     pub fn add(&mut self, plugin: Plugin) {
         self.dormant.retain(|_, owner| owner != plugin.name());
         self.plugins.push(plugin);
+    }
+
+    /// Another version of a plugin takes the place of the one that is there.
+    pub fn replace(&mut self, plugin: &Plugin) {
+        let place = self.plugins.iter_mut().find(|other| other.name() == plugin.name());
+        if let Some(place) = place {
+            *place = plugin.clone();
+        }
     }
 
     /// A plugin goes; its kinds stay known.

@@ -5,14 +5,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use slate_module::{Description, ModuleKind};
+use slate_blackboard::Access;
+use slate_module::aspect::{MainLoop, Service, TimeSource};
+use slate_module::{Description, Direction, ModuleKind, Plugin};
 
-use super::build::{Ground, build};
+use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
-use super::composer::Origin;
+use super::composer::{Origin, Trial};
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
+use crate::aspects::{PlacePolicy, PlaceTime};
 use crate::configuration::{Configuration, Report};
-use crate::main_loop::{Order, Seat, Shared};
+use crate::isolation::Isolation;
+use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 
 /// A module that is there.
@@ -22,6 +26,15 @@ pub(super) struct Present {
     pub description: Description,
     pub setup: OwnSetup,
     pub own_thread: bool,
+    /// How it runs apart, if it does.
+    pub isolation: Option<Arc<Isolation>>,
+}
+
+impl Present {
+    /// Other code as this module runs it: here or apart.
+    pub fn placed(&self, kind: &ModuleKind) -> ModuleKind {
+        self.isolation.as_ref().map_or_else(|| kind.clone(), |isolation| isolation.kind(kind))
+    }
 }
 
 /// All that an agent is made of.
@@ -31,8 +44,16 @@ pub(super) struct Composition {
     pub ground: Ground,
     /// By name.
     pub present: BTreeMap<String, Present>,
+    /// The plugins that are linked into the program.
+    pub linked: Vec<Plugin>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, Origin>,
+    /// Plugins whose new code runs beside the old.
+    pub trials: BTreeMap<String, Trial>,
+    /// The module that has the main loop, or may take it.
+    pub loop_owner: Option<String>,
+    /// The module that says what time it is.
+    pub time_owner: Option<String>,
     /// Whether actuators that come are armed.
     pub armed: bool,
 }
@@ -41,6 +62,16 @@ pub(super) struct Composition {
 pub(super) struct Target {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,
+    /// Whether the states of modules that leave are wanted; a save may take its time.
+    pub keep: bool,
+}
+
+/// A module that fits.
+pub(super) struct Fitting {
+    pub kind: ModuleKind,
+    pub description: Description,
+    /// Its parameters as in the configuration.
+    pub params: Vec<u8>,
 }
 
 /// What a change came to.
@@ -58,18 +89,19 @@ impl Composition {
     pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> Target {
         let mut catalogue = self.catalogue.clone();
         change(&mut catalogue);
-        Target { configuration: Arc::clone(&self.configuration), catalogue }
+        Target { configuration: Arc::clone(&self.configuration), catalogue, keep: false }
     }
 
-    /// Whether it would fit.
-    pub fn check(&self, target: &Target) -> Result<Vec<(String, ModuleKind, Description)>, Report> {
+    /// Whether it would fit, and what its modules would be.
+    pub fn check(&self, target: &Target) -> Result<BTreeMap<String, Fitting>, Report> {
         let mut complaints = Complaints::new(&target.configuration);
         let survey = survey(&target.configuration, &target.catalogue, &mut complaints);
         if !complaints.diagnostics.is_empty() {
             return Err(Report::from(complaints.diagnostics));
         }
         let described = |surveyed: Surveyed<'_>| {
-            (surveyed.module.name.value.clone(), surveyed.kind, surveyed.description)
+            let Surveyed { module, kind, description, params, .. } = surveyed;
+            (module.name.value.clone(), Fitting { kind, description, params })
         };
         Ok(survey.modules.into_iter().map(described).collect())
     }
@@ -110,12 +142,14 @@ impl Composition {
         }
         for (index, runner) in arriving.iter().zip(runners) {
             let surveyed = &survey.modules[*index];
+            let isolation = runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
             let present = Present {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
                 setup: surveyed.setup.clone(),
-                own_thread: self.ground.has_own_thread(&surveyed.trigger),
+                own_thread: self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
+                isolation,
             };
             changed.arrived.push(names[*index].to_owned());
             self.present.insert(names[*index].to_owned(), present);
@@ -127,9 +161,12 @@ impl Composition {
         self.present = staying;
         let on_loop = |level: &Vec<usize>| {
             let present = level.iter().map(|index| &self.present[names[*index]]);
-            present.filter(|present| !present.own_thread).map(|present| Arc::clone(&present.seat)).collect()
+            present
+                .filter(|present| !present.own_thread || present.seat.is_kicked())
+                .map(|present| Arc::clone(&present.seat))
+                .collect()
         };
-        let order = Order::new(survey.order.iter().flatten().map(on_loop));
+        let stages = survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect();
         if self.armed {
             // A stop that is still latched keeps them disarmed.
             self.ground.actuators.values().filter(|actuator| !standing.1.contains(actuator.name())).for_each(
@@ -140,26 +177,81 @@ impl Composition {
         }
         self.ground.means.actuators.set(self.ground.actuators.clone());
         let actuators = self.ground.actuators.values().cloned().collect();
-        let watched =
-            self.present.values().map(|present| (Arc::clone(&present.seat), !present.own_thread)).collect();
-        shared.compose(order, actuators, watched);
+        let threaded = self.present.values().filter(|present| present.own_thread);
+        shared.compose(stages, threaded.map(|present| Arc::clone(&present.seat)).collect(), actuators);
+        self.connect_loop(shared);
         for name in &changed.arrived {
             let present = &self.present[name];
-            if present.own_thread && shared.is_running() {
-                if let Err(error) = shared.threads().start(shared, &present.seat) {
-                    let text = format!("the thread of {name} can't be started: {error}");
-                    shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
-                }
+            if present.own_thread
+                && shared.is_running()
+                && let Err(error) = shared.threads().start(shared, &present.seat)
+            {
+                let text = format!("the thread of {name} can't be started: {error}");
+                shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
             }
         }
         for (name, present) in leaving {
-            let state = self.dispose(&name, present, shared);
+            let state = self.dispose(&name, present, shared, target.keep);
             changed.left.insert(name, state);
         }
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
+        self.ground.means.plugins.show(self.catalogue.list());
         Ok(changed)
+    }
+
+    /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
+    fn connect_loop(&mut self, shared: &Arc<Shared>) {
+        let of = |schema: u64| {
+            let mut all = self.present.iter();
+            all.find(|(_, present)| {
+                let ports = &present.description.ports;
+                ports.iter().any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
+            })
+        };
+        let seat = |present: &Present| (!present.own_thread).then(|| Arc::clone(&present.seat));
+        let policy = of(MainLoop::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
+        let time = of(TimeSource::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
+        let (loop_owner, time_owner) =
+            (policy.as_ref().map(|(name, _)| name.clone()), time.as_ref().map(|(name, _)| name.clone()));
+        if loop_owner != self.loop_owner {
+            match policy {
+                Some((_, seat)) => {
+                    let code = PlacePolicy::new(Arc::clone(&self.ground.means.policy));
+                    shared.set_policy(Some(Box::new(code)), seat);
+                }
+                None => shared.set_policy(None, None),
+            }
+        }
+        if time_owner != self.time_owner {
+            match time {
+                Some((_, seat)) => {
+                    let code = PlaceTime(Arc::clone(&self.ground.means.time));
+                    shared.set_time_source(Some(Box::new(code)), seat);
+                }
+                None => shared.set_time_source(None, None),
+            }
+        }
+        (self.loop_owner, self.time_owner) = (loop_owner, time_owner);
+    }
+
+    /// What users and tools have set in those modules: parameters, `enabled`, inputs without a link.
+    pub fn settings(&self, modules: &[String]) -> BTreeMap<String, Kept> {
+        let of = |path: &str| {
+            let within =
+                |module: &String| path.strip_prefix(module).is_some_and(|rest| rest.starts_with('/'));
+            modules.iter().any(within)
+        };
+        let properties = self.ground.board.properties();
+        let settings =
+            properties.iter().filter(|property| property.access() == Access::Setting && of(property.path()));
+        let kept = settings.filter_map(|property| {
+            let (bytes, _, stamp) = property.newest().ok().flatten()?;
+            let schema = property.descriptor().hash;
+            Some((property.path().to_owned(), Kept { schema, bytes, time: stamp.time }))
+        });
+        kept.collect()
     }
 
     /// The paths and the actuators that there are.
@@ -189,8 +281,14 @@ impl Composition {
         }
     }
 
-    /// Ends a module that the loop runs no more; its state is what it was.
-    fn dispose(&mut self, name: &str, present: Present, shared: &Shared) -> Result<Vec<u8>, String> {
+    /// Ends a module that the loop runs no more; returns its state, if that is to be kept.
+    fn dispose(
+        &mut self,
+        name: &str,
+        present: Present,
+        shared: &Shared,
+        keep: bool,
+    ) -> Result<Vec<u8>, String> {
         let Present { seat, own_thread, .. } = present;
         if own_thread {
             seat.retire();
@@ -208,10 +306,15 @@ impl Composition {
         let now = shared.clock.now();
         runner.set_condition(Condition::Unloaded, now);
         runner.publish_safe(now);
-        // SAFETY: nobody else has the runner any more.
-        let state = unsafe { runner.kind.save(runner.instance) };
         self.ground.post(name).health.set(Condition::Unloaded);
-        state.map_err(|refusal| refusal.0)
+        if runner.instance.is_null() {
+            return Err("it had failed".into());
+        }
+        if !keep {
+            return Ok(Vec::new());
+        }
+        // SAFETY: nobody else has the runner any more.
+        unsafe { runner.kind.save(runner.instance) }.map_err(|refusal| refusal.0)
     }
 
     /// Takes the properties of modules that have left off the board, but for those that others read.

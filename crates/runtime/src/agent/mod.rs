@@ -4,10 +4,13 @@ mod build;
 mod catalogue;
 mod composer;
 mod composition;
+mod looping;
 mod parameters;
+mod settings;
 mod survey;
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -16,15 +19,21 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
-use crate::aspects::Means;
-use crate::clock::Clock;
-use crate::configuration::{Configuration, Report};
-use crate::log::{LogTarget, Logger, Settings};
-use crate::main_loop::{End, Flow, Observer, Pace, Rate, Shared, Watchdog, Workers, cycle, drive};
+use crate::aspects::{Means, PluginControl, ThreadKeeper};
+use crate::clock::{Calendar, Clock, TimeSource};
+use crate::configuration::{Configuration, Database, Report};
+use crate::isolation::Arenas;
+use crate::log::{self, LogTarget, Logger};
+use crate::main_loop::{
+    End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
+};
 use build::Ground;
 use catalogue::Catalogue;
+pub(crate) use composer::WeakComposer;
 pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
+pub use looping::SystemClock;
+use settings::Settings;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +60,13 @@ pub struct Options {
     pub armed: bool,
     /// The stop that all gates obey.
     pub stop: StopLatch,
+    /// Sets the agent's time, in place of a module that the configuration names as its time source, or beside it.
+    pub time_source: Option<Box<dyn TimeSource>>,
+    /// Says the date, for logs; the system's if there is none.
+    pub calendar: Option<Calendar>,
+    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
+    /// first, with the same plugins. Nothing for this program.
+    pub isolation_program: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -63,6 +79,9 @@ impl Default for Options {
             log: Vec::new(),
             armed: false,
             stop: StopLatch::in_memory(),
+            time_source: None,
+            calendar: None,
+            isolation_program: None,
         }
     }
 }
@@ -98,6 +117,9 @@ pub struct Agent {
     shared: Arc<Shared>,
     composer: Composer,
     hang: Duration,
+    threads: Arc<ThreadKeeper>,
+    /// Those that change while it runs.
+    settings: Option<Settings>,
 }
 
 impl std::fmt::Debug for Agent {
@@ -119,21 +141,38 @@ impl Agent {
         if options.mode == Mode::Threaded && options.rate == Rate::Max {
             return Err(StartError::ThreadedMax);
         }
-        let driven = configuration.time_source().is_some();
+        let driven = configuration.time_source().is_some() || options.time_source.is_some();
         let lockstep = driven && options.mode == Mode::Staged;
-        let logger = Arc::new(Logger::new(Settings::of(configuration, lockstep), options.log)?);
-        let clock = Arc::new(if driven { Clock::driven() } else { Clock::system() });
+        let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
+        let clock = Arc::new(Clock::new(driven, options.calendar));
+        // What is measured in lockstep is no reason to wait.
+        let minimum = if lockstep { 0 } else { configuration.minimum().map_or(0, |minimum| minimum.value) };
         let board = Arc::new(Board::new(configuration.agent_name()));
-        let shared = Arc::new(Shared::new(
-            Arc::clone(&board),
+        let shared = Arc::new(Shared::new(Parameters {
+            board: Arc::clone(&board),
             clock,
-            Arc::clone(&logger),
-            configuration.period().value,
+            logger: Arc::clone(&logger),
+            period: configuration.period().value,
             lockstep,
-            lockstep.then(crate::digest::Digest::new),
-            Workers::start(options.workers, options.always_help)?,
-            Pace::new(options.rate),
-        ));
+            schedule: configuration.schedule().clone(),
+            workers: Workers::start(options.workers, options.always_help)?,
+            pace: Pace::new(options.rate, minimum),
+            time_source: options.time_source,
+        }));
+        let hang = Duration::from_nanos(configuration.hang().value);
+        let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
+        let control = Arc::new(PluginControl::default());
+        let means = Means {
+            board: Arc::clone(&board),
+            actuators: Arc::default(),
+            logger: Arc::clone(&logger),
+            clock: Arc::clone(&shared.clock),
+            synchronization: Arc::clone(&shared.synchronization),
+            threads: Arc::clone(&threads),
+            plugins: Arc::clone(&control),
+            policy: Arc::default(),
+            time: Arc::default(),
+        };
         let ground = Ground {
             board,
             logger,
@@ -143,25 +182,49 @@ impl Agent {
             posts: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
-            means: Means { board: Arc::clone(&shared.board), actuators: Arc::default() },
+            means,
             index: 0,
+            arenas: Arenas::new(options.isolation_program),
+            kept: BTreeMap::new(),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
             catalogue: Catalogue::default(),
             ground,
             present: BTreeMap::new(),
+            linked: Vec::new(),
             origins: BTreeMap::new(),
+            trials: BTreeMap::new(),
+            loop_owner: None,
+            time_owner: None,
             armed: options.armed,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
+        control.connect(composer.downgrade());
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
-        Ok(Self { shared, composer, hang: Duration::from_nanos(configuration.hang().value) })
+        Ok(Self { shared, composer, hang, threads, settings: None })
+    }
+
+    /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
+    /// values of inputs, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
+    /// that are edited are taken over too. What else is changed, or does not fit, is refused and changes nothing.
+    ///
+    /// # Errors
+    /// As [`load`](Agent::load).
+    pub fn load_with(database: &Database, plugins: &[Plugin], options: Options) -> Result<Self, StartError> {
+        let mut agent = Self::load(&database.current(), plugins, options)?;
+        agent.settings = Some(Settings::follow(database, &agent.composer)?);
+        Ok(agent)
+    }
+
+    /// Where its configuration is changed; none when it was loaded without one.
+    pub fn database(&self) -> Option<&Database> {
+        self.settings.as_ref().map(|settings| &settings.database)
     }
 
     /// What changes the agent, also while it runs and from any thread.
@@ -211,18 +274,17 @@ impl Agent {
 
     /// Stops all actuators, and keeps them stopped until [`reset`](Agent::reset) and [`arm`](Agent::arm).
     pub fn stop_actuators(&self, reason: &str) {
-        let now = self.now();
-        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.stop(reason, now));
+        self.composer.stop_actuators(reason);
     }
 
     /// Ends a stop of the actuators.
     pub fn reset(&self) {
-        self.composer.composition().ground.actuators.values().for_each(|actuator| actuator.reset());
+        self.composer.reset();
     }
 
     /// Lets commands through to the actuators; false when one is still stopped.
     pub fn arm(&self) -> bool {
-        self.composer.composition().ground.actuators.values().filter(|actuator| !actuator.arm()).count() == 0
+        self.composer.arm()
     }
 
     /// What ends a run from another thread.
@@ -257,13 +319,16 @@ impl Agent {
         // SAFETY: `begin` took the token.
         unsafe { shared.core() }.observer = Some(observer);
         let watchdog = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.watch());
+        let measured = Arc::clone(shared);
+        let timing = std::thread::Builder::new().name("timing".into());
+        let timing = timing.spawn(move || measured.publish_until_over());
         let driver = Arc::clone(shared);
         let main_loop = std::thread::Builder::new().name("main loop".into());
-        let started = match &watchdog {
-            Ok(_) => {
+        let started = match (&watchdog, &timing) {
+            (Ok(_), Ok(_)) => {
                 self.composer.start_threads().and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop))
             }
-            Err(error) => Err(error.kind().into()),
+            (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
         if started.is_err() {
             shared.finish(End::Stopped);
@@ -272,9 +337,9 @@ impl Agent {
         let end = shared.wait();
         shared.threads().join();
         let panic = shared.close();
-        if let Ok(watchdog) = watchdog {
-            // It has nothing that panics.
-            let _ = watchdog.join();
+        for thread in [watchdog, timing].into_iter().flatten() {
+            // They have nothing that panics.
+            let _ = thread.join();
         }
         shared.take_token();
         // SAFETY: the token was taken.
@@ -295,6 +360,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.threads.end();
         self.shared.logger.flush(LAST_LINES);
     }
 }

@@ -10,7 +10,7 @@ use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
 use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
-use super::calls::{every_path, say};
+use super::calls::{every_path, say, text};
 use super::{HostService, Means, followed, hash};
 use crate::digest::Digest;
 use crate::runner::Memory;
@@ -297,13 +297,6 @@ unsafe fn code(sink: *const Sink, not: &Not) -> i32 {
             REFUSED
         }
     }
-}
-
-/// # Safety
-/// The bytes are readable during the call.
-unsafe fn text(bytes: Bytes) -> String {
-    // SAFETY: passed on to the caller.
-    String::from_utf8_lossy(unsafe { bytes.as_slice() }).into_owned()
 }
 
 unsafe extern "C" fn read(

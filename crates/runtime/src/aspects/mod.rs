@@ -3,25 +3,42 @@
 mod actuators;
 mod blackboard;
 mod calls;
+mod logger;
+mod main_loop;
 mod network;
 mod place;
+mod plugins;
+mod synchronization;
+mod threads;
+mod time_source;
 mod transforms;
 
 use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Descriptor;
-use slate_module::aspect::{Actuators, BlackBoard, Network, Service, Transforms};
+use slate_module::ModuleKind;
+use slate_module::aspect::{self, Actuators, BlackBoard, Network, Service, Transforms};
 
 use crate::actuators::ActuatorList;
+use crate::clock::Clock;
 use crate::digest::Digest;
+use crate::log::Logger;
+use crate::synchronization::Synchronization;
+pub(crate) use main_loop::{PlacePolicy, PolicyPlace};
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
+pub(crate) use plugins::PluginControl;
+pub(crate) use threads::{Closed, ThreadKeeper};
+pub(crate) use time_source::{PlaceTime, TimePlace};
 pub(crate) use transforms::followed;
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub(crate) trait HostService: Send {
     /// The table, which stays where it is as long as the service.
     fn table(&self) -> *const u8;
+
+    /// The module begins with that code, or goes on with it.
+    fn begin(&mut self, _: &ModuleKind) {}
 
     /// Before a tick.
     fn prepare(&mut self, _: u64) {}
@@ -35,12 +52,24 @@ pub(crate) trait HostService: Send {
     /// The module does not work for now, or no more: what it holds of the robot is let go. Its tick may hang in a call
     /// of the service meanwhile.
     fn rest(&self, _: u64) {}
+
+    /// The module's instance is gone; after a panic another one follows.
+    fn end(&mut self) {}
 }
 
 /// What services are made of.
 pub(crate) struct Means {
     pub board: Arc<Board>,
     pub actuators: Arc<ActuatorList>,
+    /// Where the loop finds the policy of a module.
+    pub policy: Arc<PolicyPlace>,
+    /// Where the loop finds the time that a module has said.
+    pub time: Arc<TimePlace>,
+    pub logger: Arc<Logger>,
+    pub clock: Arc<Clock>,
+    pub synchronization: Arc<Synchronization>,
+    pub threads: Arc<ThreadKeeper>,
+    pub plugins: Arc<PluginControl>,
 }
 
 /// Makes a service for a module.
@@ -52,6 +81,12 @@ const SERVICES: &[(&Descriptor, Maker)] = &[
     (BlackBoard::DESCRIPTOR, blackboard::make),
     (Network::DESCRIPTOR, network::make),
     (Transforms::DESCRIPTOR, transforms::make),
+    (aspect::MainLoop::DESCRIPTOR, main_loop::make),
+    (aspect::TimeSource::DESCRIPTOR, time_source::make),
+    (aspect::Logger::DESCRIPTOR, logger::make),
+    (aspect::Plugins::DESCRIPTOR, plugins::make),
+    (aspect::Synchronization::DESCRIPTOR, synchronization::make),
+    (aspect::Threads::DESCRIPTOR, threads::make),
 ];
 
 /// The descriptors of the host's services.

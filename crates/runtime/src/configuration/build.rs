@@ -4,7 +4,7 @@ use std::path::Path;
 use slate_blackboard::Url;
 use slate_module::{Stage, Trigger};
 
-use super::model::{Actuator, Agent, Limit, Link, Mission, Module, RateLimit};
+use super::model::{Actuator, Agent, Isolation, Limit, Link, Mission, Module, RateLimit};
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
@@ -38,11 +38,8 @@ impl Build<'_> {
             None => Some(Spanned::new(name_of_file(&self.sources.of(main).name), main)),
         };
         let seed = agent.get("seed").and_then(|value| self.seed(value));
-        let pace = self.problems.table(root, "loop").unwrap_or(&empty);
-        self.problems.unknown_keys(pace, "in [loop]", &["period", "hang"]);
-        let period = self.problems.duration(pace, "period");
-        let hang = self.problems.duration(pace, "hang");
-        Some(Agent { name: name?, seed: seed?, period: period?, hang: hang? })
+        let main_loop = self.main_loop(root);
+        Some(Agent { name: name?, seed: seed?, main_loop: main_loop? })
     }
 
     fn seed(&mut self, value: &Spanned<Value>) -> Option<Spanned<u64>> {
@@ -86,7 +83,18 @@ impl Build<'_> {
     }
 
     fn module(&mut self, name: &str, entry: &Entry) -> Option<Module> {
-        let known = ["plugin", "enabled", "isolated", "stage", "every", "on", "deadline", "params", "inputs"];
+        let known = [
+            "plugin",
+            "enabled",
+            "isolated",
+            "isolation",
+            "stage",
+            "every",
+            "on",
+            "deadline",
+            "params",
+            "inputs",
+        ];
         let table = self.problems.as_table(&format!("modules.{name}"), entry)?;
         self.problems.unknown_keys(table, &format!("in module `{name}`"), &known);
         let type_name = name.rsplit('/').next().unwrap_or(name);
@@ -112,9 +120,26 @@ impl Build<'_> {
                 Some(_) => self.problems.flag(table, "isolated")?,
                 None => Spanned::new(false, entry.key),
             },
+            isolation: self.isolation(name, table),
             trigger: self.trigger(table),
             deadline: self.problems.duration(table, "deadline"),
         })
+    }
+
+    fn isolation(&mut self, name: &str, table: &Table) -> Isolation {
+        let usual = Isolation::default();
+        let Some(table) = self.problems.table(table, "isolation") else { return usual };
+        self.problems.unknown_keys(table, &format!("in the isolation of `{name}`"), &["memory", "rearm"]);
+        Isolation {
+            memory: table
+                .get("memory")
+                .and_then(|memory| self.problems.size("memory", memory))
+                .unwrap_or(usual.memory),
+            rearm: match table.get("rearm") {
+                Some(_) => self.problems.flag(table, "rearm").is_some_and(|rearm| rearm.value),
+                None => usual.rearm,
+            },
+        }
     }
 
     fn trigger(&mut self, table: &Table) -> Option<Spanned<Trigger>> {

@@ -142,7 +142,7 @@ impl Problems {
     }
 
     /// A size in bytes, more than none.
-    fn size(&mut self, name: &str, value: &Spanned<Value>) -> Option<u64> {
+    pub(super) fn size(&mut self, name: &str, value: &Spanned<Value>) -> Option<u64> {
         let size = value.as_str().and_then(parse_size).filter(|size| *size > 0);
         if size.is_none() {
             let help = format!(

@@ -42,14 +42,18 @@ mod read;
 mod scope;
 mod set;
 mod source;
+mod stages;
 mod value;
 
 use std::path::{Path, PathBuf};
 
+use crate::main_loop::Schedule;
 pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 use files::Files;
-pub use model::{Actuator, Limit, Link, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit};
+pub use model::{
+    Actuator, Isolation, Limit, Link, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
+};
 use path::Prefix;
 use problems::Problems;
 use read::{Main, Request};
@@ -127,12 +131,22 @@ impl Configuration {
 
     /// The period of the main loop, nanoseconds.
     pub fn period(&self) -> &Spanned<u64> {
-        &self.agent.period
+        &self.agent.main_loop.period
     }
 
     /// Wall-clock time after which a step counts as hung, nanoseconds.
     pub fn hang(&self) -> &Spanned<u64> {
-        &self.agent.hang
+        &self.agent.main_loop.hang
+    }
+
+    /// The least time of a cycle on the wall clock, nanoseconds: a loop that is behind does not spin.
+    pub fn minimum(&self) -> Option<&Spanned<u64>> {
+        self.agent.main_loop.minimum.as_ref()
+    }
+
+    /// The stages of the main loop.
+    pub fn schedule(&self) -> &Schedule {
+        &self.agent.main_loop.schedule
     }
 
     /// The module that is the time source; without one, it is the system's clock.

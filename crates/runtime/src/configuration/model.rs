@@ -7,6 +7,7 @@ use slate_module::{Level, Stage, Trigger};
 use super::source::Spanned;
 use super::value::Table;
 use crate::log::{Levels, SyslogAddress};
+use crate::main_loop::Schedule;
 
 /// A module of the agent.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct Module {
     pub enabled: Spanned<bool>,
     /// Whether it runs in a process of its own.
     pub isolated: Spanned<bool>,
+    /// What holds for that process.
+    pub isolation: Isolation,
     /// Overrides the stage that the module names itself.
     pub stage: Option<Spanned<Stage>>,
     /// Overrides the trigger that the module names itself.
@@ -29,6 +32,22 @@ pub struct Module {
     pub params: Table,
     /// Values of inputs that have no link, by port.
     pub inputs: Table,
+}
+
+/// What holds for the process of an isolated module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Isolation {
+    /// Bytes that the module may allocate.
+    pub memory: u64,
+    /// Whether the actuators that it commands stay armed when it fails, and follow it again when it starts anew.
+    pub rearm: bool,
+}
+
+impl Default for Isolation {
+    /// 1 GB, and disarmed.
+    fn default() -> Self {
+        Self { memory: 1_000_000_000, rearm: false }
+    }
 }
 
 /// A plugin that is a library, or a named list of plugins.
@@ -154,11 +173,19 @@ impl Log {
     }
 }
 
-/// Name, seed and pace of the agent.
+/// Name, seed and main loop of the agent.
 #[derive(Clone, Debug)]
 pub(super) struct Agent {
     pub(super) name: Spanned<String>,
     pub(super) seed: Spanned<u64>,
+    pub(super) main_loop: Loop,
+}
+
+/// Pace and stages of the main loop; durations in nanoseconds.
+#[derive(Clone, Debug)]
+pub(super) struct Loop {
     pub(super) period: Spanned<u64>,
+    pub(super) minimum: Option<Spanned<u64>>,
     pub(super) hang: Spanned<u64>,
+    pub(super) schedule: Schedule,
 }

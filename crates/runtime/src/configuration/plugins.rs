@@ -6,7 +6,7 @@ use super::Configuration;
 use super::build::Build;
 use super::source::{Source, SourceKind, Span, Spanned};
 use super::value::{Entry, Table};
-use super::{Module, PluginEntry};
+use super::{Isolation, Module, PluginEntry};
 
 impl Build<'_> {
     pub(super) fn plugins(&mut self, root: &Table) -> Vec<PluginEntry> {
@@ -15,7 +15,8 @@ impl Build<'_> {
     }
 
     fn plugin(&mut self, name: &str, entry: &Entry) -> Option<PluginEntry> {
-        if !self.problems.name("a plugin", name, false, entry.key) {
+        // A plugin is called as its package, which may have hyphens.
+        if !self.problems.name("a plugin", &name.replace('-', "_"), false, entry.key) {
             return None;
         }
         let table = self.problems.as_table(&format!("plugins.{name}"), entry)?;
@@ -74,6 +75,7 @@ impl Configuration {
             plugin: Spanned::new(kind.into(), span),
             enabled: Spanned::new(true, span),
             isolated: Spanned::new(false, span),
+            isolation: Isolation::default(),
             stage: None,
             trigger: None,
             deadline: None,
@@ -83,13 +85,27 @@ impl Configuration {
         configuration
     }
 
+    /// The same with the modules that [`with_module`](Configuration::with_module) added to another one.
+    pub(crate) fn with_loaded_of(&self, other: &Self) -> Self {
+        let missing = |module: &&Module| {
+            other.is_loaded(module) && !self.modules.iter().any(|own| own.name.value == module.name.value)
+        };
+        let add =
+            |configuration: Self, module: &Module| configuration.with_module(&module.name, &module.plugin);
+        other.modules.iter().filter(missing).fold(self.clone(), add)
+    }
+
+    /// Whether a module of this configuration came with a plugin that was loaded by hand.
+    pub(crate) fn is_loaded(&self, module: &Module) -> bool {
+        self.sources.of(module.name.span).name == LOADED
+    }
+
     /// The same without those modules that [`with_module`](Configuration::with_module) added.
     pub(crate) fn without_loaded(&self, names: &[String]) -> Self {
         let mut configuration = self.clone();
-        configuration.modules.retain(|module| {
-            let added = self.sources.0[module.name.span.source].name == LOADED;
-            !(added && names.contains(&module.name.value))
-        });
+        configuration
+            .modules
+            .retain(|module| !(self.is_loaded(module) && names.contains(&module.name.value)));
         configuration
     }
 }

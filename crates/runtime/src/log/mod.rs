@@ -129,6 +129,13 @@ impl Logger {
         modules.sources.values().for_each(|source| source.set_level(modules.levels.of(&source.name)));
     }
 
+    /// Changes all levels, as [`set_level`](Logger::set_level) does for some.
+    pub fn set_levels(&self, levels: Levels) {
+        let mut modules = self.modules();
+        modules.sources.values().for_each(|source| source.set_level(levels.of(&source.name)));
+        modules.levels = levels;
+    }
+
     /// Adds a target, which gets all lines from now on.
     pub fn add_target(&self, target: Box<dyn LogTarget>) {
         self.send(Message::Target(target));

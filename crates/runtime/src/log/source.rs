@@ -237,12 +237,5 @@ unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, lengt
         // SAFETY: the text lives during the call.
         length => unsafe { std::slice::from_raw_parts(text, length) },
     };
-    let level = match level {
-        0 => Level::Error,
-        1 => Level::Warn,
-        2 => Level::Info,
-        3 => Level::Debug,
-        _ => Level::Trace,
-    };
-    log.write_at(log.time.load(Ordering::Relaxed), level, text);
+    log.write_at(log.time.load(Ordering::Relaxed), Level::from_number(level), text);
 }

@@ -4,36 +4,57 @@
 //! thread and goes on without the late module. Under a time source the loop is in lockstep: everything depends on the
 //! virtual time alone, and a step that hangs ends the run.
 
+mod cycle;
+mod driving;
+mod gauges;
+mod guest;
 mod jobs;
+mod notices;
 mod pace;
+mod plan;
+mod policy;
+mod schedule;
 mod seat;
 mod threads;
+mod tracing;
 mod watchdog;
 mod workers;
 
-use std::any::Any;
 use std::cell::UnsafeCell;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
 
 use slate_blackboard::Board;
-use slate_module::Level as LogLevel;
 
 use crate::actuators::Actuator;
-use crate::clock::Clock;
+use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
-use crate::runner::StepCall;
+use crate::synchronization::{Emitter, Synchronization};
 
-use jobs::{Jobs, Token};
+pub(crate) use cycle::cycle;
+pub(crate) use driving::drive;
+pub(crate) use gauges::Publication;
 pub(crate) use pace::Pace;
 pub use pace::Rate;
+pub(crate) use plan::Levels;
+pub use policy::{LoopPolicy, Place, STAGE_LIMIT, SenseAct};
+pub(crate) use schedule::is_name as is_stage_name;
+pub use schedule::{Schedule, ScheduleError, ScheduledStage};
 pub(crate) use seat::Seat;
-pub(crate) use threads::ModuleThreads;
-pub(crate) use watchdog::{Watchdog, Watched};
+pub(crate) use threads::{ModuleThreads, thread_name};
+pub use tracing::AgentTrace;
+pub(crate) use watchdog::{Watch, Watchdog};
 pub(crate) use workers::Workers;
+
+use cycle::Position;
+use driving::Ending;
+use gauges::{LoopGauges, Publisher, StageGauge};
+use guest::{Guest, Role};
+use jobs::{Jobs, Token};
+use notices::Notices;
+use plan::{Parts, Plan};
+use tracing::Tracing;
 
 /// What the application sees at the end of a cycle.
 #[derive(Debug)]
@@ -75,48 +96,53 @@ pub enum End {
     },
 }
 
+/// How a cycle ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Flow {
+    Next,
+    Stop,
+    /// The step that this thread made was given up: another thread has the loop.
+    Lost,
+}
+
 /// What the loop works on. Whoever holds the token has it alone.
 pub(crate) struct Core {
-    order: Order,
+    plan: Plan,
     pub actuators: Vec<Arc<Actuator>>,
     pub digest: Option<Digest>,
-    pub pace: Pace,
+    pace: Pace,
     pub observer: Option<Observer>,
-    pub workers: Workers,
-    pub cycle: u64,
+    workers: Workers,
+    cycle: u64,
+    /// The time of the last cycle, on the grid of the period or as the time source said.
+    time: Option<u64>,
+    policy: Option<Guest<dyn LoopPolicy>>,
+    time_source: Option<Guest<dyn TimeSource>>,
     /// Where the loop stands, for the thread that takes the token over.
     position: Position,
-    overruns: u64,
+    notices: Notices,
 }
 
-/// The modules of the loop in the order in which they run.
-#[derive(Default)]
-pub(crate) struct Order {
-    seats: Vec<Arc<Seat>>,
-    /// For each seat, where its level ends: modules up to there do not depend on each other.
-    ends: Vec<usize>,
-}
+/// Who says which stage comes next.
+struct PolicyRole;
 
-impl Order {
-    /// From the levels of all stages.
-    pub fn new(levels: impl Iterator<Item = Vec<Arc<Seat>>>) -> Self {
-        let (mut seats, mut ends) = (Vec::new(), Vec::new());
-        for level in levels {
-            seats.extend(level);
-            ends.resize(seats.len(), seats.len());
-        }
-        Self { seats, ends }
+impl Role for PolicyRole {
+    type Code = dyn LoopPolicy;
+
+    fn guest(core: &mut Core) -> &mut Option<Guest<dyn LoopPolicy>> {
+        &mut core.policy
     }
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Position {
-    /// Whether the cycle has begun.
-    inside: bool,
-    /// The next seat.
-    seat: usize,
-    /// Whether workers were given steps that are not committed yet.
-    helped: bool,
+/// Who says what time it is.
+struct TimeRole;
+
+impl Role for TimeRole {
+    type Code = dyn TimeSource;
+
+    fn guest(core: &mut Core) -> &mut Option<Guest<dyn TimeSource>> {
+        &mut core.time_source
+    }
 }
 
 /// The loop as all threads see it.
@@ -124,6 +150,8 @@ pub(crate) struct Shared {
     pub board: Arc<Board>,
     pub clock: Arc<Clock>,
     pub logger: Arc<Logger>,
+    pub synchronization: Arc<Synchronization>,
+    pub tracing: Tracing,
     pub period: u64,
     pub lockstep: bool,
     /// The number of the run that goes on; 0 for none.
@@ -131,65 +159,83 @@ pub(crate) struct Shared {
     core: UnsafeCell<Core>,
     token: Token,
     jobs: Jobs,
-    watched: Mutex<Watched>,
+    parts: Mutex<Parts>,
+    watched: Mutex<Arc<[Watch]>>,
+    /// For a stop, which waits for nothing else.
+    gates: Mutex<Arc<[Arc<Actuator>]>>,
     threads: Mutex<ModuleThreads>,
     ending: Mutex<Ending>,
     changed: Condvar,
+    gauges: LoopGauges,
+    publisher: Mutex<Publisher>,
+    cycle_start: Option<Emitter>,
+    cycle_end: Option<Emitter>,
+    /// When the time of the present stage is up, monotonic; 0 for never.
+    deadline: AtomicU64,
+    /// The shortest time-out of a stage, nanoseconds.
+    shortest_timeout: AtomicU64,
 }
 
-/// How far the end of a run is.
-#[derive(Default)]
-struct Ending {
-    runs: u64,
-    end: Option<End>,
-    /// Whether no thread holds the token any more.
-    token_down: bool,
-    /// Whether all threads of the run are gone, or lost.
-    over: bool,
-    /// What the observer panicked with.
-    panic: Option<Box<dyn Any + Send>>,
-}
-
-// SAFETY: the core is used only by the thread that holds the token.
+// SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
 unsafe impl Sync for Shared {}
 
+/// What a loop is made with.
+pub(crate) struct Parameters {
+    pub board: Arc<Board>,
+    pub clock: Arc<Clock>,
+    pub logger: Arc<Logger>,
+    pub period: u64,
+    pub lockstep: bool,
+    pub schedule: Schedule,
+    pub workers: Workers,
+    pub pace: Pace,
+    pub time_source: Option<Box<dyn TimeSource>>,
+}
+
 impl Shared {
-    #[allow(clippy::too_many_arguments, reason = "the parts of a loop, each named once")]
-    pub fn new(
-        board: Arc<Board>,
-        clock: Arc<Clock>,
-        logger: Arc<Logger>,
-        period: u64,
-        lockstep: bool,
-        digest: Option<Digest>,
-        workers: Workers,
-        pace: Pace,
-    ) -> Self {
+    pub fn new(parameters: Parameters) -> Self {
+        let Parameters { board, clock, logger, period, lockstep, schedule, workers, pace, time_source } =
+            parameters;
+        let synchronization = Arc::new(Synchronization::default());
         let core = Core {
-            order: Order::default(),
+            plan: Plan::default(),
             actuators: Vec::new(),
-            digest,
+            digest: lockstep.then(Digest::new),
             pace,
             observer: None,
             workers,
             cycle: 0,
+            time: None,
+            policy: None,
+            time_source: time_source.map(|code| Guest { what: TIME_SOURCE, seat: None, code }),
             position: Position::default(),
-            overruns: 0,
+            notices: Notices::default(),
         };
+        let emitter = |name| synchronization.emitter(name, "main loop").ok();
         Self {
+            publisher: Mutex::new(Publisher::new(&board)),
+            cycle_start: emitter("/cycle/start"),
+            cycle_end: emitter("/cycle/end"),
             board,
             clock,
             logger,
+            synchronization,
+            tracing: Tracing::default(),
             period,
             lockstep,
             running: AtomicU64::new(0),
             core: UnsafeCell::new(core),
             token: Token::default(),
             jobs: Jobs::default(),
+            parts: Mutex::new(Parts { schedule, ..Parts::default() }),
             watched: Mutex::new(Arc::from([])),
+            gates: Mutex::new(Arc::from([])),
             threads: Mutex::default(),
             ending: Mutex::default(),
             changed: Condvar::new(),
+            gauges: LoopGauges::default(),
+            deadline: AtomicU64::new(0),
+            shortest_timeout: AtomicU64::new(u64::MAX),
         }
     }
 
@@ -203,13 +249,14 @@ impl Shared {
         unsafe { &mut *self.core.get() }
     }
 
-    fn ending(&self) -> MutexGuard<'_, Ending> {
-        self.ending.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The modules that the watchdog watches.
+    pub fn watched(&self) -> Arc<[Watch]> {
+        Arc::clone(&self.watched.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The modules that the watchdog watches.
-    pub fn watched(&self) -> Watched {
-        Arc::clone(&self.watched.lock().unwrap_or_else(PoisonError::into_inner))
+    /// The gates.
+    pub fn actuators(&self) -> Arc<[Arc<Actuator>]> {
+        Arc::clone(&self.gates.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The threads of modules.
@@ -217,18 +264,13 @@ impl Shared {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// From the next cycle on the loop runs these modules, and ends stale commands of these actuators.
-    pub fn compose(&self, order: Order, mut actuators: Vec<Arc<Actuator>>, watched: Watched) {
-        *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = watched;
-        let exchanged = self.between_cycles(&[], move |shared| {
-            // SAFETY: jobs are done by who has the token.
-            let core = unsafe { shared.core() };
-            let order = std::mem::replace(&mut core.order, order);
-            std::mem::swap(&mut core.actuators, &mut actuators);
-            Some((order, actuators))
-        });
-        // What is no longer needed is dropped here and not on the loop.
-        drop(exchanged);
+    /// Cycles begun.
+    fn cycles(&self) -> u64 {
+        self.gauges.cycles.load(Ordering::Relaxed)
+    }
+
+    fn parts(&self) -> MutexGuard<'_, Parts> {
+        self.parts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes the token for a single cycle.
@@ -241,240 +283,86 @@ impl Shared {
         self.token.give_back();
     }
 
-    /// Before a run.
-    pub fn begin(&self) {
-        self.token.take();
-        let mut ending = self.ending();
-        let runs = ending.runs + 1;
-        *ending = Ending { runs, ..Ending::default() };
-        self.running.store(runs, Ordering::Release);
+    /// From the next cycle on the loop runs these modules, by their stages, and ends stale commands of these actuators;
+    /// `threaded` are watched beside them. A policy or time source of a module that is not among them is removed.
+    ///
+    /// One caller at a time, as for all that changes the loop.
+    pub fn compose(&self, levels: Vec<Levels>, threaded: Vec<Arc<Seat>>, actuators: Vec<Arc<Actuator>>) {
+        let mut parts = self.parts();
+        (parts.levels, parts.threaded) = (levels, threaded);
+        drop(parts);
+        *self.gates.lock().unwrap_or_else(PoisonError::into_inner) = actuators.iter().cloned().collect();
+        self.rebuild(Some(actuators));
     }
 
-    /// The number of the run that goes on.
-    pub fn run(&self) -> u64 {
-        self.running.load(Ordering::Acquire)
+    /// From the next cycle on the loop has these stages.
+    pub fn set_schedule(&self, schedule: Schedule) {
+        self.parts().schedule = schedule;
+        self.rebuild(None);
     }
 
-    /// Whether that run goes on.
-    pub fn is_in(&self, run: u64) -> bool {
-        self.run() == run
-    }
-
-    /// Whether a run goes on.
-    pub fn is_running(&self) -> bool {
-        self.run() != 0
-    }
-
-    /// Ends the run, unless it has ended already.
-    pub fn finish(&self, end: End) {
-        let mut ending = self.ending();
-        if self.running.swap(0, Ordering::AcqRel) != 0 {
-            ending.end = Some(end);
+    /// Makes the plan anew and exchanges it between two cycles.
+    fn rebuild(&self, actuators: Option<Vec<Arc<Actuator>>>) {
+        let mut parts = self.parts();
+        let gauges = std::mem::take(&mut parts.gauges);
+        for stage in parts.schedule.clone().stages() {
+            let gauge = gauges.get(stage.name.as_str()).cloned().unwrap_or_else(|| {
+                let trace = self.tracing.trace();
+                Arc::new(StageGauge::new(&stage.name, &self.board, &self.synchronization, trace))
+            });
+            parts.gauges.insert(Arc::clone(&gauge.name), gauge);
         }
-        self.changed.notify_all();
-    }
-
-    /// After the end: says that no thread works on the core any more.
-    pub fn put_token_down(&self) {
-        self.ending().token_down = true;
-        self.token.give_back();
-        self.changed.notify_all();
-    }
-
-    /// Waits until the run has ended and the core is free.
-    pub fn wait(&self) -> End {
-        let waited = self.changed.wait_while(self.ending(), |ending| !ending.token_down);
-        waited.unwrap_or_else(PoisonError::into_inner).end.take().unwrap_or(End::Stopped)
-    }
-
-    /// Sleeps, but not beyond the end of the run.
-    pub fn sleep(&self, duration: Duration) {
-        if self.is_running() {
-            // An error says that a thread panicked while it had the lock, which is no reason to sleep.
-            let _ = self.changed.wait_timeout_while(self.ending(), duration, |_| self.is_running());
-        } else {
-            std::thread::sleep(duration);
-        }
-    }
-
-    /// Sleeps; true when the run is over before that.
-    pub fn is_over_within(&self, duration: Duration) -> bool {
-        let waited = self.changed.wait_timeout_while(self.ending(), duration, |ending| !ending.over);
-        waited.unwrap_or_else(PoisonError::into_inner).0.over
-    }
-
-    /// Says that all threads of the run are gone, or lost. Returns what its observer panicked with.
-    pub fn close(&self) -> Option<Box<dyn Any + Send>> {
-        let mut ending = self.ending();
-        ending.over = true;
-        self.changed.notify_all();
-        ending.panic.take()
-    }
-}
-
-/// Drives the loop until the run ends or this thread loses the token.
-pub(crate) fn drive(shared: &Shared) {
-    let cycles = || {
-        while shared.is_running() {
-            match cycle(shared) {
-                Flow::Next => {}
-                Flow::Stop => break,
-                Flow::Lost => return false,
-            }
-        }
-        true
-    };
-    match catch_unwind(AssertUnwindSafe(cycles)) {
-        Ok(true) => {}
-        Ok(false) => return,
-        // The application's observer; modules don't let a panic out.
-        Err(panic) => shared.ending().panic = Some(panic),
-    }
-    shared.finish(End::Stopped);
-    shared.put_token_down();
-}
-
-/// How a cycle ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Flow {
-    Next,
-    Stop,
-    /// The step that this thread made was given up: another thread has the loop.
-    Lost,
-}
-
-/// Reading the clock takes longer than a short step, so steps without a deadline are timed in one cycle of so many.
-const SAMPLED: u64 = 16;
-
-/// One cycle, or the rest of one that another thread began.
-pub(crate) fn cycle(shared: &Shared) -> Flow {
-    // SAFETY: this thread holds the token; every reference ends before a step is made, as the step may lose it.
-    let (now, sampled) = unsafe {
-        let core = shared.core();
-        (begin_cycle(shared, core), core.cycle % SAMPLED == 1)
-    };
-    let mut mark = None;
-    loop {
-        // SAFETY: as above.
-        let (seat, call) = unsafe {
-            match next_step(shared.core(), now) {
-                Next::Step(seat, call) => (&*seat, call),
-                Next::Nothing => continue,
-                Next::End => break,
-            }
-        };
-        let start = (sampled || seat.has_deadline).then(|| mark.take().unwrap_or_else(measured));
-        seat.begin(false);
-        // SAFETY: the runner was prepared, and the seat keeps others out.
-        let code = unsafe { call.make() };
-        if !seat.end() {
-            return Flow::Lost;
-        }
-        let duration = start.map(|start| {
-            let end = measured();
-            // The end of a step is the beginning of the next.
-            mark = Some(end);
-            nanoseconds(start, end)
+        let plan = parts.plan();
+        let shortest = plan.stages.iter().map(|stage| stage.timeout).filter(|timeout| *timeout > 0).min();
+        self.shortest_timeout.store(shortest.unwrap_or(u64::MAX), Ordering::Relaxed);
+        let watched: Arc<[Watch]> = parts.watched().map(|(seat, stage)| Watch { seat, stage }).collect();
+        gauges.values().filter(|gauge| !parts.gauges.contains_key(&gauge.name)).for_each(|gauge| {
+            gauge.remove(&self.board);
         });
-        // SAFETY: the step was not given up, so this thread still holds the token.
-        unsafe {
-            let core = shared.core();
-            if core.position.helped {
-                core.position.helped = false;
-                core.workers.commit(now, core.digest.as_mut());
-                seat.runner().log.release();
-                mark = None;
-            }
-            let runner = seat.runner();
-            runner.time(duration);
-            runner.commit(now, code, core.digest.as_mut());
-        }
+        drop(parts);
+        self.tracing.add_tracks(&watched);
+        *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&watched);
+        let exchanged = self.between_cycles(&[], move |shared| {
+            // SAFETY: jobs are done by who has the token.
+            let core = unsafe { shared.core() };
+            let plan = std::mem::replace(&mut core.plan, plan);
+            let actuators = actuators.map(|actuators| std::mem::replace(&mut core.actuators, actuators));
+            // A run that was ended by a step that did not return has left in the middle of its cycle.
+            core.position = Position::default();
+            let policy = core.policy.take_if(|guest| guest.has_left(&watched));
+            let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));
+            Some((plan, actuators, policy, time_source))
+        });
+        // What is no longer needed is dropped here and not on the loop.
+        drop(exchanged);
     }
-    // SAFETY: as above; no step is left in this cycle.
-    let core = unsafe { shared.core() };
-    core.position.inside = false;
-    for actuator in &core.actuators {
-        actuator.expire(now, core.digest.as_mut());
+
+    /// Sets who says which stage comes next; without anybody, the stages follow one another. A module of `seat` is on
+    /// the loop, and each call is watched like a step of its.
+    pub fn set_policy(&self, code: Option<Box<dyn LoopPolicy>>, seat: Option<Arc<Seat>>) {
+        let guest = code.map(|code| Guest { what: POLICY, seat, code });
+        self.exchange::<PolicyRole>(guest);
     }
-    let control = core.observer.as_mut().map_or(Control::Continue, |observer| {
-        observer(&Cycle { now, number: core.cycle, board: &shared.board })
-    });
-    // In what is left of the period, so that no cycle is late for it.
-    if let Some(job) = shared.jobs.next()
-        && job(shared) == Flow::Lost
+
+    /// Sets who says what time it is, on a clock that is driven; without anybody, time goes on by the period. As for
+    /// [`set_policy`](Shared::set_policy).
+    pub fn set_time_source(&self, code: Option<Box<dyn TimeSource>>, seat: Option<Arc<Seat>>) {
+        let guest = code.map(|code| Guest { what: TIME_SOURCE, seat, code });
+        self.exchange::<TimeRole>(guest);
+    }
+
+    fn exchange<R: Role>(&self, guest: Option<Guest<R::Code>>)
+    where
+        Guest<R::Code>: Send + 'static,
     {
-        return Flow::Lost;
-    }
-    match control {
-        Control::Continue => Flow::Next,
-        Control::Stop => Flow::Stop,
-    }
-}
-
-/// Waits for the beginning of a cycle, unless it has begun; returns its time.
-fn begin_cycle(shared: &Shared, core: &mut Core) -> u64 {
-    if core.position.inside {
-        return shared.clock.now();
-    }
-    let behind = core.pace.wait(shared, core.cycle);
-    // In lockstep only the pace suffers, and nothing that a module sees.
-    if behind > 0 && !shared.lockstep {
-        core.overruns += 1;
-        if core.overruns.is_power_of_two() {
-            let text = format!(
-                "the main loop took {:.1} ms longer than its period ({} overruns)",
-                behind as f64 * 1e-6,
-                core.overruns
-            );
-            shared.logger.log(shared.clock.now(), LogLevel::Warn, &text);
-        }
-    }
-    shared.clock.set(core.cycle * shared.period);
-    core.cycle += 1;
-    core.position = Position { inside: true, ..Position::default() };
-    shared.clock.now()
-}
-
-/// What the loop does next.
-enum Next {
-    /// A step that is prepared. The core keeps the seat alive, and seats are never removed while the loop runs.
-    Step(*const Seat, StepCall),
-    /// The module is not due.
-    Nothing,
-    /// The cycle is at its end.
-    End,
-}
-
-fn next_step(core: &mut Core, now: u64) -> Next {
-    let position = &mut core.position;
-    if position.helped {
-        // The thread that gave the steps to the workers was lost.
-        position.helped = false;
-        core.workers.commit(now, core.digest.as_mut());
-    }
-    let first = position.seat;
-    let Some(&end) = core.order.ends.get(first) else { return Next::End };
-    let rest = &core.order.seats[first..end];
-    let (count, call) = if core.workers.pay(rest) {
-        position.helped = true;
-        core.workers.give(rest, now)
-    } else {
-        (1, workers::ready(&rest[0], now, false))
-    };
-    position.seat += count;
-    match call {
-        Some(call) => Next::Step(Arc::as_ptr(&rest[count - 1]), call),
-        None => Next::Nothing,
+        let before = self.between_cycles(&[], move |shared| {
+            // SAFETY: jobs are done by who has the token.
+            Some(std::mem::replace(R::guest(unsafe { shared.core() }), guest))
+        });
+        drop(before);
     }
 }
 
-/// A moment of the wall clock.
-#[allow(clippy::disallowed_methods, reason = "the host measures its modules; nothing they see depends on it")]
-fn measured() -> Instant {
-    Instant::now()
-}
-
-/// From one moment to another.
-fn nanoseconds(start: Instant, end: Instant) -> u64 {
-    end.saturating_duration_since(start).as_nanos() as u64
-}
+/// What the log calls them.
+const POLICY: &str = "the policy of the main loop";
+const TIME_SOURCE: &str = "the time source";

@@ -1,6 +1,7 @@
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::Shared;
+use crate::clock::monotonic;
 
 /// How fast virtual time goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,33 +21,61 @@ impl Rate {
 #[derive(Debug)]
 pub(crate) struct Pace {
     rate: Rate,
-    start: Option<Instant>,
-    /// Cycles that were left out because the loop was late.
-    skipped: u64,
+    /// From one beginning to the next at least, wall-clock nanoseconds; 0 for nothing.
+    minimum: u64,
+    /// A monotonic and a virtual time that are the same moment. It moves on by the cycles that are left out.
+    origin: Option<(u64, u64)>,
+    /// When the last cycle began, monotonic.
+    begun: u64,
+}
+
+/// When a cycle begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Beginning {
+    /// When it was meant to, monotonic.
+    pub nominal: u64,
+    /// By how much it is late, wall-clock nanoseconds, when others had to be left out for that; else 0.
+    pub late: u64,
 }
 
 impl Pace {
-    pub fn new(rate: Rate) -> Self {
-        Self { rate, start: None, skipped: 0 }
+    /// `minimum` is the least time of a cycle, wall-clock nanoseconds.
+    pub fn new(rate: Rate, minimum: u64) -> Self {
+        Self { rate, minimum, origin: None, begun: 0 }
     }
 
-    /// Sleeps until cycle number `cycle` (from 0) begins; returns the nanoseconds by which it is late.
+    /// Begins afresh: what passed since the last cycle was no lateness.
+    pub fn restart(&mut self) {
+        self.origin = None;
+    }
+
+    /// Sleeps until the cycle of that virtual time begins.
     ///
     /// Beginnings lie on a fixed grid, so that periods do not drift; what was missed is left out, not caught up.
-    #[allow(clippy::disallowed_methods, reason = "the host's pace is where wall-clock time enters")]
-    pub fn wait(&mut self, shared: &Shared, cycle: u64) -> u64 {
-        let Rate::Times(factor) = self.rate else { return 0 };
-        let period = shared.period as f64 / factor;
-        let start = *self.start.get_or_insert_with(Instant::now);
-        let begin = start + Duration::from_nanos(((cycle + self.skipped) as f64 * period) as u64);
-        let now = Instant::now();
-        if let Some(early) = begin.checked_duration_since(now) {
-            shared.sleep(early);
-            return 0;
+    pub(super) fn wait(&mut self, shared: &Shared, time: u64) -> Beginning {
+        let now = monotonic();
+        let beginning = match self.rate {
+            Rate::Max => Beginning { nominal: now, late: 0 },
+            Rate::Times(factor) => {
+                let (real, virtual_time) = *self.origin.get_or_insert((now, time));
+                let nominal = real + ((time - virtual_time) as f64 / factor) as u64;
+                let late = now.saturating_sub(nominal);
+                let period = shared.period as f64 / factor;
+                let missed = (late as f64 / period) as u64;
+                if missed == 0 {
+                    Beginning { nominal, late: 0 }
+                } else {
+                    let left_out = (missed as f64 * period) as u64;
+                    self.origin = Some((real + left_out, virtual_time));
+                    Beginning { nominal: nominal + left_out, late }
+                }
+            }
+        };
+        let begin = beginning.nominal.max(self.begun + self.minimum);
+        if begin > now {
+            shared.sleep(Duration::from_nanos(begin - now));
         }
-        let late = now.duration_since(begin).as_nanos() as u64;
-        let missed = (late as f64 / period) as u64;
-        self.skipped += missed;
-        if missed > 0 { late } else { 0 }
+        self.begun = monotonic();
+        beginning
     }
 }

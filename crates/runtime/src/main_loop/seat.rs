@@ -1,11 +1,15 @@
 use std::cell::UnsafeCell;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
+use slate_module::Trigger;
 
-use crate::runner::{Condition, Health, Runner};
+use super::{Publication, Shared};
+use crate::clock::monotonic;
+use crate::runner::{Condition, Health, Runner, count};
+use crate::timing::{Label, Span, Trace, Track};
 
 const IDLE: u32 = 0;
 const RUNNING: u32 = 1;
@@ -23,28 +27,48 @@ pub(crate) struct Seat {
     pub health: Arc<Health>,
     /// Whether every step is timed.
     pub has_deadline: bool,
+    /// Whether it runs in a process of its own.
+    pub is_isolated: bool,
     /// Whether its steps reach beyond its ports, so that they are never made beside others.
     pub alone: bool,
+    /// Whether it has a turn in every cycle.
+    in_every_cycle: bool,
+    /// Shows how long its steps take.
+    pub publication: Publication,
+    /// Where its steps are recorded, from when a trace was first asked for. Written by whoever drives the seat.
+    track: OnceLock<(Track, Label)>,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
     state: AtomicU32,
     /// Counts steps begun, so that the watchdog can tell a long step from many short ones.
     begun: AtomicU64,
+    /// When the last step began, monotonic; 0 when it was not timed.
+    started: AtomicU64,
+    /// When the last step that was given up returned, monotonic.
+    returned: AtomicU64,
     /// Whether a worker makes the step, so that the loop goes on without it.
     helped: AtomicBool,
     /// Whether the module's own thread ends.
     retired: AtomicBool,
+    /// How often the loop has said that it is the module's turn; nothing for modules that do not wait for that.
+    kicks: Option<AtomicU64>,
     runner: UnsafeCell<Runner>,
 }
 
-// SAFETY: `state` says which thread may use the runner, as described above.
+// SAFETY: `state` says which thread may use the runner and write to the track, as described above.
 unsafe impl Sync for Seat {}
 
 impl Seat {
-    pub fn new(runner: Runner) -> Self {
+    pub fn new(mut runner: Runner) -> Self {
         Self {
+            in_every_cycle: runner.trigger == Trigger::Stage,
+            publication: Publication::new(runner.histogram.take()),
+            track: OnceLock::new(),
+            started: AtomicU64::new(0),
+            returned: AtomicU64::new(0),
             name: Arc::clone(&runner.name),
             health: Arc::clone(&runner.health),
+            is_isolated: runner.supervised.is_some(),
             alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
             has_deadline: runner.deadline.is_some(),
             wake: Arc::clone(&runner.wake),
@@ -52,6 +76,11 @@ impl Seat {
             begun: AtomicU64::new(0),
             helped: AtomicBool::new(false),
             retired: AtomicBool::new(false),
+            kicks: runner
+                .supervised
+                .as_ref()
+                .is_some_and(|supervised| supervised.is_kicked)
+                .then(AtomicU64::default),
             runner: UnsafeCell::new(runner),
         }
     }
@@ -67,8 +96,10 @@ impl Seat {
         unsafe { &mut *self.runner.get() }
     }
 
-    /// Before a step, which a worker makes (`helped`) or whoever drives the seat.
-    pub fn begin(&self, helped: bool) {
+    /// Before a step, which a worker makes (`helped`) or whoever drives the seat; `started` is the monotonic time, or 0
+    /// when the step is not timed.
+    pub fn begin(&self, helped: bool, started: u64) {
+        self.started.store(started, Ordering::Relaxed);
         self.begun.store(self.begun.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
         self.helped.store(helped, Ordering::Relaxed);
         self.state.store(RUNNING, Ordering::Release);
@@ -101,10 +132,28 @@ impl Seat {
     /// Makes a call of the module outside its step, watched like one; nothing when it was given up. The seat is claimed
     /// (and stays so) or belongs to the loop.
     pub fn call<R>(&self, claimed: bool, call: impl FnOnce() -> R) -> Option<R> {
-        self.begin(false);
+        self.begin(false, monotonic());
         let result = call();
         let ended = if claimed { self.end_claimed() } else { self.end() };
         ended.then_some(result)
+    }
+
+    /// Whether the loop says when the module runs, which it does in a thread of its own.
+    pub fn is_kicked(&self) -> bool {
+        self.kicks.is_some()
+    }
+
+    /// Says that it is the turn of a module that waits for that; false for all others.
+    pub fn kick(&self) -> bool {
+        let Some(kicks) = &self.kicks else { return false };
+        kicks.store(kicks.load(Ordering::Relaxed) + 1, Ordering::Release);
+        self.wake.notify(1);
+        true
+    }
+
+    /// How often it has been the module's turn; nothing when the loop does not say.
+    pub fn kicks(&self) -> Option<u64> {
+        self.kicks.as_ref().map(|kicks| kicks.load(Ordering::Acquire))
     }
 
     /// Lets the module's own thread end.
@@ -134,14 +183,18 @@ impl Seat {
     }
 
     fn end_as(&self, next: u32) -> bool {
-        if self.state.compare_exchange(RUNNING, next, Ordering::AcqRel, Ordering::Acquire).is_ok() {
-            return true;
+        loop {
+            match self.state.compare_exchange(RUNNING, next, Ordering::AcqRel, Ordering::Acquire) {
+                Ok(_) => return true,
+                Err(LATE) => {
+                    self.returned.store(monotonic(), Ordering::Relaxed);
+                    self.state.store(RETURNED, Ordering::Release);
+                    return false;
+                }
+                // The watchdog is just publishing the safe values, which takes microseconds.
+                Err(_) => std::thread::yield_now(),
+            }
         }
-        while self.state.compare_exchange(LATE, RETURNED, Ordering::AcqRel, Ordering::Acquire).is_err() {
-            // The watchdog is just publishing the safe values, which takes microseconds.
-            std::thread::yield_now();
-        }
-        false
     }
 
     /// Takes back a seat whose late step has returned.
@@ -182,9 +235,14 @@ impl Seat {
         (self.state.load(Ordering::Acquire) == RUNNING).then(|| self.begun.load(Ordering::Relaxed))
     }
 
-    /// Gives up the step that runs: its outputs become safe, and what it writes later is dropped.
-    pub fn give_up(&self, now: u64) -> bool {
+    /// Gives up that step if it still runs: its outputs become safe, and what it writes later is dropped.
+    pub fn give_up(&self, step: u64, now: u64) -> bool {
         if self.state.compare_exchange(RUNNING, CLAIMED, Ordering::AcqRel, Ordering::Acquire).is_err() {
+            return false;
+        }
+        if self.begun.load(Ordering::Relaxed) != step {
+            // It has ended, and this is the next one.
+            self.state.store(RUNNING, Ordering::Release);
             return false;
         }
         // SAFETY: the seat was claimed, so the late thread will not touch the runner.
@@ -193,5 +251,42 @@ impl Seat {
         runner.publish_safe(now);
         self.state.store(LATE, Ordering::Release);
         true
+    }
+
+    /// When the last step began, monotonic; 0 when it was not timed.
+    pub fn started(&self) -> u64 {
+        self.started.load(Ordering::Relaxed)
+    }
+
+    /// When the last step that was given up returned, monotonic.
+    pub fn returned(&self) -> u64 {
+        self.returned.load(Ordering::Relaxed)
+    }
+
+    /// Whether a cycle in which it has no turn is one too few.
+    pub fn misses_its_turn(&self) -> bool {
+        self.in_every_cycle && self.is_idle() && self.health.condition() != Condition::Inactive
+    }
+
+    /// Counts a turn that it did not get.
+    pub fn count_miss(&self) {
+        count(&self.health.misses);
+    }
+
+    /// From now on its steps can be recorded.
+    pub fn add_track(&self, trace: &Trace) {
+        if self.track.get().is_none()
+            && let (Ok(track), Ok(label)) = (trace.track(&self.name), trace.label(&self.name))
+        {
+            // Who was faster has made the same.
+            let _ = self.track.set((track, label));
+        }
+    }
+
+    /// Records a step, from a monotonic time on; whoever drives the seat does.
+    pub fn record(&self, shared: &Shared, start: u64, duration: u64, cycle: u64) {
+        if let Some((track, label)) = self.track.get() {
+            track.record(Span { label: *label, start: shared.clock.at(start), duration, cycle });
+        }
     }
 }

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::{Seat, measured, nanoseconds};
+use super::Seat;
+use crate::clock::monotonic;
 use crate::digest::Digest;
 use crate::runner::StepCall;
 
@@ -65,9 +66,10 @@ impl Workers {
                 })
             })
             .collect();
-        for worker in &workers {
+        for (number, worker) in (1..).zip(&workers) {
             let worker = Arc::clone(worker);
-            std::thread::Builder::new().name("worker".into()).spawn(move || worker.serve())?;
+            let thread = std::thread::Builder::new().name(format!("worker {number}"));
+            thread.spawn(move || worker.serve())?;
         }
         Ok(Self { workers, always })
     }
@@ -83,19 +85,19 @@ impl Workers {
 
     /// Prepares the first of those modules, one for each worker that is free and one more, and gives the workers
     /// theirs. Says how many modules that were; the last of them is for the loop, if it is due, with its call.
-    pub fn give(&self, modules: &[Arc<Seat>], now: u64) -> (usize, Option<StepCall>) {
+    pub fn give(&self, modules: &[Arc<Seat>], now: u64, nominal: u64) -> (usize, Option<StepCall>) {
         let mut taken = 0;
         for worker in &self.workers {
             if taken + 1 < modules.len() && worker.is_free() {
                 let seat = &modules[taken];
-                if let Some(call) = ready(seat, now, true) {
-                    seat.begin(true);
+                if let Some(call) = ready(seat, now, nominal, true) {
+                    seat.begin(true, monotonic());
                     worker.give(call, Arc::clone(seat));
                 }
                 taken += 1;
             }
         }
-        (taken + 1, ready(&modules[taken], now, true))
+        (taken + 1, ready(&modules[taken], now, nominal, true))
     }
 
     /// Waits for the workers and commits what they did, in the order in which it was given to them.
@@ -114,14 +116,15 @@ impl Workers {
     }
 }
 
-/// Prepares a module that is due, for a step alone or beside others.
-pub(super) fn ready(seat: &Seat, now: u64, beside: bool) -> Option<StepCall> {
-    if !seat.is_idle() && !seat.readmit() {
+/// Prepares a module that is due, for a step alone or beside others. Periods are counted in the `nominal` time of the cycle,
+/// so that a module is not a cycle late because its thread woke up a little later the cycle before.
+pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option<StepCall> {
+    if seat.kick() || !seat.is_idle() && !seat.readmit() {
         return None;
     }
     // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
     let runner = unsafe { seat.runner() };
-    if !runner.is_due(now) {
+    if !runner.is_due(nominal) {
         return None;
     }
     runner.log.set_time(now);
@@ -181,10 +184,10 @@ impl Worker {
             }
             // SAFETY: the state is GIVEN, so the job belongs to this thread.
             let Some((call, seat)) = (unsafe { (*self.job.get()).take() }) else { continue };
-            let start = measured();
+            let start = monotonic();
             // SAFETY: the loop prepared the runner, and the seat keeps others out.
             let code = unsafe { call.make() };
-            let ended = seat.end().then(|| (code, nanoseconds(start, measured())));
+            let ended = seat.end().then(|| (code, monotonic().saturating_sub(start)));
             // SAFETY: the loop looks at the result only when the state is DONE.
             unsafe { *self.result.get() = ended };
             self.state.store(DONE, Ordering::Release);

@@ -9,12 +9,15 @@ use slate_module::table::ABI;
 use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable};
 
 use super::{LibraryError, LibraryOutline};
+use crate::isolation;
 
 /// A library that is open. It is a copy under a name of its own, as the system takes a file of a known name for the
 /// one that it has already, and as the original may be built anew while the copy is in use.
 struct Library {
     handle: Option<unix::Library>,
+    /// Removed with the library, unless it belongs to another process.
     copy: PathBuf,
+    is_own: bool,
     residence: Arc<AtomicU8>,
 }
 
@@ -40,14 +43,17 @@ impl Residence {
 
 impl Drop for Library {
     fn drop(&mut self) {
-        let closed = self.handle.take().map(unix::Library::close);
+        // One that was never opened is not there either.
+        let closed = self.handle.take().map_or(Ok(()), unix::Library::close);
         // SAFETY: asks only whether it is there; no code of it runs.
         let resident = unsafe { unix::Library::open(Some(&self.copy), unix::RTLD_LAZY | RTLD_NOLOAD) };
-        let state = if resident.is_ok() || !matches!(closed, Some(Ok(()))) { RESIDENT } else { UNMAPPED };
+        let state = if resident.is_ok() || closed.is_err() { RESIDENT } else { UNMAPPED };
         self.residence.store(state, Ordering::Release);
-        // What can't be removed is in a folder for temporary files.
-        let _ = std::fs::remove_file(&self.copy);
-        let _ = self.copy.parent().map(std::fs::remove_dir);
+        if self.is_own {
+            // What can't be removed is in a folder for temporary files.
+            let _ = std::fs::remove_file(&self.copy);
+            let _ = self.copy.parent().map(std::fs::remove_dir);
+        }
     }
 }
 
@@ -59,11 +65,26 @@ const RTLD_NOLOAD: i32 = 4;
 /// # Errors
 /// What does not fit, with what was expected.
 pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
+    load_for(file, None, |_| false)
+}
+
+/// As [`load`]; a library that must not be opened here is left to the processes of its modules, if all of those
+/// `are_isolated`. They are run by `program`.
+pub(crate) fn load_for(
+    file: &Path,
+    program: Option<&Path>,
+    are_isolated: impl FnOnce(&LibraryOutline) -> bool,
+) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     let outline = LibraryOutline::read(file)?;
-    if outline.panic == "abort" {
+    // A language without panics says nothing.
+    let outside = !matches!(outline.panic.as_str(), "" | "unwind");
+    if outside && !are_isolated(&outline) {
         return Err(refuse(
-            "was built with panic = \"abort\", so a panic in it would end the whole agent".into(),
+            format!(
+                "was built with panic = \"{}\", so a panic in it would end the whole agent",
+                outline.panic
+            ),
             "build it with panic = \"unwind\", or run its modules with `isolated = true`",
         ));
     }
@@ -71,12 +92,46 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
     let copy = private_copy(file).map_err(|error| {
         refuse(format!("can't be copied to {}: {error}", std::env::temp_dir().display()), "make room there")
     })?;
-    let mut library = Library { handle: None, copy, residence: Arc::clone(&residence.0) };
+    let library = Library { handle: None, copy, is_own: true, residence: Arc::clone(&residence.0) };
+    let plugin = if outside {
+        let copy = library.copy.clone();
+        let library: Arc<dyn std::any::Any + Send + Sync> = Arc::new(library);
+        let kinds = isolation::kinds_outside(program, &copy, &library);
+        let kinds = kinds.map_err(|refusal| {
+            refuse(format!("can't be opened by another process: {refusal}"), "see why it ends")
+        })?;
+        make(file, kinds, &outline)?
+    } else {
+        open(file, library, &outline)?
+    };
+    Ok((plugin, outline, residence))
+}
+
+/// Opens a copy that another process made, and leaves it where it is.
+///
+/// # Errors
+/// As [`load`].
+pub(crate) fn open_as_it_is(copy: &Path) -> Result<Plugin, LibraryError> {
+    let outline = LibraryOutline::read(copy)?;
+    let residence = Residence::default().0;
+    open(copy, Library { handle: None, copy: copy.into(), is_own: false, residence }, &outline)
+}
+
+/// The file that a kind's library was opened from, if it is of one.
+pub(crate) fn file_of(kind: &ModuleKind) -> Option<&Path> {
+    Some(kind.library()?.downcast_ref::<Library>()?.copy.as_path())
+}
+
+fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<Plugin, LibraryError> {
+    let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     // SAFETY: opening runs the library's initialisers, which is what loading a plugin means; it was checked to be a
     // whole library for this machine that says it is a plugin.
     let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }
         .map_err(|error| {
-            refuse(format!("can't be opened: {error}"), "see which symbol or library it misses")
+            refuse(
+                format!("can't be opened: {}", in_full(&error, &library.copy)),
+                "see which symbol or library it misses",
+            )
         })?;
     // SAFETY: the outline says that the symbol is a plugin's table, which is constant.
     let table = unsafe {
@@ -86,7 +141,7 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
     library.handle = Some(handle);
     let table = table.map_err(|error| {
         refuse(
-            format!("has no symbol `{}`: {error}", outline.symbol),
+            format!("has no symbol `{}`: {}", outline.symbol, in_full(&error, &library.copy)),
             "export the plugin's table under that name",
         )
     })?;
@@ -107,17 +162,28 @@ pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryE
         let modules = std::slice::from_raw_parts(table.modules, table.module_count);
         modules.iter().map(|module| ModuleKind::from_table(*module, Some(Arc::clone(&library)))).collect()
     };
+    make(file, kinds, outline)
+}
+
+/// A plugin of what a library brings, which must be what it says.
+fn make(file: &Path, kinds: Vec<ModuleKind>, outline: &LibraryOutline) -> Result<Plugin, LibraryError> {
     let said: Vec<_> = outline.modules.iter().map(|module| module.name.as_str()).collect();
     let brought: Vec<_> = kinds.iter().map(ModuleKind::name).collect();
     if said != brought {
-        return Err(refuse(
-            format!("says that it brings {}, but brings {}", said.join(", "), brought.join(", ")),
-            "make its section `.slate` and its table agree",
-        ));
+        return Err(LibraryError {
+            file: file.into(),
+            problem: format!("says that it brings {}, but brings {}", said.join(", "), brought.join(", ")),
+            help: "make its section `.slate` and its table agree".into(),
+        });
     }
     let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
-    let plugin = Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends);
-    Ok((plugin, outline, residence))
+    Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))
+}
+
+/// What the system says, which is the source of the error; the name of the copy helps nobody.
+fn in_full(error: &libloading::Error, copy: &Path) -> String {
+    let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
+    text.replace(&format!("{}: ", copy.display()), "")
 }
 
 /// Counts copies.

@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use object::elf;
-use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
+use object::read::elf::FileHeader;
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use slate_module::table::ABI;
 
-use super::LibraryError;
+use super::{LibraryError, whole};
 
 /// What a plugin's file says of itself.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LibraryOutline {
     /// The version of the plugin interface that it was built for.
     pub abi: u32,
@@ -33,7 +33,7 @@ pub struct LibraryOutline {
 }
 
 /// What a plugin's file says of a kind of module.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ModuleOutline {
     /// The name by which configuration finds it.
     pub name: String,
@@ -52,7 +52,7 @@ pub struct ModuleOutline {
 }
 
 /// An interface by name and schema.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct InterfaceOutline {
     /// Name of the interface.
     pub interface: String,
@@ -62,7 +62,7 @@ pub struct InterfaceOutline {
 }
 
 /// What a plugin's file says of a port.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PortOutline {
     /// Name.
     pub name: String,
@@ -84,9 +84,13 @@ impl LibraryOutline {
     pub fn read(file: &Path) -> Result<Self, LibraryError> {
         let refuse =
             |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
-        let bytes = std::fs::read(file).map_err(|error| {
-            refuse(format!("can't be read: {error}"), "give the path of a plugin's library")
-        })?;
+        const PATH: &str = "give the path of a plugin's library";
+        let unreadable = |error: std::io::Error| refuse(format!("can't be read: {error}"), PATH);
+        // Reading a pipe or a device may take for ever.
+        if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
+            return Err(refuse("is no file".into(), PATH));
+        }
+        let bytes = std::fs::read(file).map_err(unreadable)?;
         Self::of(&bytes).map_err(|(problem, help)| refuse(problem, help))
     }
 
@@ -110,23 +114,7 @@ impl LibraryOutline {
             );
             return Err((problem, LIBRARY));
         }
-        // The loader maps what the headers say, and a part that is missing ends the process when it is touched.
-        let whole =
-            |start: u64, length: u64| start.checked_add(length).is_some_and(|end| end <= bytes.len() as u64);
-        let segments = header
-            .program_headers(endian, bytes)
-            .map_err(|error| (format!("is damaged: {error}"), TRUNCATED))?;
-        let sections = header
-            .section_headers(endian, bytes)
-            .map_err(|error| (format!("is damaged: {error}"), TRUNCATED))?;
-        let cut = segments.iter().any(|segment| !whole(segment.p_offset(endian), segment.p_filesz(endian)))
-            || sections.iter().any(|section| {
-                section.sh_type(endian) != elf::SHT_NOBITS
-                    && !whole(section.sh_offset(endian), section.sh_size(endian))
-            });
-        if cut {
-            return Err((format!("is cut off after {} bytes", bytes.len()), TRUNCATED));
-        }
+        whole::check(header, bytes).map_err(|problem| (problem, TRUNCATED))?;
         let parsed =
             object::File::parse(bytes).map_err(|error| (format!("is damaged: {error}"), TRUNCATED))?;
         let section = parsed.section_by_name(SECTION).ok_or_else(|| {

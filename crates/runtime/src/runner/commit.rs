@@ -4,13 +4,13 @@ use slate_blackboard::interface::View;
 use slate_blackboard::message::Answer;
 use slate_module::{Flags, Priority};
 
-use super::health::count;
-use super::{Condition, Measured, ModuleTiming, PANIC_LIMIT, Runner, TIMING_PERIOD};
+use super::{Condition, Measured, ModuleTiming, PANIC_LIMIT, PANIC_ROW, Runner, TIMING_PERIOD, count};
 use crate::digest::Digest;
 
 impl Runner {
     /// Checks and commits what a step wrote. `code` is what the step returned.
     pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
+        self.hand_to_shadow();
         for inbox in &mut self.inboxes {
             for (i, entry) in inbox.entries.iter().enumerate() {
                 let reason = entry.answer.get();
@@ -127,15 +127,25 @@ impl Runner {
     }
 
     /// After a panic: safe values, and an instance made anew.
-    fn recover(&mut self, now: u64) {
+    pub(super) fn recover(&mut self, now: u64) {
         self.services.iter_mut().for_each(|service| service.abandon());
+        self.disarm(now);
         self.panics += 1;
         self.health.panics.store(self.panics.into(), Ordering::Relaxed);
+        let tick = self.frame.number;
+        if tick.saturating_sub(self.last_panic) > PANIC_ROW {
+            self.panics_in_a_row = 0;
+        }
+        self.panics_in_a_row += 1;
+        self.last_panic = tick;
         self.set_condition(Condition::Failed, now);
         self.publish_safe(now);
         self.destroy();
-        let again = if self.panics >= PANIC_LIMIT {
-            Err(format!("panicked {PANIC_LIMIT} times; it stays off"))
+        if self.supervised.is_some() {
+            return self.fall(now);
+        }
+        let again = if self.panics_in_a_row >= PANIC_LIMIT {
+            Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off"))
         } else {
             self.create().map_err(|refusal| refusal.to_string())
         };
@@ -156,6 +166,7 @@ impl Runner {
         let measured = &mut self.measured;
         if let Some(duration) = duration {
             self.health.duration.store(duration, Ordering::Relaxed);
+            self.health.histogram.record(duration);
             measured.longest = measured.longest.max(duration);
             if self.deadline.is_some_and(|deadline| duration > deadline) {
                 count(&self.health.misses);
@@ -178,6 +189,7 @@ impl Runner {
             *measured = Measured { written: now, period, longest: 0, jitter: 0 };
             // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
             let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
+            self.show_process(now, false);
         }
     }
 }

@@ -2,6 +2,8 @@ use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 use slate_module::interface;
 
+use crate::timing::LiveHistogram;
+
 /// How a module is: `/module/state`, written when it changes.
 #[interface]
 pub(crate) struct ModuleState {
@@ -65,8 +67,10 @@ pub(crate) struct Health {
     pub misses: AtomicU64,
     /// Panics caught.
     pub panics: AtomicU64,
-    /// Wall-clock nanoseconds of the last tick.
+    /// Wall-clock nanoseconds of the last tick that was timed.
     pub duration: AtomicU64,
+    /// Wall-clock nanoseconds of all ticks that were timed.
+    pub histogram: LiveHistogram,
 }
 
 /// The condition of a module.
@@ -111,6 +115,7 @@ impl Health {
             misses: AtomicU64::new(0),
             panics: AtomicU64::new(0),
             duration: AtomicU64::new(0),
+            histogram: LiveHistogram::default(),
         }
     }
 
@@ -119,6 +124,7 @@ impl Health {
         for counter in [&self.ticks, &self.misses, &self.panics, &self.duration] {
             counter.store(0, Ordering::Relaxed);
         }
+        self.histogram.clear();
         self.set(Condition::Working);
     }
 

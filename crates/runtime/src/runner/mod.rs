@@ -5,6 +5,8 @@ mod commit;
 mod health;
 mod ports;
 mod prepare;
+mod shadow;
+mod supervision;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -17,8 +19,11 @@ use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Tr
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
-pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming};
+pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use shadow::{Shadow, ShadowState};
+
+pub(crate) use supervision::Supervised;
 
 use crate::log::ModuleLog;
 
@@ -66,6 +71,8 @@ pub(crate) struct Runner {
     pub aspects: Vec<AspectPort>,
     /// Services for other modules.
     pub providers: Vec<ProviderPort>,
+    /// New code beside this one.
+    pub shadow: Option<Shadow>,
     /// Services of the host.
     pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
@@ -76,6 +83,8 @@ pub(crate) struct Runner {
     pub state: Writer,
     /// Writes `/module/timing`.
     pub timing: Writer,
+    /// Writes `/module/histogram`; taken by who shows it.
+    pub histogram: Option<Writer>,
     pub measured: Measured,
     pub commit: CommitWord,
     /// Wakes this module's own thread, if it has one.
@@ -97,7 +106,13 @@ pub(crate) struct Runner {
     pub last_tick: u64,
     /// When the next tick of a periodic module is due.
     pub due: u64,
+    /// Panics until now.
     pub panics: u32,
+    /// Panics without many ticks between them, and the tick of the last one.
+    pub panics_in_a_row: u32,
+    pub last_panic: u64,
+    /// What watches over it when it is isolated.
+    pub supervised: Option<Supervised>,
 }
 
 /// What was measured since `/module/timing` was written last.
@@ -116,8 +131,10 @@ const TIMING_PERIOD: u64 = 100_000_000;
 // alive (values), and whoever holds the runner uses them alone.
 unsafe impl Send for Runner {}
 
-/// After that many panics a module stays off, as starting it again does not help.
+/// After that many panics in a row a module stays off, as starting it again does not help.
 const PANIC_LIMIT: u32 = 5;
+/// After that many ticks a panic is no longer of the same row.
+const PANIC_ROW: u64 = 100;
 
 impl Runner {
     /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
@@ -127,7 +144,7 @@ impl Runner {
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
     pub fn is_due(&mut self, now: u64) -> bool {
-        if !self.is_enabled() {
+        if !self.is_enabled() || !self.is_up(now) {
             return false;
         }
         match &self.trigger {
@@ -143,7 +160,7 @@ impl Runner {
                 true
             }
             Trigger::On { timeout, .. } => {
-                let waited = now - self.last_tick;
+                let waited = now.saturating_sub(self.last_tick);
                 timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout) || self.has_news()
             }
         }
@@ -170,6 +187,7 @@ impl Runner {
             if condition.is_working() || condition == Condition::Failed {
                 self.set_condition(rest, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
                 // What others use of it may use what it misses now.
                 self.withdraw();
             } else if matches!(condition, Condition::Inactive | Condition::Waiting) {
@@ -224,10 +242,16 @@ impl Runner {
         self.setup.with(|setup| self.kind.create(setup, bytes))
     }
 
-    /// Goes on with other code and its instance; returns the old code and instance.
+    /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
+    /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
+        self.panics = 0;
+        if self.health.condition() == Condition::Faulted {
+            self.set_condition(Condition::Working, self.last_tick);
+        }
         let kind = std::mem::replace(&mut self.kind, kind);
         self.withdraw();
+        self.services.iter_mut().for_each(|service| service.begin(&self.kind));
         Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
     }
 
@@ -235,6 +259,7 @@ impl Runner {
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
         self.withdraw();
+        self.services.iter_mut().for_each(|service| service.end());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
             unsafe { self.kind.destroy(instance) }
@@ -261,6 +286,24 @@ impl Retired {
     /// An instance that was made and is not used yet.
     pub fn new(kind: ModuleKind, instance: *mut ()) -> Self {
         Self { kind, instance }
+    }
+
+    /// Makes a step.
+    ///
+    /// # Safety
+    /// The frame was filled for this instance.
+    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.kind.table().tick)(self.instance, frame) }
+    }
+
+    /// Gives the instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
+        // SAFETY: the kind made this instance, and nobody else uses it.
+        unsafe { self.kind.restore(self.instance, state) }
     }
 
     /// Takes the instance out.

@@ -27,6 +27,13 @@ impl Memory {
     pub fn as_mut_ptr(&mut self) -> *mut u8 {
         self.0.as_mut_ptr().cast()
     }
+
+    /// The first `count` bytes; as many as there are, if there are fewer.
+    pub fn bytes_mut(&mut self, count: usize) -> &mut [u8] {
+        let count = count.min(size_of_val(&*self.0));
+        // SAFETY: the memory is initialised and has so many bytes.
+        unsafe { std::slice::from_raw_parts_mut(self.as_mut_ptr(), count) }
+    }
 }
 
 /// An input; its reader stands at the same index in `Runner::readers`.

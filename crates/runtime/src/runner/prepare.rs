@@ -78,6 +78,7 @@ impl Runner {
         self.frame.number += 1;
         self.last_tick = now;
         self.health.ticks.store(self.frame.number, Ordering::Relaxed);
+        self.show_shadow();
     }
 
     fn fill_inputs(&mut self, now: u64) {

@@ -47,6 +47,15 @@ impl Emitter {
         &self.point
     }
 
+    /// Whether somebody has ever asked for the point, or one above it, by [`Synchronization::point`]. Who emits often need
+    /// not do it before; the point's count then begins with the first emit that somebody could wait for.
+    ///
+    /// [`Synchronization::point`]: super::Synchronization::point
+    #[inline]
+    pub fn is_wanted(&self) -> bool {
+        self.point.is_wanted()
+    }
+
     /// Emits the point and those above it.
     #[inline]
     pub fn emit(&self) {

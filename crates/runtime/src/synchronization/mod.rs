@@ -94,7 +94,13 @@ impl Synchronization {
     /// # Errors
     /// When it is no name of a point, or there are too many.
     pub fn point(&self, name: &str) -> Result<Arc<Point>, PointError> {
-        self.points.lock().unwrap_or_else(PoisonError::into_inner).get(name)
+        let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
+        let point = points.get(name)?;
+        let above = name.trim_end_matches('/');
+        let is_below = |other: &str| other.strip_prefix(above).is_some_and(|rest| rest.starts_with('/'));
+        points.by_name.iter().filter(|(other, _)| is_below(other)).for_each(|(_, point)| point.want());
+        point.want();
+        Ok(point)
     }
 
     /// Registers someone who emits a point. [`Point::wait_all`] waits for them, there and above, until they are

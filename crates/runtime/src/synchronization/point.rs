@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::emitter::Member;
 use super::seats::Seats;
-use super::sync::{AtomicU64, Mutex, MutexGuard, Ordering};
+use super::sync::{AtomicBool, AtomicU64, Mutex, MutexGuard, Ordering};
 
 /// How often a point was emitted, since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,6 +13,11 @@ pub struct Count(u64);
 impl Count {
     /// Never.
     pub const ZERO: Self = Self(0);
+
+    /// So often.
+    pub fn new(count: u64) -> Self {
+        Self(count)
+    }
 
     /// The number.
     pub fn get(self) -> u64 {
@@ -65,13 +70,17 @@ pub struct Point {
     /// whoever emits after a waiter has looked sees that one's seat, and before, the waiter sees the emit.
     count: AtomicU64,
     seats: Seats,
+    /// Whether somebody asked for it, or for a point above it.
+    wanted: AtomicBool,
     /// Who emits here and below. Not used when they emit.
     members: Mutex<BTreeMap<u64, Arc<Member>>>,
 }
 
 impl Point {
     pub(super) fn new(name: Arc<str>, parent: Option<Arc<Point>>) -> Self {
+        let wanted = parent.as_ref().is_some_and(|parent| parent.is_wanted());
         Self {
+            wanted: AtomicBool::new(wanted),
             name,
             parent,
             count: AtomicU64::new(0),
@@ -121,6 +130,17 @@ impl Point {
             late.is_empty().then_some(now)
         });
         everybody.ok_or_else(|| Late { point: Arc::clone(&self.name), limit, late })
+    }
+
+    /// Whether somebody asked for it, or for a point above it.
+    #[inline]
+    pub(super) fn is_wanted(&self) -> bool {
+        self.wanted.load(Ordering::Relaxed)
+    }
+
+    /// Says that somebody asks for it.
+    pub(super) fn want(&self) {
+        self.wanted.store(true, Ordering::Relaxed);
     }
 
     /// It, its parent, and so on.

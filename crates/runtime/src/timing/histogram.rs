@@ -5,7 +5,7 @@ const BITS: u32 = 5;
 const PART: usize = 1 << BITS;
 /// The first value that counts as the greatest: 2^37 ns, some 137 s.
 const LIMIT_BITS: u32 = 37;
-const BUCKETS: usize = (LIMIT_BITS - BITS + 1) as usize * PART;
+pub(super) const BUCKETS: usize = (LIMIT_BITS - BITS + 1) as usize * PART;
 
 /// How long something took, of all times that it was done: what a property shows of a [`Histogram`].
 #[interface]
@@ -47,11 +47,11 @@ pub struct TimingHistogram {
 /// ```
 #[derive(Clone, PartialEq, Eq)]
 pub struct Histogram {
-    buckets: Box<[u32; BUCKETS]>,
-    count: u64,
-    sum: u64,
-    min: u64,
-    max: u64,
+    pub(super) buckets: Box<[u32; BUCKETS]>,
+    pub(super) count: u64,
+    pub(super) sum: u64,
+    pub(super) min: u64,
+    pub(super) max: u64,
 }
 
 impl Default for Histogram {
@@ -105,19 +105,29 @@ impl Histogram {
 
     /// The duration that a part (0 to 1) of all did not exceed, nanoseconds, to 1.6 %; 0 when nothing was counted.
     pub fn quantile(&self, part: f64) -> u64 {
+        let [quantile] = self.quantiles([part]);
+        quantile
+    }
+
+    /// Several quantiles in one go; the parts ascend.
+    fn quantiles<const N: usize>(&self, parts: [f64; N]) -> [u64; N] {
         let total: u64 = self.buckets.iter().map(|count| u64::from(*count)).sum();
-        let rank = ((total as f64 * part).ceil() as u64).clamp(1, total.max(1));
         let mut below = 0;
-        let reached = self.buckets.iter().position(|count| {
-            below += u64::from(*count);
-            below >= rank
-        });
-        // The longest is known exactly, and none is beyond the ends.
-        match reached {
-            Some(_) if rank == total => self.max,
-            Some(bucket) => middle(bucket).clamp(self.min, self.max),
-            None => 0,
-        }
+        let mut buckets = self.buckets.iter().enumerate();
+        let mut bucket = 0;
+        parts.map(|part| {
+            if total == 0 {
+                return 0;
+            }
+            let rank = ((total as f64 * part).ceil() as u64).clamp(1, total);
+            while below < rank {
+                let Some((next, count)) = buckets.next() else { break };
+                below += u64::from(*count);
+                bucket = next;
+            }
+            // The longest is known exactly, and none is beyond the ends.
+            if rank == total { self.max } else { middle(bucket).clamp(self.min, self.max) }
+        })
     }
 
     /// Adds what another one has counted.
@@ -143,21 +153,14 @@ impl Histogram {
 
     /// What a property shows of it.
     pub fn summary(&self) -> TimingHistogram {
-        TimingHistogram {
-            count: self.count,
-            mean: self.mean(),
-            p50: self.quantile(0.5),
-            p90: self.quantile(0.9),
-            p99: self.quantile(0.99),
-            p999: self.quantile(0.999),
-            max: self.max,
-        }
+        let [p50, p90, p99, p999] = self.quantiles([0.5, 0.9, 0.99, 0.999]);
+        TimingHistogram { count: self.count, mean: self.mean(), p50, p90, p99, p999, max: self.max }
     }
 }
 
 /// Where a duration is counted: the power of two, and as many of the bits below it as tell its buckets apart.
 #[inline]
-fn bucket(duration: u64) -> usize {
+pub(super) fn bucket(duration: u64) -> usize {
     let duration = duration.min((1 << LIMIT_BITS) - 1);
     if duration < PART as u64 {
         return duration as usize;

@@ -5,8 +5,10 @@
 
 mod histogram;
 mod json;
+mod live;
 mod ring;
 mod trace;
 
 pub use histogram::{Histogram, TimingHistogram};
+pub(crate) use live::LiveHistogram;
 pub use trace::{Exported, Label, Span, Trace, TraceError, Track};

@@ -1,5 +1,7 @@
+use std::cell::Cell;
 use std::cmp::Reverse;
 use std::io::{self, Write};
+use std::marker::PhantomData;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::json::{Microseconds, Quoted};
@@ -64,7 +66,7 @@ pub enum TraceError {
 ///
 /// let trace = Trace::new(1024);
 /// let act = trace.label("act")?;
-/// let mut track = trace.track("main loop")?;
+/// let track = trace.track("main loop")?;
 /// track.record(Span { label: act, start: 1_000, duration: 250, cycle: 1 });
 ///
 /// // A file that https://ui.perfetto.dev opens.
@@ -89,6 +91,8 @@ struct Named<T> {
 #[derive(Debug)]
 pub struct Track {
     ring: Arc<Ring>,
+    /// Two threads must not write at a time.
+    unshared: PhantomData<Cell<()>>,
 }
 
 impl Trace {
@@ -124,14 +128,14 @@ impl Trace {
         let mut tracks = lock(&self.tracks);
         if let Some(track) = tracks.iter().find(|track| *track.name == *name) {
             let taken = || TraceError::Taken { name: name.into() };
-            return track.value.take().then(|| Track { ring: Arc::clone(&track.value) }).ok_or_else(taken);
+            return track.value.take().then(|| Track::new(Arc::clone(&track.value))).ok_or_else(taken);
         }
         if tracks.len() == TRACK_LIMIT {
             return Err(TraceError::TooMany { name: name.into(), limit: TRACK_LIMIT });
         }
         let ring = Arc::new(Ring::new(self.capacity));
         tracks.push(Named { name: name.into(), value: Arc::clone(&ring) });
-        Ok(Track { ring })
+        Ok(Track::new(ring))
     }
 
     /// Writes the spans that were under way at any time from `from` to `to` (nanoseconds, without that one itself) as
@@ -189,9 +193,13 @@ impl Trace {
 }
 
 impl Track {
+    fn new(ring: Arc<Ring>) -> Self {
+        Self { ring, unshared: PhantomData }
+    }
+
     /// Records a span when it has ended.
     #[inline]
-    pub fn record(&mut self, span: Span) {
+    pub fn record(&self, span: Span) {
         self.ring.write([u64::from(span.label.0), span.start, span.duration, span.cycle]);
     }
 }

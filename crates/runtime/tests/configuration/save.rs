@@ -147,6 +147,18 @@ fn a_table_and_a_value_replace_each_other() {
 }
 
 #[test]
+fn a_table_in_the_place_of_one_of_the_file_has_nothing_of_it() {
+    let before = "[links]\n# about x\n\"a/x\" = { from = \"b/x\", previous = true } # x\n";
+    let text = saved("afresh", before, &[("links.\"a/x\"", "c/x"), ("links.\"a/x\".from", "c/y")]);
+    assert_eq!(text, "[links]\n# about x\n\"a/x\" = { from = \"/c/y\" } # x\n");
+    let before = "[modules.a.params]\n# about old\nold.z = 1 # z\n";
+    let text = saved("deep", before, &[("modules.a.params.old", "word"), ("modules.a.params.old.new", "2")]);
+    for words in ["# about old", "# z", "old.new = 2"] {
+        assert_eq!(text.matches(words).count(), 1, "{words} in {text}");
+    }
+}
+
+#[test]
 fn each_value_goes_to_the_file_that_it_comes_from() {
     let files = [
         ("exp1.toml", "include = \"common/base.toml\" # shared\n[loop]\nperiod = \"20ms\"\n"),

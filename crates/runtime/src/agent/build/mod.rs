@@ -1,6 +1,7 @@
 //! Makes what the survey found to be right: properties, links, gates, instances.
 
 mod actuators;
+mod isolation;
 mod properties;
 mod runners;
 
@@ -20,6 +21,7 @@ use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire};
 use crate::actuators::Actuator;
 use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
+use crate::isolation::Arenas;
 use crate::log::Logger;
 use crate::runner::{Health, Runner};
 
@@ -47,6 +49,20 @@ pub(super) struct Ground {
     pub means: Means,
     /// Counts outputs, for the digest.
     pub index: u32,
+    /// Memory that isolated modules see.
+    pub arenas: Arenas,
+    /// What was set in modules that are away for a moment, by path.
+    pub kept: BTreeMap<String, Kept>,
+}
+
+/// A value that a user or a tool has set.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    /// The schema that it has.
+    pub schema: u64,
+    pub bytes: Vec<u8>,
+    /// When it was set.
+    pub time: u64,
 }
 
 /// What others know of a module.
@@ -73,9 +89,9 @@ impl Ground {
         Arc::clone(self.services.entry(path.into()).or_default())
     }
 
-    /// Whether a module with that trigger gets a thread of its own.
-    pub fn has_own_thread(&self, trigger: &Trigger) -> bool {
-        self.mode == Mode::Threaded && *trigger != Trigger::Stage
+    /// Whether a module with that trigger gets a thread of its own. Nobody waits for an isolated one on the wall clock.
+    pub fn has_own_thread(&self, trigger: &Trigger, isolated: bool) -> bool {
+        self.mode == Mode::Threaded && *trigger != Trigger::Stage || isolated && !self.lockstep
     }
 }
 
@@ -237,8 +253,8 @@ impl<'a> Builder<'a, '_> {
     fn wake_of(&mut self, name: &str) -> Option<Arc<Wake>> {
         let surveyed = self.survey.modules.iter().find(|surveyed| surveyed.module.name.value == name);
         let threaded = match surveyed {
-            Some(surveyed) => self.ground.has_own_thread(&surveyed.trigger),
-            None => self.ground.mode == Mode::Threaded,
+            Some(surveyed) => self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
+            None => self.ground.mode == Mode::Threaded || !self.ground.lockstep,
         };
         threaded.then(|| self.ground.post(name).wake)
     }

@@ -64,7 +64,9 @@ impl Builder<'_, '_> {
         }
         let (depth, budget) = self.demand(target, path);
         let store = followed(port.descriptor, Store { capacity: port.capacity, depth, budget });
-        let added = self.ground.board.add_channel(path, &port.doc, port.descriptor, store, Access::Output);
+        let memory = self.memory(m, target);
+        let board = &self.ground.board;
+        let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
         self.added(m, added).map(drop)
     }
 
@@ -90,7 +92,7 @@ impl Builder<'_, '_> {
         let (descriptor, params) = (self.surveyed(m).description.params, self.surveyed(m).params.clone());
         let path = format!("{name}/params");
         let property = self.host_property(m, &path, "Parameters of the module.", descriptor)?;
-        set_bytes(&property, &params);
+        self.set_first(&property, Some(&params));
         let path = format!("{name}/enabled");
         if let Some(target) = self.joint(m, Wire::Enabled).map(|joint| joint.target) {
             if let Target::Absent(absent) = target {
@@ -106,7 +108,7 @@ impl Builder<'_, '_> {
             return self.alias(m, &path, target);
         }
         let property = self.host_property(m, &path, "Whether the module runs.", enabled_descriptor())?;
-        set_bytes(&property, &[self.surveyed(m).module.enabled.value.into()]);
+        self.set_first(&property, Some(&[self.surveyed(m).module.enabled.value.into()]));
         Ok(())
     }
 
@@ -134,17 +136,23 @@ impl Builder<'_, '_> {
         let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: port.window as u16 };
         let depth = if port.direction == Direction::Queue { port.window * 2 } else { 1 };
         let store = Store { capacity: port.capacity, depth, budget };
-        let added = self.ground.board.add_channel(path, &port.doc, port.descriptor, store, Access::Setting);
+        let memory = self.setting_memory(m);
+        let board = &self.ground.board;
+        let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Setting, memory);
         let property = self.added(m, added)?;
-        if let Some(bytes) = value {
-            set_bytes(&property, bytes);
-        }
+        self.set_first(&property, value);
         Ok(())
     }
-}
 
-/// The first value of a setting.
-fn set_bytes(property: &Property, bytes: &[u8]) {
-    // A setting has a writer of the host, and nobody holds it up.
-    let _ = property.set_bytes(bytes, 0);
+    /// The first value of a setting: what it was when its module was here last and is wanted back, else that of the
+    /// configuration.
+    fn set_first(&self, property: &Property, value: Option<&[u8]>) {
+        let kept = self.ground.kept.get(property.path());
+        let kept = kept.filter(|kept| kept.schema == property.descriptor().hash);
+        let first = kept.map(|kept| (kept.bytes.as_slice(), kept.time)).or(value.map(|bytes| (bytes, 0)));
+        if let Some((bytes, time)) = first {
+            // A setting has a writer of the host, and nobody holds it up.
+            let _ = property.set_bytes(bytes, time);
+        }
+    }
 }

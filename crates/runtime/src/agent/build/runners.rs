@@ -16,6 +16,7 @@ use crate::runner::{
     Group, InboxPort, InputPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort,
     QueuePort, Runner,
 };
+use crate::timing::TimingHistogram;
 
 impl Builder<'_, '_> {
     pub(super) fn runners(&mut self, arriving: &[usize]) -> Vec<Runner> {
@@ -49,6 +50,13 @@ impl Builder<'_, '_> {
             Trigger::On { ports, .. } => ports.contains(&port.name),
             Trigger::Stage | Trigger::Every(_) => false,
         };
+        let supervised = self.supervised(m);
+        if supervised.is_none() && surveyed.module.isolated.value {
+            return None;
+        }
+        let kind = supervised
+            .as_ref()
+            .map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind));
         let slots: Box<[PortSlot]> =
             surveyed.description.ports.iter().map(|port| empty_slot(port, zeros)).collect();
         let params = self.ground.board.find(&format!("{name}/params")).ok()?.0.channel()?.latest().ok()?;
@@ -56,6 +64,8 @@ impl Builder<'_, '_> {
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
             self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
+        let doc = "How long its ticks took, of all that were timed.";
+        let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
         let frame = Box::new(Frame {
             ports: slots.as_ptr(),
             port_count: slots.len(),
@@ -70,7 +80,7 @@ impl Builder<'_, '_> {
         });
         let mut runner = Runner {
             name,
-            kind: surveyed.kind.clone(),
+            kind,
             trigger: surveyed.trigger.clone(),
             deadline: surveyed.deadline,
             health: Arc::clone(&post.health),
@@ -84,11 +94,13 @@ impl Builder<'_, '_> {
             aspects: Vec::new(),
             providers: Vec::new(),
             services: Vec::new(),
+            shadow: None,
             params,
             enabled,
             on: true,
             state,
             timing,
+            histogram: Some(histogram),
             measured: Measured::default(),
             commit: post.commit,
             wake: post.wake,
@@ -103,6 +115,9 @@ impl Builder<'_, '_> {
             last_tick: 0,
             due: 0,
             panics: 0,
+            panics_in_a_row: 0,
+            last_panic: 0,
+            supervised,
         };
         self.inputs(m, &mut runner, &triggers)?;
         for (p, port) in surveyed.description.ports.iter().enumerate() {
@@ -127,6 +142,8 @@ impl Builder<'_, '_> {
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
+                    // Who read it first may have made room for less.
+                    runner.slots[p].capacity = output.shape.capacity;
                     runner.outputs.push(output);
                 }
                 Direction::Aspect => self.aspect(m, p, &mut runner)?,
@@ -146,7 +163,10 @@ impl Builder<'_, '_> {
             }
         }
         match runner.create() {
-            Ok(instance) => runner.instance = instance,
+            Ok(instance) => {
+                runner.instance = instance;
+                runner.show_process(0, true);
+            }
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 self.complaints.add(
@@ -170,7 +190,8 @@ impl Builder<'_, '_> {
             }
             None => {
                 let schema = self.port(m, p).descriptor.hash;
-                let service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                let mut service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                service.begin(&runner.kind);
                 runner.slots[p].data = service.table().cast_mut();
                 runner.services.push(service);
             }
@@ -179,7 +200,7 @@ impl Builder<'_, '_> {
     }
 
     /// The writer of a property that every module has.
-    fn implied_writer(
+    pub(super) fn implied_writer(
         &mut self,
         m: usize,
         name: &str,

@@ -1,4 +1,5 @@
 use std::path::PathBuf;
+use std::time::Duration;
 
 use crate::configuration::Report;
 use crate::plugin::LibraryError;
@@ -40,6 +41,13 @@ pub enum PluginError {
         name: String,
         /// The names most like it.
         near: Vec<String>,
+    },
+    /// Its code came with the program.
+    #[error("plugin `{name}` is linked in, so there is no file that it can be reloaded from")]
+    #[diagnostic(help("name the library that shall replace it"))]
+    LinkedIn {
+        /// Its name.
+        name: String,
     },
     /// A plugin needs another one.
     #[error("plugin `{name}` needs plugin `{dependency}`, which is not there")]
@@ -93,6 +101,19 @@ pub enum PluginError {
         /// The module.
         module: String,
     },
+    /// A thread of a module does not stop.
+    #[error("thread `{thread}` of module `{module}` has not ended within {limit:?} of being told to stop")]
+    #[diagnostic(help(
+        "wait until it ends and try again; a thread that waits for a device needs a time-out"
+    ))]
+    Thread {
+        /// The module.
+        module: String,
+        /// Its thread.
+        thread: String,
+        /// How long was waited.
+        limit: Duration,
+    },
     /// A module could not be made.
     #[error("module `{module}` can't be set up by the new code: {reason}")]
     #[diagnostic(help("mend its parameters or the code"))]
@@ -101,6 +122,17 @@ pub enum PluginError {
         module: String,
         /// Why.
         reason: String,
+    },
+    /// New code can't run beside the old, or take over.
+    #[error("plugin `{name}`: {reason}")]
+    #[diagnostic(help("{help}"))]
+    Shadow {
+        /// The plugin.
+        name: String,
+        /// Why.
+        reason: String,
+        /// What to do.
+        help: String,
     },
     /// It is the clock.
     #[error("module `{module}` is the time source, and without it no time passes")]

@@ -9,7 +9,7 @@ use super::{Origin, PluginError, unknown};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::Composition;
 use crate::configuration::PluginEntry;
-use crate::plugin::{self, LibraryOutline};
+use crate::plugin::LibraryOutline;
 
 pub(super) struct Gathered<'a> {
     composition: &'a Composition,
@@ -82,6 +82,10 @@ impl<'a> Gathered<'a> {
 
     fn entry(&mut self, name: &str) -> Result<(), PluginError> {
         let entry = self.composition.configuration.plugins().iter().find(|entry| entry.name.value == name);
+        let linked = self.composition.linked.iter().find(|plugin| plugin.name() == name);
+        if let (None, Some(plugin)) = (entry, linked) {
+            return self.linked_one(&self.composition.linked, plugin);
+        }
         match entry.and_then(|entry| entry.file.as_ref()) {
             Some(file) => self.library(&file.value, Some(name)),
             None => Err(unknown(self.composition, name)),
@@ -90,7 +94,7 @@ impl<'a> Gathered<'a> {
 
     /// A library, which must be of the plugin that is `expected`.
     pub fn library(&mut self, file: &Path, expected: Option<&str>) -> Result<(), PluginError> {
-        let (plugin, _, residence) = plugin::load(file)?;
+        let (plugin, residence) = self.composition.open(file)?;
         if let Some(expected) = expected.filter(|expected| *expected != plugin.name()) {
             return Err(other_plugin(file, &plugin, expected));
         }
@@ -115,7 +119,7 @@ impl<'a> Gathered<'a> {
         }
         let known =
             self.composition.configuration.plugins().iter().any(|entry| entry.name.value == dependency);
-        if known {
+        if known || self.composition.linked.iter().any(|plugin| plugin.name() == dependency) {
             return self.named(dependency);
         }
         Err(PluginError::Missing { name: name.into(), dependency: dependency.into() })

@@ -3,27 +3,31 @@
 mod error;
 mod gather;
 mod reload;
+mod shadow;
+mod threads;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use slate_blackboard::interface::Value;
-use slate_blackboard::{BoardError, nearest_names};
-use slate_module::{ModuleKind, Plugin};
+use slate_blackboard::{Board, BoardError, nearest_names};
+use slate_module::{Level, ModuleKind, Plugin};
 
 use super::composition::Composition;
+use crate::log::Levels;
 use crate::main_loop::Shared;
-use crate::plugin::Residence;
+use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
 pub use reload::Reload;
+pub(super) use shadow::Trial;
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]
 pub struct Composer {
-    shared: Arc<Shared>,
+    pub(super) shared: Arc<Shared>,
     composition: Arc<Mutex<Composition>>,
 }
 
@@ -76,7 +80,24 @@ pub(super) struct Origin {
     pub residence: Residence,
 }
 
+/// A composer that does not keep its agent.
+pub(crate) struct WeakComposer {
+    shared: Weak<Shared>,
+    composition: Weak<Mutex<Composition>>,
+}
+
+impl WeakComposer {
+    /// The composer, as long as the agent is there.
+    pub fn upgrade(&self) -> Option<Composer> {
+        Some(Composer { shared: self.shared.upgrade()?, composition: self.composition.upgrade()? })
+    }
+}
+
 impl Composer {
+    pub(super) fn downgrade(&self) -> WeakComposer {
+        WeakComposer { shared: Arc::downgrade(&self.shared), composition: Arc::downgrade(&self.composition) }
+    }
+
     pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
         Self { shared, composition: Arc::new(Mutex::new(composition)) }
     }
@@ -88,6 +109,7 @@ impl Composer {
     /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
     pub(super) fn start(&self, linked: &[Plugin]) -> Result<(), PluginError> {
         let mut composition = self.composition();
+        composition.linked = linked.to_vec();
         let configuration = Arc::clone(&composition.configuration);
         let mut gathered = Gathered::new(&composition);
         gathered.linked(linked)?;
@@ -189,7 +211,10 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
+        // New code beside a module ends with it.
+        names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
+        let _closed = self.end_threads(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
         // What left is dropped before the libraries are looked at.
@@ -212,10 +237,17 @@ impl Composer {
         }
         for module in modules {
             let present = &composition.present[module];
-            let (own, seat, kind) = (present.own_thread, Arc::clone(&present.seat), present.kind.clone());
+            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
             let veto = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
-                // SAFETY: between two steps the runner is not in use; the reference ends before the call.
-                let instance = unsafe { seat.runner() }.instance;
+                let (kind, instance) = {
+                    // SAFETY: between two steps the runner is not in use; the reference ends before the call.
+                    let runner = unsafe { seat.runner() };
+                    (runner.kind.clone(), runner.instance)
+                };
+                if instance.is_null() {
+                    // It has failed for good, so nobody is left to object.
+                    return Some(Ok(()));
+                }
                 // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
                 seat.call(own, || unsafe { kind.may_unload(instance) })
             });
@@ -228,6 +260,15 @@ impl Composer {
             }
         }
         Ok(())
+    }
+
+    /// Whether a module runs code of that plugin, or of one of that list.
+    pub(crate) fn runs(&self, module: &str, name: &str) -> bool {
+        let composition = self.composition();
+        let mut names = Vec::new();
+        // A list in a circle is refused when it is unloaded.
+        let _ = gather::expand(composition.configuration.plugins(), name, &mut names, &mut Vec::new());
+        composition.modules_of(&names).iter().any(|own| own == module)
     }
 
     /// Switches a module on or off.
@@ -288,8 +329,49 @@ impl Composer {
         composition.present.iter().map(status).collect()
     }
 
+    /// The present parameters of a module.
+    fn params_of(&self, module: &str) -> Vec<u8> {
+        let params = self.shared.board.find(&format!("{module}/params"));
+        let newest = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
+        newest.map_or(Vec::new(), |(bytes, ..)| bytes)
+    }
+
+    /// Everything that the robot knows.
+    pub fn board(&self) -> &Arc<Board> {
+        &self.shared.board
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.shared.clock.now()
+    }
+
+    /// As [`Agent::stop_actuators`](crate::Agent::stop_actuators).
+    pub fn stop_actuators(&self, reason: &str) {
+        let now = self.now();
+        self.shared.actuators().iter().for_each(|actuator| actuator.stop(reason, now));
+    }
+
+    /// As [`Agent::reset`](crate::Agent::reset).
+    pub fn reset(&self) {
+        self.shared.actuators().iter().for_each(|actuator| actuator.reset());
+    }
+
+    /// As [`Agent::arm`](crate::Agent::arm).
+    pub fn arm(&self) -> bool {
+        self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
+    }
+
     fn say(&self, text: &str) {
-        self.shared.logger.log(self.shared.clock.now(), slate_module::Level::Info, text);
+        self.log(Level::Info, text);
+    }
+
+    pub(super) fn set_log_levels(&self, levels: Levels) {
+        self.shared.logger.set_levels(levels);
+    }
+
+    pub(super) fn log(&self, level: Level, text: &str) {
+        self.shared.logger.log(self.now(), level, text);
     }
 }
 
@@ -304,6 +386,20 @@ fn unknown(composition: &Composition, name: &str) -> PluginError {
 }
 
 impl Composition {
+    /// Loads a library for the modules of the configuration.
+    fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        let modules = self.configuration.modules();
+        let are_isolated = |outline: &LibraryOutline| {
+            outline.modules.iter().all(|kind| {
+                let mut own = modules.iter().filter(|module| module.plugin.value == kind.name).peekable();
+                own.peek().is_some() && own.all(|module| module.isolated.value)
+            })
+        };
+        let (plugin, _, residence) =
+            plugin::load_for(file, self.ground.arenas.program.as_deref(), are_isolated)?;
+        Ok((plugin, residence))
+    }
+
     /// The modules that run code of those plugins.
     fn modules_of(&self, plugins: &[String]) -> Vec<String> {
         let of = |kind: &ModuleKind| {

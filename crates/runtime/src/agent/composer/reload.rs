@@ -9,18 +9,21 @@ use slate_module::{Description, ModuleKind, Plugin};
 
 use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, unknown};
-use crate::agent::composition::Composition;
+use crate::agent::catalogue::Catalogue;
+use crate::agent::composition::{Composition, Fitting};
 use crate::main_loop::Seat;
-use crate::plugin;
 use crate::runner::Retired;
+
+/// Modules, each with what became of its state: carried over, or why it began afresh.
+pub type Carried = Vec<(String, Result<(), String>)>;
 
 /// What a reload came to.
 #[derive(Clone, Debug)]
 pub struct Reload {
     /// The plugin.
     pub plugin: String,
-    /// Its modules, each with what became of its state: carried over, or why it began afresh.
-    pub modules: Vec<(String, Result<(), String>)>,
+    /// Its modules.
+    pub modules: Carried,
     /// Whether each module went on with its ports, between two ticks; else they are other ports now, and the modules
     /// were away for some cycles.
     pub in_place: bool,
@@ -33,7 +36,8 @@ struct Exchange {
     module: String,
     seat: Arc<Seat>,
     own_thread: bool,
-    kind: ModuleKind,
+    /// What the catalogue knows it as.
+    code: ModuleKind,
     fresh: Retired,
 }
 
@@ -48,14 +52,18 @@ impl Composer {
         let Some(old) = composition.catalogue.plugin(name).cloned() else {
             return Err(unknown(&composition, name));
         };
+        if composition.trials.contains_key(name) {
+            return Err(PluginError::Shadow {
+                name: name.into(),
+                reason: "new code runs beside it".into(),
+                help: "promote that, or end it first".into(),
+            });
+        }
         let origin = composition.origins.get(name).cloned();
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
-            return Err(PluginError::Unknown {
-                name: format!("{name}` is linked in, so name a file: `{name}"),
-                near: Vec::new(),
-            });
+            return Err(PluginError::LinkedIn { name: name.into() });
         };
-        let (new, _, residence) = plugin::load(file)?;
+        let (new, residence) = composition.open(file)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }
@@ -66,22 +74,16 @@ impl Composer {
                 return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
             }
         }
-        let exchanged = |catalogue: &mut crate::agent::catalogue::Catalogue| {
-            catalogue
-                .plugins
-                .iter_mut()
-                .filter(|plugin| plugin.name() == name)
-                .for_each(|plugin| *plugin = new.clone());
-        };
+        check_circle(&target.catalogue, &new, &mut vec![name.to_owned()])?;
+        let exchanged = |catalogue: &mut Catalogue| catalogue.replace(&new);
         let described = composition.check(&composition.target(exchanged))?;
         let modules = composition.modules_of(&[name.to_owned()]);
         let mut in_place = true;
         for module in &modules {
             let present = &composition.present[module];
             in_place &= described
-                .iter()
-                .find(|(name, ..)| name == module)
-                .is_some_and(|(_, _, description)| alike(&present.description, description));
+                .get(module)
+                .is_some_and(|fitting| alike(&present.description, &fitting.description));
         }
         let modules = if in_place {
             let modules = self.exchange(&mut composition, &modules, &described)?;
@@ -92,7 +94,15 @@ impl Composer {
             composition.change(target, &self.shared, &BTreeMap::new())?;
             modules
         } else {
-            self.replace(&mut composition, &modules, &old, &new)?
+            for module in &modules {
+                // What can't be made is found out before anything is taken away.
+                described.get(module).map(|fitting| self.fresh(&composition, module, fitting)).transpose()?;
+            }
+            self.ask(&composition, &modules)?;
+            composition.ground.kept = composition.settings(&modules);
+            let replaced = self.replace(&mut composition, &modules, &old, &new);
+            composition.ground.kept.clear();
+            replaced?
         };
         composition.origins.insert(name.into(), Origin { file: file.into(), residence });
         drop(old);
@@ -107,29 +117,44 @@ impl Composer {
         Ok(Reload { plugin: name.into(), modules, in_place, old_library })
     }
 
+    /// An instance of the new code for a module, with its present parameters when they fit.
+    fn fresh(
+        &self,
+        composition: &Composition,
+        module: &str,
+        fitting: &Fitting,
+    ) -> Result<Retired, PluginError> {
+        let property = self.shared.board.find(&format!("{module}/params")).ok();
+        let property =
+            property.filter(|(property, _)| property.descriptor().hash == fitting.description.params.hash);
+        let newest = property.and_then(|(property, _)| property.newest().ok().flatten());
+        let params = newest.as_ref().map_or(fitting.params.as_slice(), |(bytes, ..)| bytes);
+        let present = &composition.present[module];
+        let kind = present.placed(&fitting.kind);
+        let made = present.setup.with(|setup| kind.create(setup, params));
+        let instance =
+            made.map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
+        Ok(Retired::new(kind, instance))
+    }
+
     /// Exchanges the code under modules whose ports stay as they are.
     fn exchange(
         &self,
         composition: &mut Composition,
         modules: &[String],
-        described: &[(String, ModuleKind, Description)],
-    ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
+        described: &BTreeMap<String, Fitting>,
+    ) -> Result<Carried, PluginError> {
+        let _closed = self.end_threads(composition, modules)?;
         let mut exchanges = Vec::new();
         for module in modules {
+            let Some(fitting) = described.get(module) else { continue };
             let present = &composition.present[module];
-            let Some((_, kind, _)) = described.iter().find(|(name, ..)| name == module) else { continue };
-            let params = self.shared.board.find(&format!("{module}/params"));
-            let params = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
-            let bytes = params.map_or(Vec::new(), |(bytes, ..)| bytes);
-            let instance = present.setup.with(|setup| kind.create(setup, &bytes));
-            let instance = instance
-                .map_err(|refusal| PluginError::Refused { module: module.clone(), reason: refusal.0 })?;
             exchanges.push(Exchange {
                 module: module.clone(),
                 seat: Arc::clone(&present.seat),
                 own_thread: present.own_thread,
-                kind: kind.clone(),
-                fresh: Retired::new(kind.clone(), instance),
+                code: fitting.kind.clone(),
+                fresh: self.fresh(composition, module, fitting)?,
             });
         }
         let (threaded, on_loop): (Vec<_>, Vec<_>) =
@@ -138,7 +163,7 @@ impl Composer {
         let groups = threaded.into_iter().map(|exchange| vec![exchange]).chain([on_loop]);
         for group in groups.filter(|group| !group.is_empty()) {
             let names: Vec<_> =
-                group.iter().map(|exchange| (exchange.module.clone(), exchange.kind.clone())).collect();
+                group.iter().map(|exchange| (exchange.module.clone(), exchange.code.clone())).collect();
             let seats: Vec<_> = group.iter().map(|exchange| Arc::clone(&exchange.seat)).collect();
             let done = self.shared.with_seats(&seats, group[0].own_thread, move || exchange_all(group));
             let Some((carried, old)) = done else {
@@ -164,9 +189,10 @@ impl Composer {
         modules: &[String],
         old: &Plugin,
         new: &Plugin,
-    ) -> Result<Vec<(String, Result<(), String>)>, PluginError> {
-        self.ask(composition, modules)?;
-        let without = composition.target(|catalogue| catalogue.remove(old.name()));
+    ) -> Result<Carried, PluginError> {
+        let _closed = self.end_threads(composition, modules)?;
+        let mut without = composition.target(|catalogue| catalogue.remove(old.name()));
+        without.keep = true;
         let states = composition.change(without, &self.shared, &BTreeMap::new())?.left;
         let with = composition.target(|catalogue| catalogue.add(new.clone()));
         match composition.change(with, &self.shared, &states) {
@@ -190,6 +216,21 @@ impl Composer {
     }
 }
 
+/// The new code must not need what needs it.
+fn check_circle(catalogue: &Catalogue, plugin: &Plugin, open: &mut Vec<String>) -> Result<(), PluginError> {
+    for dependency in plugin.dependencies() {
+        open.push(dependency.clone());
+        if open[0] == *dependency {
+            return Err(PluginError::Circle { circle: std::mem::take(open) });
+        }
+        if let Some(needed) = catalogue.plugin(dependency) {
+            check_circle(catalogue, needed, open)?;
+        }
+        open.pop();
+    }
+    Ok(())
+}
+
 /// What became of each state, and what is no longer used.
 type Exchanged = (Vec<Result<(), String>>, Vec<Retired>);
 
@@ -200,8 +241,8 @@ fn exchange_all(exchanges: Vec<Exchange>) -> Option<Exchanged> {
     for exchange in exchanges {
         let seat = exchange.seat;
         let (kind, fresh) = exchange.fresh.into_parts();
-        // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
         let (old_kind, instance) = {
+            // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
             let runner = unsafe { seat.runner() };
             (runner.kind.clone(), runner.instance)
         };
@@ -224,7 +265,7 @@ fn exchange_all(exchanges: Vec<Exchange>) -> Option<Exchanged> {
 }
 
 /// Whether a module can go on with its handles: ports, parameters and trigger are the same.
-fn alike(old: &Description, new: &Description) -> bool {
+pub(super) fn alike(old: &Description, new: &Description) -> bool {
     let same = |a: &'static Descriptor, b: &'static Descriptor| a.hash == b.hash;
     old.stage == new.stage
         && old.trigger == new.trigger

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use slate_module::Direction;
+use slate_module::aspect::{MainLoop, Service, TimeSource};
 
 use super::{Complaints, Surveyed};
 use crate::agent::catalogue::Catalogue;
 use crate::aspects;
+use crate::configuration::Configuration;
 
 /// For each port that needs a service, the port that provides it; nothing when the host does.
 pub(super) fn survey_services(
@@ -23,11 +25,19 @@ pub(super) fn survey_services(
     let mut services = BTreeMap::new();
     for (m, p, wanted) in ports(Direction::Aspect) {
         let descriptor = wanted.descriptor;
+        let module = modules[m].module;
+        if module.isolated.value {
+            let message = format!(
+                "`{}` needs `{}`, which an isolated module can't reach",
+                module.name.value, descriptor.name
+            );
+            complaints.add(module.isolated.span, message, "leave `isolated` out, or use links");
+            continue;
+        }
         if aspects::services().any(|service| service.hash == descriptor.hash) {
             services.insert((m, p), None);
             continue;
         }
-        let module = modules[m].module;
         let providers: Vec<_> = ports(Direction::Provider)
             .filter(|(_, _, offered)| offered.descriptor.hash == descriptor.hash)
             .map(|(m, p, _)| (m, p))
@@ -55,6 +65,36 @@ pub(super) fn survey_services(
         }
     }
     services
+}
+
+/// One module has the main loop, and the one that says the time is the time source of the configuration.
+pub(super) fn check_single(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    complaints: &mut Complaints<'_>,
+) {
+    let users = |schema: u64| {
+        modules.iter().filter(move |surveyed| {
+            let mut ports = surveyed.description.ports.iter();
+            ports.any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
+        })
+    };
+    let mut loops = users(MainLoop::DESCRIPTOR.hash).map(|surveyed| &surveyed.module.name);
+    if let (Some(first), Some(second)) = (loops.next(), loops.next()) {
+        let message = format!("`{}` and `{}` both want the main loop", first.value, second.value);
+        complaints.add(second.span, message, "one module of an agent can have it");
+    }
+    for surveyed in users(TimeSource::DESCRIPTOR.hash) {
+        let name = &surveyed.module.name;
+        if configuration.time_source().is_none_or(|source| source.value != name.value) {
+            let help = format!("write [time] source = \"{}\"", name.value);
+            complaints.add(
+                name.span,
+                format!("`{}` sets the time, but is not the time source", name.value),
+                help,
+            );
+        }
+    }
 }
 
 /// Where the service may come from.

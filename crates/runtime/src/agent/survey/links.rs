@@ -231,7 +231,10 @@ fn check_joint<'a>(
     }
     if own.descriptor.hash != target.descriptor.hash {
         let message = if own.descriptor.name == target.descriptor.name {
-            format!("`{to}` and `/{from}` are different versions of {}", own.descriptor.name)
+            format!(
+                "`{to}` and `/{from}` are different versions of {}: {:016x} and {:016x}",
+                own.descriptor.name, own.descriptor.hash, target.descriptor.hash
+            )
         } else {
             format!("`{to}` is {} but `/{from}` is {}", own.descriptor.name, target.descriptor.name)
         };

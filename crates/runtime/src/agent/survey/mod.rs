@@ -16,7 +16,10 @@ use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 use crate::runner::OwnSetup;
 
 /// Ports that every module has beside its own.
-pub(super) const RESERVED: [&str; 4] = ["params", "enabled", "state", "timing"];
+pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
+
+/// Another one that isolated modules have.
+const RESERVED_WHEN_ISOLATED: &str = "process";
 
 /// A module that will be made.
 pub(super) struct Surveyed<'a> {
@@ -124,6 +127,7 @@ pub(super) fn survey<'a>(
     }
     check_unique(&modules, complaints);
     check_time_source(configuration, &modules, complaints);
+    aspects::check_single(configuration, &modules, complaints);
     let services = aspects::survey_services(&modules, catalogue, complaints);
     let mut survey = Survey { modules, joints: Vec::new(), absent: Vec::new(), services, order: Vec::new() };
     // Links can only be judged when every module is known.

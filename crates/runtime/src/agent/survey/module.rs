@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_blackboard::interface::Value;
 use slate_module::{Direction, ModuleKind, Trigger};
 
-use super::{Complaints, RESERVED, Surveyed, suggest};
+use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::parameters;
 use crate::configuration::{Configuration, Module};
@@ -17,6 +17,11 @@ pub(super) fn survey_module<'a>(
     catalogue: &Catalogue,
     complaints: &mut Complaints<'a>,
 ) -> Option<Surveyed<'a>> {
+    if module.name.value == "loop" || module.name.value.starts_with("loop/") {
+        let message = format!("no module can be named `{}`: `loop` is the main loop", module.name.value);
+        complaints.add(module.name.span, message, "rename it");
+        return None;
+    }
     let Some(kind) = catalogue.kind(&module.plugin.value) else {
         let help = suggest(&module.plugin.value, catalogue.kinds().map(ModuleKind::name));
         complaints.add(
@@ -47,7 +52,9 @@ pub(super) fn survey_module<'a>(
             return None;
         }
     };
-    if let Some(port) = description.ports.iter().find(|port| RESERVED.contains(&port.name.as_str())) {
+    let is_reserved =
+        |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
+    if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
         let message =
             format!("module type `{}` names a port `{}`, which every module has", kind.name(), port.name);
         complaints.add(module.plugin.span, message, "rename the port");
@@ -62,8 +69,14 @@ pub(super) fn survey_module<'a>(
         match port {
             Some(port) => {
                 let descriptor = description.ports[port].descriptor;
-                if let Some(bytes) = parameters::value_bytes(descriptor, &entry.value, complaints) {
-                    inputs.insert(port, bytes);
+                let room = descriptor.shape(description.ports[port].capacity);
+                match parameters::value_bytes(descriptor, &entry.value, complaints) {
+                    Some(bytes) if bytes.len() > room.bytes(room.capacity) => {
+                        let message = format!("the input `{name}` has room for {} items", room.capacity);
+                        complaints.add(entry.value.span, message, "shorten the list");
+                    }
+                    Some(bytes) => drop(inputs.insert(port, bytes)),
+                    None => {}
                 }
             }
             None => {

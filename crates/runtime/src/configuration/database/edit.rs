@@ -151,6 +151,35 @@ pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_
     table.insert(key, value);
 }
 
+/// Takes out what stands at a flat path; its comments go to a line beside it, or before the line that it stood in.
+pub(super) fn take_out(document: &mut DocumentMut, path: &[String]) {
+    let (keys, _) = locate(document.as_table(), path);
+    let mut lost = remove(document, path);
+    for depth in (1..keys.len()).rev() {
+        let mut parent = Some(document.as_item_mut());
+        for key in &keys[..depth - 1] {
+            parent = parent.and_then(|item| item.as_table_like_mut()?.get_mut(key));
+        }
+        let Some(parent) = parent else { continue };
+        let key = &keys[depth - 1];
+        let beside = parent.as_table_like_mut().and_then(|table| table.get_mut(key));
+        let left = beside.map_or(Some(lost.clone()), |table| comment_first(table, lost.clone()));
+        let Some(left) = left.and_then(|left| comment(parent, key, left)) else { return };
+        lost = left;
+    }
+}
+
+/// Puts comments before the first line of a table, if it has one; else they are returned.
+fn comment_first(item: &mut Item, mut comments: String) -> Option<String> {
+    let Item::Table(table) = item else { return Some(comments) };
+    let keys: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
+    for key in keys {
+        comments = comment(item, &key, comments)?;
+        comments = comment_first(item.as_table_like_mut()?.get_mut(&key)?, comments)?;
+    }
+    Some(comments)
+}
+
 /// Takes out what stands at a flat path, and returns its comments.
 fn remove(document: &mut DocumentMut, path: &[String]) -> String {
     let (keys, _) = locate(document.as_table(), path);
@@ -162,7 +191,15 @@ fn remove(document: &mut DocumentMut, path: &[String]) -> String {
     let removed = match item {
         Some(Item::Table(table)) => table.remove_entry(last),
         Some(Item::Value(toml_edit::Value::InlineTable(table))) => {
-            table.remove_entry(last).map(|(key, value)| (key, Item::Value(value)))
+            let removed = table.remove_entry(last);
+            // The blank before the brace stays there.
+            let blank = removed.as_ref().and_then(|(_, value)| value.decor().suffix()?.as_str());
+            if let (Some(blank), Some((_, end))) =
+                (blank.filter(|blank| !blank.is_empty()), table.iter_mut().last())
+            {
+                end.decor_mut().set_suffix(blank);
+            }
+            removed.map(|(key, value)| (key, Item::Value(value)))
         }
         _ => None,
     };

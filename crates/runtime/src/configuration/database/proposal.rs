@@ -18,6 +18,13 @@ pub struct Change {
     pub(super) names: Vec<String>,
 }
 
+impl Change {
+    /// The names of the path, such as `modules`, `r2/planner`, `params`, `speed`.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+}
+
 /// A configuration that is valid and could hold from now on.
 #[derive(Clone, Debug)]
 #[must_use = "nothing changes until it is committed"]

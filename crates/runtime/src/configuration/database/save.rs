@@ -8,7 +8,8 @@ use super::super::path::render;
 use super::*;
 
 /// Where changes are saved to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SaveTo {
     /// Each to the file that its value comes from; to the main file if no file has one.
     #[default]
@@ -66,8 +67,12 @@ impl Database {
     fn edit(&self, state: &State, to: SaveTo) -> Result<Vec<Edited>, Report> {
         let configuration = &*state.configuration;
         let mut documents: BTreeMap<usize, DocumentMut> = BTreeMap::new();
+        let mut gone = Vec::new();
         for (path, _, present) in differences(&configuration.files, &configuration.merged) {
-            let Some(value) = present.filter(|value| of_session(configuration, value.span)) else { continue };
+            let Some(value) = present.filter(|value| of_session(configuration, value.span)) else {
+                gone.extend(replaced(configuration, &path).filter(|_| present.is_none()).map(<[_]>::to_vec));
+                continue;
+            };
             let source = match (to, &self.shared.options.host) {
                 (SaveTo::Origin, _) => {
                     home::home(configuration, &path).or_else(|| home::main_file(configuration))
@@ -90,6 +95,14 @@ impl Database {
             };
             let document = documents.entry(id).or_insert_with(|| document.clone().into_mut());
             edit::set(document, &path, value);
+        }
+        // Last, as what is new takes over the comments.
+        for path in gone {
+            if let Some(id) = home::home(configuration, &path)
+                && let Some(document) = configuration.sources().get(id).and_then(Source::document)
+            {
+                edit::take_out(documents.entry(id).or_insert_with(|| document.clone().into_mut()), &path);
+            }
         }
         let edited = documents.into_iter().filter_map(|(id, document)| {
             let source = configuration.sources().get(id)?;
@@ -143,6 +156,13 @@ impl Read {
     fn result_and_files(self) -> Result<(Configuration, Files), Report> {
         Ok((self.result?, self.files))
     }
+}
+
+/// What is gone with a setting because a table of the session took the place of the one that it stood in.
+fn replaced<'a>(configuration: &Configuration, path: &'a [String]) -> Option<&'a [String]> {
+    let depth = (1..path.len()).rev().find(|depth| configuration.merged.entry(&path[..*depth]).is_some())?;
+    let table = &configuration.merged.entry(&path[..depth])?.value;
+    (table.as_table().is_some() && of_session(configuration, table.span)).then(|| &path[..=depth])
 }
 
 fn of_session(configuration: &Configuration, span: super::super::source::Span) -> bool {

@@ -1,0 +1,109 @@
+use clap::Subcommand;
+use slate::runtime::configuration::{SaveTo, parse_change};
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Subcommand)]
+pub enum ConfigVerb {
+    /// Shows settings of a running agent, and where each is written.
+    Get {
+        /// A path, such as `modules.follower` or `robots.r2`; everything unless given.
+        path: Option<String>,
+        /// Prints the settings as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Changes settings while the agent runs, all or none of them.
+    Set {
+        /// Settings, such as `modules.follower.params.gain=2.5`.
+        #[arg(value_name = "PATH=VALUE", required = true)]
+        settings: Vec<String>,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Shows what holds and is not what the files say.
+    Diff {
+        /// Prints the differences as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Writes what was changed while the agent ran into its files; comments and order stay.
+    Save {
+        /// Writes all of it into the file of this computer, which `slate run --host` named.
+        #[arg(long)]
+        host: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+}
+
+/// Does what is asked; true, as what is refused is a failure.
+pub fn config(verb: &ConfigVerb) -> Result<bool, Failure> {
+    match verb {
+        ConfigVerb::Get { path, json, agent } => get(agent, path.as_deref().unwrap_or_default(), *json)?,
+        ConfigVerb::Set { settings, agent } => set(agent, settings)?,
+        ConfigVerb::Diff { json, agent } => diff(agent, *json)?,
+        ConfigVerb::Save { host, agent } => save(agent, *host)?,
+    }
+    Ok(true)
+}
+
+fn get(agent: &AgentOption, path: &str, json: bool) -> Result<(), Failure> {
+    let settings = agent.connect()?.settings(path)?;
+    if json {
+        output::json(&settings);
+        return Ok(());
+    }
+    let row = |setting: slate::runtime::remote::SettingEntry| {
+        [format!("{} = {}", setting.path, setting.text), format!("# {}", setting.origin)]
+    };
+    output::columns(settings.into_iter().map(row));
+    Ok(())
+}
+
+fn set(agent: &AgentOption, settings: &[String]) -> Result<(), Failure> {
+    // What can't be read is the caller's mistake, not the agent's refusal.
+    let changes = settings.iter().map(|setting| parse_change(setting)).collect::<Result<Vec<_>, _>>()?;
+    let changed = agent.connect()?.set(&changes)?;
+    if changed.is_empty() {
+        output::line("nothing changes: all is as it should be");
+    }
+    let text = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".into());
+    for change in &changed {
+        output::line(format_args!("{}: {} -> {}", change.path, text(&change.before), text(&change.after)));
+    }
+    Ok(())
+}
+
+fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {
+    let differences = agent.connect()?.differences()?;
+    if json {
+        output::json(&differences);
+        return Ok(());
+    }
+    for difference in &differences {
+        if let Some(file) = &difference.file {
+            output::line(format_args!("- {} = {file}", difference.path));
+        }
+        if let Some(present) = &difference.present {
+            let origin = difference.origin.as_deref().unwrap_or_default();
+            output::line(format_args!("+ {} = {present}  # {origin}", difference.path));
+        }
+    }
+    Ok(())
+}
+
+fn save(agent: &AgentOption, host: bool) -> Result<(), Failure> {
+    let saved = agent.connect()?.save(if host { SaveTo::Host } else { SaveTo::Origin })?;
+    if saved.files.is_empty() {
+        output::line("nothing to save: the files say it all");
+    }
+    saved.files.iter().for_each(|file| output::line(file.display()));
+    Ok(())
+}

@@ -1,0 +1,56 @@
+use clap::Subcommand;
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Subcommand)]
+pub enum ModuleVerb {
+    /// Lists the modules of a running agent, how they are, and how often they ticked, came late and panicked.
+    List {
+        /// Prints the list as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Switches a module on.
+    Enable {
+        /// Its name, such as `r2/planner`.
+        name: String,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Switches a module off: it ticks no more, and its outputs take their safe values.
+    Disable {
+        /// Its name, such as `r2/planner`.
+        name: String,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+}
+
+/// Does what is asked; true, as what is refused is a failure.
+pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
+    match verb {
+        ModuleVerb::List { json, agent } => list(agent, *json)?,
+        ModuleVerb::Enable { name, agent } => agent.connect()?.enable(name, true)?,
+        ModuleVerb::Disable { name, agent } => agent.connect()?.enable(name, false)?,
+    }
+    Ok(true)
+}
+
+fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
+    let modules = agent.connect()?.modules()?;
+    if json {
+        output::json(&modules);
+        return Ok(());
+    }
+    let head = ["module", "condition", "ticks", "late", "panics", "plugin"].map(String::from);
+    let row = |module: &slate::runtime::remote::ModuleEntry| {
+        let [ticks, misses, panics] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
+        [module.name.clone(), module.condition.clone(), ticks, misses, panics, module.plugin.clone()]
+    };
+    output::columns([head].into_iter().chain(modules.iter().map(row)));
+    Ok(())
+}

@@ -1,0 +1,137 @@
+mod info;
+mod new;
+
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use slate::runtime::remote::PluginEntry;
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Subcommand)]
+pub enum PluginVerb {
+    /// Writes a crate with a module, its test, and a configuration that runs it in the simulator.
+    New {
+        /// What it is called; a folder of that name is made here.
+        name: String,
+        /// The folder of Slate's sources; found by itself when this program was built there.
+        #[arg(long, value_name = "PATH")]
+        slate: Option<PathBuf>,
+    },
+    /// Shows what a plugin's library offers and needs; the library is not opened.
+    Info {
+        /// The library, such as `target/debug/libfollower.so`.
+        file: PathBuf,
+        /// Prints it as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Lists the plugins of a running agent.
+    List {
+        /// Prints the list as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Loads a plugin of the configuration, or a library, into a running agent.
+    Load {
+        /// A plugin or a list of plugins of the configuration, or the file of a library.
+        #[arg(value_name = "NAME|FILE")]
+        plugin: String,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Unloads a plugin: its modules end, and their outputs take their safe values.
+    Unload {
+        /// Its name, or that of a list of plugins.
+        name: String,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Exchanges the code of a plugin between two ticks; states are carried over where they fit.
+    Reload {
+        /// Its name.
+        name: String,
+        /// The library with the new code; that which it came from unless given.
+        file: Option<PathBuf>,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+}
+
+/// Does what is asked; true, as what is refused is a failure.
+pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
+    match verb {
+        PluginVerb::New { name, slate } => new::new(name, slate.as_deref())?,
+        PluginVerb::Info { file, json } => info::info(file, *json)?,
+        PluginVerb::List { json, agent } => list(agent, *json)?,
+        PluginVerb::Load { plugin, agent } => load(agent, plugin)?,
+        PluginVerb::Unload { name, agent } => {
+            for unloaded in agent.connect()?.unload(name)? {
+                output::line(format_args!(
+                    "{} is unloaded; its library is {}",
+                    unloaded.name, unloaded.library
+                ));
+            }
+        }
+        PluginVerb::Reload { name, file, agent } => reload(agent, name, file.as_deref())?,
+    }
+    Ok(true)
+}
+
+fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
+    let plugins = agent.connect()?.plugins()?;
+    if json {
+        output::json(&plugins);
+        return Ok(());
+    }
+    let head = ["plugin", "version", "library", "modules"].map(String::from);
+    let row = |plugin: &PluginEntry| {
+        let library = match (&plugin.file, plugin.loaded) {
+            (_, false) => "not loaded".into(),
+            (Some(file), true) => file.display().to_string(),
+            (None, true) => "linked in".into(),
+        };
+        [plugin.name.clone(), plugin.version.clone(), library, plugin.modules.join(", ")]
+    };
+    output::columns([head].into_iter().chain(plugins.iter().map(row)));
+    Ok(())
+}
+
+fn load(agent: &AgentOption, plugin: &str) -> Result<(), Failure> {
+    let path = Path::new(plugin);
+    // No plugin's name has a slash or a dot.
+    let is_file = plugin.contains(['/', '.']) || path.is_file();
+    let file = if is_file { Some(absolute(path)?) } else { None };
+    let mut client = agent.connect()?;
+    let modules = match file {
+        Some(file) => client.load_library(&file)?,
+        None => client.load(plugin)?,
+    };
+    let modules = if modules.is_empty() { "none".into() } else { modules.join(", ") };
+    output::line(format_args!("loaded; modules: {modules}"));
+    Ok(())
+}
+
+fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {
+    let file = file.map(absolute).transpose()?;
+    let reloaded = agent.connect()?.reload(name, file.as_deref())?;
+    let how =
+        if reloaded.in_place { "between two ticks" } else { "with other ports, so its modules were away" };
+    output::line(format_args!("{name} is exchanged {how}; its old library is {}", reloaded.old_library));
+    for (module, lost) in &reloaded.modules {
+        match lost {
+            None => output::line(format_args!("{module}: goes on with its state")),
+            Some(reason) => output::line(format_args!("{module}: begins afresh: {reason}")),
+        }
+    }
+    Ok(())
+}
+
+/// The agent has another current folder.
+fn absolute(path: &Path) -> Result<PathBuf, Failure> {
+    std::path::absolute(path).map_err(|source| Failure::File { path: path.into(), source })
+}

@@ -1,0 +1,90 @@
+//! A crate written by `slate plugin new`, from its test to a reload while it drives.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::{Running, folder, json, slate, text};
+
+/// Calls cargo in the new crate. What it builds is kept for the next time, and nothing is downloaded.
+fn cargo(folder: &Path, verb: &str) -> String {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target");
+    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".into()))
+        .args([verb, "--offline"])
+        .current_dir(folder)
+        .env("CARGO_TARGET_DIR", &target)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+#[test]
+fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
+    let mut running = Running::new("new");
+    let said = running.done(&["plugin", "new", "wall-follower"]);
+    for step in ["cd wall-follower", "cargo test", "libwall_follower.so", "slate run wall-follower.toml"] {
+        assert!(said.contains(step), "{step}: {said}");
+    }
+    let crate_folder = running.folder().join("wall-follower");
+    assert!(crate_folder.join(".gitignore").is_file());
+    assert!(cargo(&crate_folder, "test").contains("4 passed"));
+    cargo(&crate_folder, "build");
+    let built = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target/debug/libwall_follower.so");
+    let built = built.to_str().unwrap();
+    let info = running.done(&["plugin", "info", built]);
+    for words in ["wall-follower 0.1.0", "wall_follower (Act)", "command  wheels", "WheelSpeeds"] {
+        assert!(info.contains(words), "{words}: {info}");
+    }
+
+    let place = crate_folder.join("target/debug");
+    std::fs::create_dir_all(&place).unwrap();
+    let library = place.join("libwall_follower.so");
+    std::fs::copy(built, &library).unwrap();
+    let configuration = "wall-follower/wall-follower.toml";
+    let output = running.call(&["run", configuration, "--headless", "--json"]);
+    assert_eq!(json(&output)["outcome"], "goal_reached", "{output:?}");
+
+    // Slowly, so that there is time to exchange it.
+    let slow = "modules.wall_follower.params.speed=0.05";
+    running.start("wall-follower", &["run", configuration, "--headless", "--rate", "1", "--set", slow]);
+    let source = crate_folder.join("src/lib.rs");
+    let code = std::fs::read_to_string(&source).unwrap();
+    // The new code goes backwards.
+    let changed =
+        code.replace("let wheel = |speed: f64| speed / params", "let wheel = |speed: f64| -speed / params");
+    assert_ne!(code, changed);
+    std::fs::write(&source, changed).unwrap();
+    cargo(&crate_folder, "build");
+    std::fs::copy(built, &library).unwrap();
+    let said = running.done(&["plugin", "reload", "wall-follower"]);
+    assert!(said.contains("goes on with its state"), "{said}");
+    let backwards = (0..400).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(25));
+        running.read("wall-follower", "/wheels/command/left").as_f64() < Some(0.0)
+    });
+    assert!(backwards, "the new code does not run");
+    running.done(&["plugin", "unload", "wall-follower"]);
+    let said = running.done(&["plugin", "load", library.to_str().unwrap()]);
+    assert!(said.contains("wall_follower"), "{said}");
+}
+
+#[test]
+fn names_that_no_plugin_can_have_and_folders_that_are_there_are_refused() {
+    let folder = folder("new_refused");
+    for name in ["Follower", "2d", "a b", "", "../x", "fn", "slate-plugin", "käfer"] {
+        let output = slate(&folder, &["plugin", "new", name]);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        assert!(text(&output.stderr).contains("wall-follower"), "{output:?}");
+    }
+    std::fs::create_dir(folder.join("taken")).unwrap();
+    let output = slate(&folder, &["plugin", "new", "taken"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stderr).contains("`taken` can't be used"), "{output:?}");
+    let output = slate(&folder, &["plugin", "new", "follower", "--slate", "."]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stderr).contains("crates/plugin"), "{output:?}");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+}

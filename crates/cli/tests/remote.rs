@@ -1,0 +1,172 @@
+//! Commands that act on an agent that runs.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use common::{Running, json, library, text};
+use serde_json::Value;
+
+const EXP1: [&str; 6] = ["run", "exp1", "--headless", "--json", "--rate", "2"];
+
+#[test]
+fn the_code_of_exp1_is_exchanged_and_its_speed_changed_while_the_robot_drives_to_its_goal() {
+    let mut running = Running::new("exchange");
+    running.start("exp1", &EXP1);
+    let plugins: Vec<Value> = serde_json::from_str(&running.done(&["plugin", "list", "--json"])).unwrap();
+    let exp1 = plugins.iter().find(|plugin| plugin["name"] == "slate-exp1").unwrap();
+    assert_eq!(exp1["file"], Value::Null);
+    let modules = exp1["modules"].as_array().unwrap().len();
+    assert!(running.done(&["plugin", "list"]).contains("linked in"));
+
+    let file = library("libslate_exp1.so");
+    for _ in 0..2 {
+        let said = running.done(&["plugin", "reload", "slate-exp1", &file]);
+        assert!(said.contains("between two ticks"), "{said}");
+        assert_eq!(said.matches("goes on with its state").count(), modules, "{said}");
+    }
+    assert!(running.done(&["plugin", "list"]).contains(&file));
+
+    let path = "modules.\"r2/planner\".params.speed";
+    let speed = "robots.r2.modules.planner.params.speed";
+    let said = running.done(&["config", "set", &format!("{speed}=0.3")]);
+    assert!(said.contains(path) && said.contains("-> 0.3"), "{said}");
+    assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.3);
+    assert!(running.done(&["config", "get", speed]).contains("= 0.3  # change"));
+    assert!(running.done(&["config", "diff"]).contains(&format!("+ {path} = 0.3")));
+    // The example is built in, so there is no file to save to.
+    running.fails(1, &["config", "save"], &["built in"]);
+
+    let said = running.done(&["module", "list"]);
+    assert!(said.contains("r2/planner") && said.contains("WORKING"), "{said}");
+    running.done(&["module", "disable", "r2/avoid_obstacle"]);
+    assert_eq!(running.read("exp1", "/r2/avoid_obstacle/enabled/value"), false);
+    running.done(&["module", "enable", "r2/avoid_obstacle"]);
+    let modules: Vec<Value> = serde_json::from_str(&running.done(&["module", "list", "--json"])).unwrap();
+    let planner = modules.iter().find(|module| module["name"] == "r2/planner").unwrap();
+    assert!(planner["ticks"].as_u64() > Some(0) && planner["panics"] == 0, "{planner}");
+
+    let output = running.finish();
+    let summary = json(&output);
+    assert_eq!(
+        (summary["outcome"].as_str(), output.status.code()),
+        (Some("goal_reached"), Some(0)),
+        "{output:?}"
+    );
+    // With the agent its socket goes.
+    running.fails(2, &["plugin", "list"], &["no agent runs here", "slate run"]);
+}
+
+#[test]
+fn what_an_agent_refuses_is_shown_with_its_place_and_its_mend() {
+    let mut running = Running::new("refused");
+    running.start("exp1", &EXP1);
+    let speed = "robots.r2.modules.planner.params.speed";
+    running.fails(
+        1,
+        &["config", "set", &format!("{speed}=99")],
+        &["99, outside 0 to 1.2", "change:1:", "───"],
+    );
+    assert_ne!(running.read("exp1", "/r2/planner/params/speed"), 99.0);
+    running.fails(1, &["config", "set", "loop.period=10ms"], &["`loop.period` can't change", "next start"]);
+    running.fails(1, &["config", "set", "modules.planer.enabled=true"], &["planer"]);
+    running.fails(2, &["config", "set", "loop.period"], &["no `=`"]);
+    running.fails(2, &["config", "set"], &["PATH=VALUE"]);
+    running.fails(1, &["config", "get", "modules.planer"], &["modules.planer"]);
+    running.fails(1, &["plugin", "load", "slate-exp1"], &["loaded already"]);
+    running.fails(1, &["plugin", "load", "exp2"], &["no plugin `exp2`"]);
+    running.fails(1, &["plugin", "load", "Cargo.toml"], &["Cargo.toml: can't be read"]);
+    running.fails(1, &["plugin", "reload", "slate-exp1"], &["linked in"]);
+    running.fails(1, &["plugin", "unload", "simulation"], &["time source"]);
+    running.fails(1, &["module", "enable", "planner"], &["planner"]);
+    running.fails(2, &["module", "list", "--agent", "exp7"], &["no agent `exp7`", "exp1"]);
+    assert!(running.call(&["plugin", "list"]).status.success());
+}
+
+#[test]
+fn one_of_several_agents_is_chosen_and_a_killed_one_makes_room() {
+    let mut running = Running::new("several");
+    running.start("exp1", &EXP1);
+    running.start("exp1-2", &EXP1);
+    running.fails(2, &["module", "list"], &["exp1, exp1-2", "--agent exp1"]);
+    running.done(&["config", "set", "modules.referee.params.tolerance=0.2", "--agent", "exp1-2"]);
+    assert_eq!(running.read("exp1", "/referee/params/tolerance"), 0.1);
+    assert_eq!(running.read("exp1-2", "/referee/params/tolerance"), 0.2);
+    running.kill();
+    running.fails(2, &["module", "list", "--agent", "exp1"], &["no agent `exp1`", "there are: exp1-2"]);
+    // Now it is the only one, and the name of the killed one is free.
+    running.done(&["module", "list"]);
+    running.start("exp1", &EXP1);
+}
+
+#[test]
+fn a_file_is_edited_and_saved_while_its_agent_runs() {
+    let mut running = Running::new("edited");
+    let file = running.folder().join("robot.toml");
+    let original = include_str!("../../../examples/exp1/exp1.toml").replace("name = \"exp1\"", "");
+    let limit = |limit: &str| original.replacen("time_limit = 120.0", limit, 1);
+    std::fs::write(&file, &original).unwrap();
+    running.start("robot", &["run", "robot.toml", "--headless", "--rate", "1"]);
+    let eventually = |so: &dyn Fn() -> bool| {
+        let until = (0..400).any(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(25));
+            so()
+        });
+        assert!(until, "it never was");
+    };
+    let time_limit = || running.read("robot", "/referee/params/time_limit");
+    std::fs::write(&file, limit("time_limit = 90.0")).unwrap();
+    eventually(&|| time_limit() == 90.0);
+    // A mistake changes nothing, and the edit that mends it is taken over.
+    std::fs::write(&file, limit("time_limit = -1.0")).unwrap();
+    // The last line of the report.
+    eventually(&|| running.read("robot", "/log/tail").to_string().contains("choose a value from 0"));
+    assert_eq!(time_limit(), 90.0);
+    std::fs::write(&file, limit("time_limit = 80.0")).unwrap();
+    eventually(&|| time_limit() == 80.0);
+
+    running.done(&["config", "set", "modules.referee.params.time_limit=70.5"]);
+    assert_eq!(running.done(&["config", "save"]).trim(), "robot.toml");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), limit("time_limit = 70.5"));
+    assert!(running.done(&["config", "save"]).contains("nothing to save"));
+    running.fails(1, &["config", "set", "modules.referee.params.time_limit=-5"], &["outside"]);
+    running.done(&["config", "set", "modules.referee.params.time_limit=60"]);
+    running.fails(1, &["config", "save", "--host"], &["no file of this computer"]);
+    running.interrupt();
+    let output = running.finish();
+    let stderr = text(&output.stderr);
+    for words in [
+        "is refused",
+        "outside 0 to 1000000000",
+        "robot.toml:",
+        "holds now: modules.referee.params.time_limit",
+    ] {
+        assert!(stderr.contains(words), "{words}: {stderr}");
+    }
+}
+
+#[test]
+fn settings_of_this_computer_have_a_file_of_their_own() {
+    let mut running = Running::new("host");
+    std::fs::write(running.folder().join("host.toml"), "# mine\n[loop]\nhang = \"1s\"\n").unwrap();
+    running.start("exp1", &[&EXP1[..], &["--host", "host.toml"]].concat());
+    running.done(&["config", "set", "modules.referee.params.tolerance=0.2"]);
+    assert_eq!(running.done(&["config", "save", "--host"]).trim(), "host.toml");
+    let text = std::fs::read_to_string(running.folder().join("host.toml")).unwrap();
+    assert!(text.starts_with("# mine\n[loop]") && text.contains("tolerance = 0.2"), "{text}");
+}
+
+#[test]
+fn a_library_says_what_it_offers_without_being_opened() {
+    let running = Running::new("info");
+    let file = library("libslate_exp1.so");
+    let said = running.done(&["plugin", "info", &file]);
+    for words in ["slate-exp1 0.1.0", "panic unwind", "go_to_origin_planner (Think)", "needs nothing"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let outline: Value = serde_json::from_str(&running.done(&["plugin", "info", &file, "--json"])).unwrap();
+    assert_eq!(outline["name"], "slate-exp1");
+    assert!(outline["modules"][0]["ports"][0]["schema"].is_string(), "{outline}");
+    std::fs::write(running.folder().join("text.so"), "no library").unwrap();
+    running.fails(2, &["plugin", "info", "text.so"], &["text.so: is no shared library"]);
+    running.fails(2, &["plugin", "info", "nothing.so"], &["nothing.so: can't be read"]);
+}

@@ -1,0 +1,420 @@
+// The C interface of Slate's plugins: a plugin is a shared library that exports a `SlatePluginTable` under the name
+// `slate_plugin_<name>`, and says in its section `.slate` what it offers (see SLATE_OUTLINE).
+//
+// Made from crates/module; do not edit.
+
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifdef __cplusplus
+#define SLATE_STATIC_ASSERT(condition, text) static_assert(condition, text)
+#define SLATE_EXPORT extern "C" __attribute__((visibility("default")))
+#else
+#define SLATE_STATIC_ASSERT(condition, text) _Static_assert(condition, text)
+#define SLATE_EXPORT extern __attribute__((visibility("default")))
+#endif
+
+// What the library offers and needs, as JSON; hosts read it from the file before they open the library:
+//
+//     SLATE_OUTLINE("{\"abi\":1,\"symbol\":\"slate_plugin_smoother\",\"name\":\"smoother\",\"version\":\"1.0.0\","
+//                   "\"depends\":[],\"modules\":[{\"name\":\"smoother\",\"stage\":\"Think\"}]}");
+#define SLATE_OUTLINE(json) __attribute__((used, section(".slate"))) static const char slate_outline[] = json
+
+// A constant text in a table, such as a module's name.
+#define SLATE_TEXT(literal) { (const uint8_t *)(literal), sizeof(literal) - 1 }
+
+// Exports the plugin's table: an array of SlateModuleTable.
+#define SLATE_PLUGIN(name, modules)                                                         \
+    SLATE_EXPORT const SlatePluginTable slate_plugin_##name;                                \
+    const SlatePluginTable slate_plugin_##name = { SLATE_ABI, sizeof(SlateModuleTable), modules, \
+                                                   sizeof(modules) / sizeof((modules)[0]) }
+
+// The version of this interface; a host refuses what was built for another one.
+#define SLATE_ABI 1
+
+// A call went as it should.
+#define SLATE_DONE 0
+
+// A call was refused; the sink has the reason.
+#define SLATE_REFUSED 1
+
+// What `tick` returns after a panic.
+#define SLATE_PANICKED -1
+
+// Input: not read by an earlier tick.
+#define SLATE_FLAG_NEW 1
+
+// Input: older than its declaration allows, or its writer is gone or late.
+#define SLATE_FLAG_STALE 2
+
+// Input: a writer exists now.
+#define SLATE_FLAG_ALIVE 4
+
+// Output: was written in this tick.
+#define SLATE_FLAG_SET 8
+
+// Output: is just being written in place.
+#define SLATE_FLAG_BUSY 16
+
+// The importance of a log message.
+enum SlateLevel
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Something is broken.
+    SLATE_LEVEL_ERROR = 0,
+    // Something is wrong but the robot goes on.
+    SLATE_LEVEL_WARN = 1,
+    // What a user wants to know.
+    SLATE_LEVEL_INFO = 2,
+    // What a developer wants to know.
+    SLATE_LEVEL_DEBUG = 3,
+    // Everything.
+    SLATE_LEVEL_TRACE = 4,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SlateLevel SlateLevel;
+#else
+typedef uint32_t SlateLevel;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Which way a port goes, and how it delivers.
+enum SlateDirection
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // Reads the newest value.
+    SLATE_DIRECTION_INPUT,
+    // Reads every value in order.
+    SLATE_DIRECTION_QUEUE,
+    // Writes a value.
+    SLATE_DIRECTION_OUTPUT,
+    // Writes a value only while somebody watches.
+    SLATE_DIRECTION_DEBUG,
+    // Writes an actuator's command, which passes the gate.
+    SLATE_DIRECTION_COMMAND,
+    // Receives messages.
+    SLATE_DIRECTION_INBOX,
+    // Sends messages.
+    SLATE_DIRECTION_OUTBOX,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SlateDirection SlateDirection;
+#else
+typedef uint32_t SlateDirection;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// How a tick went.
+enum SlateOutcome
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    // As intended.
+    SLATE_OUTCOME_OK = 0,
+    // With less than it wants, such as a stale input; the reason belongs in the log.
+    SLATE_OUTCOME_DEGRADED = 1,
+    // It could not do its work; outputs of this tick are dropped and outputs with a safe value take that.
+    SLATE_OUTCOME_FAILED = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SlateOutcome SlateOutcome;
+#else
+typedef int32_t SlateOutcome;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// Bytes that stay as they are during a call; those of a table, as long as its library is open.
+typedef struct SlateBytes {
+    // The first one; anything when there are none.
+    const uint8_t *data;
+    // How many.
+    size_t length;
+} SlateBytes;
+
+// What a module is told when it is set up.
+typedef struct SlateSetupTable {
+    // The module's name in the agent, such as `r2/planner`.
+    struct SlateBytes name;
+    // The run's seed.
+    uint64_t seed;
+    // The period of the main loop, nanoseconds.
+    uint64_t period;
+    // The configuration table that the module asked for, as CBOR; none when it is not there.
+    struct SlateBytes section;
+} SlateSetupTable;
+
+// Takes bytes from a module: a description, a state, or the reason of a refusal. What is written adds up.
+typedef struct SlateSink {
+    // Given back to each call.
+    void *context;
+    // Takes bytes, which may be gone after the call.
+    void (*write)(void *context, const uint8_t *data, size_t length);
+} SlateSink;
+
+// When a value was written, and by which writer.
+typedef struct SlateStamp {
+    // How many values were written before and including this one; 0 means never written.
+    uint64_t sequence;
+    // The host's time of the write, in nanoseconds.
+    uint64_t time;
+    // Counts the writers that this property has had; the first is 1.
+    uint64_t generation;
+} SlateStamp;
+
+// A value in a queue, an inbox or an outbox.
+typedef struct SlateEntry {
+    // The value.
+    uint8_t *data;
+    // Its tail items.
+    size_t items;
+    // When it was written.
+    struct SlateStamp stamp;
+    // Inbox: what the receiver answers; 0 is done, else the reason of the refusal.
+    uint32_t answer;
+    // Inbox: who sent it.
+    uint32_t sender;
+} SlateEntry;
+
+// A port of a frame.
+typedef struct SlatePortSlot {
+    // Schema hash of what the port carries, which binding checks.
+    uint64_t schema;
+    // Input: the value. Output: the working slot; null for a debug output that nobody watches.
+    uint8_t *data;
+    // Tail items of the value.
+    size_t items;
+    // Output: room in the tail. Outbox: how many messages fit.
+    size_t capacity;
+    // Input: when the value was written.
+    struct SlateStamp stamp;
+    // See `SLATE_FLAG_NEW` and those that follow it.
+    uint32_t flags;
+    // A `SlateDirection`, which binding checks.
+    uint32_t direction;
+    // Command: how urgent.
+    uint32_t priority;
+    // Queue, inbox, outbox: the values.
+    struct SlateEntry *entries;
+    // How many of the entries hold a value.
+    size_t count;
+    // Input and queue: values that this reader never saw.
+    uint64_t missed;
+} SlatePortSlot;
+
+// A stream of pseudo-random numbers: xoshiro256++ (Blackman and Vigna, 2021), plain data that a snapshot can hold.
+typedef struct SlateRandom {
+    uint64_t state[4];
+} SlateRandom;
+
+// What a module may ask of the host during a tick.
+typedef struct SlateHost {
+    // Given back to each call.
+    const void *context;
+    // Takes a log message; `level` is a `SlateLevel`.
+    void (*log)(const void *context, uint32_t level, const uint8_t *text, size_t length);
+} SlateHost;
+
+// One tick's view of the world, filled by the host: what the module reads, and where it writes.
+//
+// No atomic is part of it: the host pins all inputs before the step and commits the outputs after it, so one path
+// serves modules that are linked in, loaded, isolated, replayed and tested.
+typedef struct SlateFrame {
+    // A slot per port, in the order of the description.
+    struct SlatePortSlot *ports;
+    // How many ports there are.
+    size_t port_count;
+    // A value of the module's parameter interface.
+    const uint8_t *params;
+    // Its bytes.
+    size_t params_size;
+    // Counts the changes of the parameters.
+    uint64_t params_version;
+    // The host's time in nanoseconds.
+    uint64_t now;
+    // Nanoseconds since this module's last tick; 0 in the first.
+    uint64_t elapsed;
+    // Counts this module's ticks from 1.
+    uint64_t number;
+    // The module's own random stream.
+    struct SlateRandom *random;
+    // What the module may ask of the host.
+    const struct SlateHost *host;
+} SlateFrame;
+
+// The calls of a kind of module, over memory and threads of the host. None of them unwinds.
+//
+// The host makes one call at a time to an instance, from any thread.
+typedef struct SlateModuleTable {
+    // The name by which configuration finds it, in snake case.
+    struct SlateBytes name;
+    // What it does.
+    struct SlateBytes doc;
+    // The configuration table that sets it up; none for most.
+    struct SlateBytes section;
+    // Writes ports, parameters and trigger under a setup, as CBOR or JSON, or the reason of a refusal.
+    int32_t (*describe)(const struct SlateSetupTable *setup, const struct SlateSink *sink);
+    // Makes an instance; the bytes are a value of the parameter interface.
+    int32_t (*create)(const struct SlateSetupTable *setup,
+                      struct SlateBytes params,
+                      void **instance,
+                      const struct SlateSink *sink);
+    // One step: 0 as intended, 1 degraded, 2 failed, -1 after a panic.
+    int32_t (*tick)(void *instance, const struct SlateFrame *frame);
+    // Writes the state.
+    int32_t (*save)(const void *instance, const struct SlateSink *sink);
+    // Takes over a saved state; it is refused, and the present state kept, when it doesn't fit.
+    int32_t (*restore)(void *instance, struct SlateBytes state, const struct SlateSink *sink);
+    // Refuses when the module can't be unloaded now, with the reason.
+    int32_t (*may_unload)(const void *instance, const struct SlateSink *sink);
+    // Ends an instance.
+    void (*destroy)(void *instance);
+} SlateModuleTable;
+
+// What a library exports as `slate_plugin_<crate>`.
+typedef struct SlatePluginTable {
+    // `SLATE_ABI` when it was built.
+    uint32_t abi;
+    // Bytes of a `SlateModuleTable` when it was built.
+    uint32_t module_size;
+    // The kinds of modules.
+    const struct SlateModuleTable *modules;
+    // How many.
+    size_t module_count;
+} SlatePluginTable;
+
+
+// A text as bytes.
+static inline SlateBytes slate_text(const char *text) {
+    SlateBytes bytes;
+    bytes.data = (const uint8_t *)text;
+    bytes.length = strlen(text);
+    return bytes;
+}
+
+// Gives the host bytes, such as a state; what is written adds up.
+static inline void slate_write(const SlateSink *sink, const void *data, size_t length) {
+    sink->write(sink->context, (const uint8_t *)data, length);
+}
+
+// Refuses a call, with the reason: `return slate_refuse(sink, "the arm is raised");`.
+static inline int32_t slate_refuse(const SlateSink *sink, const char *reason) {
+    slate_write(sink, reason, strlen(reason));
+    return SLATE_REFUSED;
+}
+
+// The port at that place of the description; null beyond the last one.
+static inline SlatePortSlot *slate_port(const SlateFrame *frame, size_t port) {
+    return port < frame->port_count ? &frame->ports[port] : NULL;
+}
+
+// The value of an input; all zero before the first write.
+static inline const void *slate_input(const SlateFrame *frame, size_t port) {
+    const SlatePortSlot *slot = slate_port(frame, port);
+    return slot ? slot->data : NULL;
+}
+
+// Whether an input was written since this module's last tick.
+static inline int slate_is_new(const SlateFrame *frame, size_t port) {
+    const SlatePortSlot *slot = slate_port(frame, port);
+    return slot && (slot->flags & SLATE_FLAG_NEW) != 0;
+}
+
+// Whether an input is older than declared, or its writer is gone or late.
+static inline int slate_is_stale(const SlateFrame *frame, size_t port) {
+    const SlatePortSlot *slot = slate_port(frame, port);
+    return !slot || (slot->flags & SLATE_FLAG_STALE) != 0;
+}
+
+// Sets an output: the place for its value, which is committed after the tick. Fill all of it, as it holds an earlier
+// value. Null for a debug output that nobody watches.
+static inline void *slate_output(const SlateFrame *frame, size_t port) {
+    SlatePortSlot *slot = slate_port(frame, port);
+    if (!slot || !slot->data) {
+        return NULL;
+    }
+    slot->flags |= SLATE_FLAG_SET;
+    return slot->data;
+}
+
+// Writes to the agent's log.
+static inline void slate_log(const SlateFrame *frame, SlateLevel level, const char *text) {
+    frame->host->log(frame->host->context, (uint32_t)level, (const uint8_t *)text, strlen(text));
+}
+
+#if UINTPTR_MAX == UINT64_MAX
+SLATE_STATIC_ASSERT(sizeof(SlateBytes) == 16, "Bytes");
+SLATE_STATIC_ASSERT(offsetof(SlateBytes, data) == 0, "Bytes.data");
+SLATE_STATIC_ASSERT(offsetof(SlateBytes, length) == 8, "Bytes.length");
+SLATE_STATIC_ASSERT(sizeof(SlateSink) == 16, "Sink");
+SLATE_STATIC_ASSERT(offsetof(SlateSink, context) == 0, "Sink.context");
+SLATE_STATIC_ASSERT(offsetof(SlateSink, write) == 8, "Sink.write");
+SLATE_STATIC_ASSERT(sizeof(SlateSetupTable) == 48, "SetupTable");
+SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, name) == 0, "SetupTable.name");
+SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, seed) == 16, "SetupTable.seed");
+SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, period) == 24, "SetupTable.period");
+SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, section) == 32, "SetupTable.section");
+SLATE_STATIC_ASSERT(sizeof(SlateModuleTable) == 104, "ModuleTable");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, name) == 0, "ModuleTable.name");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, doc) == 16, "ModuleTable.doc");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, section) == 32, "ModuleTable.section");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, describe) == 48, "ModuleTable.describe");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, create) == 56, "ModuleTable.create");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, tick) == 64, "ModuleTable.tick");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, save) == 72, "ModuleTable.save");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, restore) == 80, "ModuleTable.restore");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, may_unload) == 88, "ModuleTable.may_unload");
+SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, destroy) == 96, "ModuleTable.destroy");
+SLATE_STATIC_ASSERT(sizeof(SlatePluginTable) == 24, "PluginTable");
+SLATE_STATIC_ASSERT(offsetof(SlatePluginTable, abi) == 0, "PluginTable.abi");
+SLATE_STATIC_ASSERT(offsetof(SlatePluginTable, module_size) == 4, "PluginTable.module_size");
+SLATE_STATIC_ASSERT(offsetof(SlatePluginTable, modules) == 8, "PluginTable.modules");
+SLATE_STATIC_ASSERT(offsetof(SlatePluginTable, module_count) == 16, "PluginTable.module_count");
+SLATE_STATIC_ASSERT(sizeof(SlateStamp) == 24, "Stamp");
+SLATE_STATIC_ASSERT(offsetof(SlateStamp, sequence) == 0, "Stamp.sequence");
+SLATE_STATIC_ASSERT(offsetof(SlateStamp, time) == 8, "Stamp.time");
+SLATE_STATIC_ASSERT(offsetof(SlateStamp, generation) == 16, "Stamp.generation");
+SLATE_STATIC_ASSERT(sizeof(SlateRandom) == 32, "Random");
+SLATE_STATIC_ASSERT(sizeof(SlateHost) == 16, "Host");
+SLATE_STATIC_ASSERT(offsetof(SlateHost, context) == 0, "Host.context");
+SLATE_STATIC_ASSERT(offsetof(SlateHost, log) == 8, "Host.log");
+SLATE_STATIC_ASSERT(sizeof(SlateEntry) == 48, "Entry");
+SLATE_STATIC_ASSERT(offsetof(SlateEntry, data) == 0, "Entry.data");
+SLATE_STATIC_ASSERT(offsetof(SlateEntry, items) == 8, "Entry.items");
+SLATE_STATIC_ASSERT(offsetof(SlateEntry, stamp) == 16, "Entry.stamp");
+SLATE_STATIC_ASSERT(offsetof(SlateEntry, answer) == 40, "Entry.answer");
+SLATE_STATIC_ASSERT(offsetof(SlateEntry, sender) == 44, "Entry.sender");
+SLATE_STATIC_ASSERT(sizeof(SlatePortSlot) == 96, "PortSlot");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, schema) == 0, "PortSlot.schema");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, data) == 8, "PortSlot.data");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, items) == 16, "PortSlot.items");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, capacity) == 24, "PortSlot.capacity");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, stamp) == 32, "PortSlot.stamp");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, flags) == 56, "PortSlot.flags");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, direction) == 60, "PortSlot.direction");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, priority) == 64, "PortSlot.priority");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, entries) == 72, "PortSlot.entries");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, count) == 80, "PortSlot.count");
+SLATE_STATIC_ASSERT(offsetof(SlatePortSlot, missed) == 88, "PortSlot.missed");
+SLATE_STATIC_ASSERT(sizeof(SlateFrame) == 80, "Frame");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, ports) == 0, "Frame.ports");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, port_count) == 8, "Frame.port_count");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, params) == 16, "Frame.params");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, params_size) == 24, "Frame.params_size");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, params_version) == 32, "Frame.params_version");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, now) == 40, "Frame.now");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, elapsed) == 48, "Frame.elapsed");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, number) == 56, "Frame.number");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, random) == 64, "Frame.random");
+SLATE_STATIC_ASSERT(offsetof(SlateFrame, host) == 72, "Frame.host");
+#endif

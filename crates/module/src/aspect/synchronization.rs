@@ -1,0 +1,80 @@
+use slate_blackboard::interface::Descriptor;
+
+use super::blackboard::answered;
+use super::{Service, service};
+use crate::Refusal;
+use crate::table::{Bytes, DONE, Sink};
+
+/// Named points at which the module and threads outside the main loop fall in with each other.
+///
+/// A tick emits and looks; it never waits. A thread of the module waits with
+/// [`Stop::wait_for`](super::Stop::wait_for).
+///
+/// ```
+/// use slate_module::aspect::{Aspect, Synchronization};
+/// use slate_module::prelude::*;
+///
+/// #[ports]
+/// pub struct Io {
+///     synchronization: Aspect<Synchronization>,
+/// }
+///
+/// /// Says that it has done its work once more.
+/// pub struct Beat;
+///
+/// #[module(stage = Act)]
+/// impl Module for Beat {
+///     type Io = Io;
+///     type Params = ();
+///     type State = ();
+///
+///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
+///         match io.synchronization.emit("/beat") {
+///             Ok(()) => Outcome::Ok,
+///             Err(_) => Outcome::Failed,
+///         }
+///     }
+/// }
+/// # fn main() {}
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Synchronization {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// Emits a point after the tick.
+    pub emit: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
+    /// How often a point was emitted.
+    pub count: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
+}
+
+// SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
+unsafe impl Service for Synchronization {
+    const DESCRIPTOR: &'static Descriptor =
+        &service("synchronization 1", "Emits and counts named synchronisation points.");
+}
+
+impl Synchronization {
+    /// Emits a point such as `/camera/image`, and those above it, after this tick and unless the tick fails.
+    ///
+    /// # Errors
+    /// When it is no name of a point, or there are too many.
+    pub fn emit(&self, point: &str) -> Result<(), Refusal> {
+        // SAFETY: everything lives during the call.
+        let (code, reason) = answered(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
+        if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
+    }
+
+    /// How often a point or one below it was emitted until this tick, such as `/stage/Act/end`; counted from the first
+    /// time that anybody asked for it.
+    ///
+    /// # Errors
+    /// When it is no name of a point, or there are too many.
+    pub fn count(&self, point: &str) -> Result<u64, Refusal> {
+        let mut count = 0;
+        // SAFETY: everything lives during the call.
+        let (code, reason) =
+            answered(|sink| unsafe { (self.count)(self.context, Bytes::of(point), &raw mut count, sink) });
+        if code == DONE { Ok(count) } else { Err(Refusal(reason)) }
+    }
+}

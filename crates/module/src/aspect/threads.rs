@@ -1,0 +1,370 @@
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+use slate_blackboard::interface::{Descriptor, Interface};
+
+use super::blackboard::{ABSENT, answered};
+use super::{Service, service};
+use crate::export::{discard, panic_message};
+use crate::table::{Bytes, DONE, PANICKED, Sink};
+use crate::{Level, Refusal};
+
+/// Threads that the module owns: for a device that can only be waited for, or a computation that takes longer than a
+/// cycle.
+///
+/// The host makes each thread, gives it its name and the agent's time, and tells it to stop when its module is
+/// unloaded, exchanges its code, panics, or the agent ends. A thread that does not stop within the time that `[loop]
+/// hang` says keeps its module from being unloaded. Tick and thread pass values to each other through a bounded ring
+/// each way, without waiting for one another; a thread never sees ports, parameters or state.
+///
+/// What a thread does is not part of what a run in lockstep can repeat; the log says so when one begins there.
+///
+/// ```
+/// use std::time::Duration;
+///
+/// use slate_module::aspect::{Aspect, Stop, Threads};
+/// use slate_module::prelude::*;
+///
+/// /// A distance.
+/// #[interface]
+/// pub struct Distance {
+///     /// Metres.
+///     #[unit("m")]
+///     pub value: f64,
+/// }
+///
+/// #[ports]
+/// pub struct Io {
+///     threads: Aspect<Threads>,
+///     distance: Output<Distance>,
+/// }
+///
+/// /// Reads a range finder that answers when it likes.
+/// pub struct RangeFinder;
+///
+/// #[module(stage = SensorAcquire)]
+/// impl Module for RangeFinder {
+///     type Io = Io;
+///     type Params = ();
+///     type State = ();
+///
+///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
+///         if !io.threads.is_running("reader") {
+///             let reader = |stop: &Stop| {
+///                 while stop.wait(Duration::from_millis(10)) {
+///                     let value = 1.5; // from the device
+///                     // Without room the value is lost, and a newer one comes soon.
+///                     let _ = stop.send(&Distance { value });
+///                 }
+///             };
+///             if io.threads.spawn("reader", reader).is_err() {
+///                 return Outcome::Failed;
+///             }
+///         }
+///         while let Ok(Some(distance)) = io.threads.receive::<Distance>("reader") {
+///             io.distance.set(distance);
+///         }
+///         Outcome::Ok
+///     }
+/// }
+/// # fn main() {}
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Threads {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// Begins a thread of that name after the tick, with rings of so many bytes.
+    pub spawn: unsafe extern "C" fn(*mut (), Bytes, usize, ThreadBody, *const Sink) -> i32,
+    /// A [`ThreadState`].
+    pub state: unsafe extern "C" fn(*mut (), Bytes) -> u32,
+    /// Tells a thread to stop.
+    pub stop: unsafe extern "C" fn(*mut (), Bytes),
+    /// Passes a thread a value of that schema, or answers [`FULL`].
+    pub send: unsafe extern "C" fn(*mut (), Bytes, u64, Bytes, *const Sink) -> i32,
+    /// Takes a thread's next value, which must be of that schema and size; [`ABSENT`] when there is none.
+    pub receive: unsafe extern "C" fn(*mut (), Bytes, u64, *mut u8, usize, *const Sink) -> i32,
+}
+
+/// There is no room now.
+pub const FULL: i32 = 4;
+
+/// Bytes of a thread's rings, unless it is made with another size.
+const ROOM: usize = 64 * 1024;
+
+// SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
+unsafe impl Service for Threads {
+    const DESCRIPTOR: &'static Descriptor = &service("threads 1", "Lets a module own threads.");
+}
+
+/// What a thread does, once: either `run` is called, or `discard`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ThreadBody {
+    /// Given to the call.
+    pub data: *mut (),
+    /// The thread's life; 0, or -1 after a panic, which it has logged.
+    pub run: unsafe extern "C" fn(*mut (), *const Stop) -> i32,
+    /// Drops what never began.
+    pub discard: unsafe extern "C" fn(*mut ()),
+}
+
+impl ThreadBody {
+    fn new<F: FnOnce(&Stop) + Send + 'static>(body: F) -> Self {
+        unsafe extern "C" fn run<F: FnOnce(&Stop)>(data: *mut (), stop: *const Stop) -> i32 {
+            // SAFETY: made from a box below and used once; the host keeps the stop during the call.
+            let (body, stop) = unsafe { (Box::from_raw(data.cast::<F>()), &*stop) };
+            let Err(payload) = catch_unwind(AssertUnwindSafe(move || body(stop))) else { return DONE };
+            stop.error(format_args!("its thread {}", panic_message(payload.as_ref())));
+            discard(payload);
+            PANICKED
+        }
+        unsafe extern "C" fn end<F>(data: *mut ()) {
+            // SAFETY: made from a box below, and dropped once.
+            let body = unsafe { Box::from_raw(data.cast::<F>()) };
+            if let Err(payload) = catch_unwind(AssertUnwindSafe(move || drop(body))) {
+                discard(payload);
+            }
+        }
+        Self { data: Box::into_raw(Box::new(body)).cast(), run: run::<F>, discard: end::<F> }
+    }
+}
+
+/// How a thread is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ThreadState {
+    /// None of that name was ever begun.
+    Absent = 0,
+    /// It runs, or begins after this tick; it may have been told to stop.
+    Running = 1,
+    /// It has ended by itself, or because it was told to stop.
+    Ended = 2,
+    /// It has ended with a panic.
+    Panicked = 3,
+}
+
+impl Threads {
+    /// Begins a thread, after this tick and unless the tick fails. While the module's plugin is being unloaded or
+    /// reloaded that waits until it turns out whether the module stays.
+    ///
+    /// To make a thread takes the tick some ten microseconds, and allocates.
+    ///
+    /// # Errors
+    /// When one of that name runs, there are 16, or the name is not made of letters, digits, `_` and `-`.
+    pub fn spawn(&self, name: &str, body: impl FnOnce(&Stop) + Send + 'static) -> Result<(), Refusal> {
+        self.spawn_with_room(name, ROOM, body)
+    }
+
+    /// As [`spawn`](Threads::spawn), with rings of so many bytes for what tick and thread pass to each other; a value
+    /// takes 12 bytes more than its own size. Without it they have 64 KiB.
+    ///
+    /// # Errors
+    /// As for [`spawn`](Threads::spawn).
+    pub fn spawn_with_room(
+        &self,
+        name: &str,
+        bytes: usize,
+        body: impl FnOnce(&Stop) + Send + 'static,
+    ) -> Result<(), Refusal> {
+        let body = ThreadBody::new(body);
+        // SAFETY: everything lives during the call, and the host takes the body over also when it refuses.
+        let (code, reason) =
+            answered(|sink| unsafe { (self.spawn)(self.context, Bytes::of(name), bytes, body, sink) });
+        if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
+    }
+
+    /// How a thread is.
+    pub fn state(&self, name: &str) -> ThreadState {
+        // SAFETY: the name lives during the call.
+        match unsafe { (self.state)(self.context, Bytes::of(name)) } {
+            0 => ThreadState::Absent,
+            1 => ThreadState::Running,
+            3 => ThreadState::Panicked,
+            _ => ThreadState::Ended,
+        }
+    }
+
+    /// Whether a thread runs, or begins after this tick.
+    pub fn is_running(&self, name: &str) -> bool {
+        self.state(name) == ThreadState::Running
+    }
+
+    /// Tells a thread to stop, after this tick; nothing waits for it.
+    pub fn stop(&self, name: &str) {
+        // SAFETY: the name lives during the call.
+        unsafe { (self.stop)(self.context, Bytes::of(name)) }
+    }
+
+    /// Passes a thread a value, after this tick, and wakes it from [`Stop::wait`]. False when there is no room for
+    /// it.
+    ///
+    /// # Errors
+    /// When no thread of that name runs, or its ring could never hold the value.
+    pub fn send<T: Interface + Copy>(&self, name: &str, value: &T) -> Result<bool, Refusal> {
+        // SAFETY: everything lives during the call.
+        sent(answered(|sink| unsafe {
+            (self.send)(self.context, Bytes::of(name), T::DESCRIPTOR.hash, bytes_of(value), sink)
+        }))
+    }
+
+    /// Takes the next of the values that a thread had sent before this tick, the oldest first; also of one that has
+    /// ended, until another one of its name is begun.
+    ///
+    /// # Errors
+    /// When no thread of that name was begun, or the value is of another interface; it is dropped then.
+    pub fn receive<T: Interface + Copy>(&self, name: &str) -> Result<Option<T>, Refusal> {
+        // SAFETY: everything lives during the call.
+        received(|schema, data, sink| unsafe {
+            (self.receive)(self.context, Bytes::of(name), schema, data, size_of::<T>(), sink)
+        })
+    }
+}
+
+/// What a thread has of the host: whether it shall stop, the time, the log, and the way to its module's ticks.
+#[repr(C)]
+#[derive(Debug)]
+pub struct Stop {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// 1 when the thread shall stop.
+    pub is_set: unsafe extern "C" fn(*mut ()) -> i32,
+    /// Sleeps so many nanoseconds, unless there is something to do before; 0 when the thread shall stop.
+    pub wait: unsafe extern "C" fn(*mut (), u64) -> i32,
+    /// The agent's time.
+    pub now: unsafe extern "C" fn(*mut ()) -> u64,
+    /// Logs a text, at a [`Level`].
+    pub log: unsafe extern "C" fn(*mut (), u32, Bytes),
+    /// Passes the tick a value of that schema, or answers [`FULL`].
+    pub send: unsafe extern "C" fn(*mut (), u64, Bytes, *const Sink) -> i32,
+    /// Takes the tick's next value, which must be of that schema and size; [`ABSENT`] when there is none.
+    pub receive: unsafe extern "C" fn(*mut (), u64, *mut u8, usize, *const Sink) -> i32,
+    /// Emits a synchronisation point.
+    pub emit: unsafe extern "C" fn(*mut (), Bytes, *const Sink) -> i32,
+    /// Waits so many nanoseconds until a synchronisation point was emitted more often than that, and says how often;
+    /// [`ABSENT`] when that did not happen.
+    pub wait_for: unsafe extern "C" fn(*mut (), Bytes, u64, u64, *mut u64, *const Sink) -> i32,
+}
+
+impl Stop {
+    /// Whether the thread shall stop, as soon as it can.
+    pub fn is_set(&self) -> bool {
+        // SAFETY: the host keeps its side as long as the thread.
+        unsafe { (self.is_set)(self.context) != 0 }
+    }
+
+    /// Sleeps for `limit` of wall-clock time, or until the tick has sent something; false, at once, when the thread
+    /// shall stop.
+    pub fn wait(&self, limit: Duration) -> bool {
+        // SAFETY: the host keeps its side as long as the thread.
+        unsafe { (self.wait)(self.context, nanoseconds(limit)) != 0 }
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        // SAFETY: the host keeps its side as long as the thread.
+        unsafe { (self.now)(self.context) }
+    }
+
+    /// Writes to the agent's log, as the module; beyond 512 bytes a message is cut.
+    pub fn log(&self, level: Level, message: fmt::Arguments<'_>) {
+        let text = message.to_string();
+        // SAFETY: the text lives during the call.
+        unsafe { (self.log)(self.context, level as u32, Bytes::of(&text)) }
+    }
+
+    /// Logs what a user wants to know.
+    pub fn info(&self, message: fmt::Arguments<'_>) {
+        self.log(Level::Info, message);
+    }
+
+    /// Logs what is wrong though the robot goes on.
+    pub fn warn(&self, message: fmt::Arguments<'_>) {
+        self.log(Level::Warn, message);
+    }
+
+    /// Logs what is broken.
+    pub fn error(&self, message: fmt::Arguments<'_>) {
+        self.log(Level::Error, message);
+    }
+
+    /// Passes the module's ticks a value; false when there is no room for it.
+    ///
+    /// # Errors
+    /// When the ring could never hold it.
+    pub fn send<T: Interface + Copy>(&self, value: &T) -> Result<bool, Refusal> {
+        // SAFETY: everything lives during the call.
+        sent(answered(|sink| unsafe { (self.send)(self.context, T::DESCRIPTOR.hash, bytes_of(value), sink) }))
+    }
+
+    /// Takes the next value that a tick has sent, the oldest first.
+    ///
+    /// # Errors
+    /// When it is of another interface; it is dropped then.
+    pub fn receive<T: Interface + Copy>(&self) -> Result<Option<T>, Refusal> {
+        // SAFETY: everything lives during the call.
+        received(|schema, data, sink| unsafe {
+            (self.receive)(self.context, schema, data, size_of::<T>(), sink)
+        })
+    }
+
+    /// Emits a synchronisation point, such as `/camera/image`, and those above it.
+    ///
+    /// # Errors
+    /// When it is no name of a point, or there are too many.
+    pub fn emit(&self, point: &str) -> Result<(), Refusal> {
+        // SAFETY: everything lives during the call.
+        let (code, reason) = answered(|sink| unsafe { (self.emit)(self.context, Bytes::of(point), sink) });
+        if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
+    }
+
+    /// Waits until a synchronisation point, such as `/stage/Act/end`, or one below it was emitted more often than
+    /// `since`, and says how often; with the count that it returned last, nothing is missed. Nothing when that does not
+    /// happen within `limit` of wall-clock time, or the thread shall stop.
+    ///
+    /// # Errors
+    /// When it is no name of a point, or there are too many.
+    pub fn wait_for(&self, point: &str, since: u64, limit: Duration) -> Result<Option<u64>, Refusal> {
+        let mut count = 0;
+        // SAFETY: everything lives during the call.
+        let (code, reason) = answered(|sink| unsafe {
+            let limit = nanoseconds(limit);
+            (self.wait_for)(self.context, Bytes::of(point), since, limit, &raw mut count, sink)
+        });
+        match code {
+            DONE => Ok(Some(count)),
+            ABSENT => Ok(None),
+            _ => Err(Refusal(reason)),
+        }
+    }
+}
+
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn bytes_of<T: Interface + Copy>(value: &T) -> Bytes {
+    Bytes { data: std::ptr::from_ref(value).cast(), length: size_of::<T>() }
+}
+
+fn sent((code, reason): (i32, String)) -> Result<bool, Refusal> {
+    match code {
+        DONE => Ok(true),
+        FULL => Ok(false),
+        _ => Err(Refusal(reason)),
+    }
+}
+
+fn received<T: Interface + Copy>(
+    call: impl FnOnce(u64, *mut u8, *const Sink) -> i32,
+) -> Result<Option<T>, Refusal> {
+    let mut value = std::mem::MaybeUninit::<T>::uninit();
+    let data = value.as_mut_ptr().cast();
+    match answered(|sink| call(T::DESCRIPTOR.hash, data, sink)) {
+        // SAFETY: the host has written a value of this interface.
+        (DONE, _) => Ok(Some(unsafe { value.assume_init() })),
+        (ABSENT, _) => Ok(None),
+        (_, reason) => Err(Refusal(reason)),
+    }
+}

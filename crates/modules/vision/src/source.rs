@@ -1,0 +1,189 @@
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Where the pictures of a camera come from, as a text names it.
+///
+/// | text | camera |
+/// |---|---|
+/// | `pattern:640x480@30` | a bright disc that goes round in four seconds, 30 pictures a second; the same in every run |
+/// | `file:/data/%04d.pgm@10` | PGM files (`P5`) with that many digits, from 0 or 1, and again from the first after the last; without `%` the same file again and again |
+///
+/// Without `@` there are 30 pictures a second.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A picture that is computed.
+    Pattern {
+        /// Pixels of a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// How many there are.
+        rate: Rate,
+    },
+    /// Pictures from files.
+    Files {
+        /// Which ones.
+        files: Files,
+        /// How many there are.
+        rate: Rate,
+    },
+}
+
+/// Pictures in a second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rate(u32);
+
+impl Rate {
+    /// From one picture to the next, nanoseconds.
+    pub fn period(self) -> u64 {
+        1_000_000_000 / u64::from(self.0)
+    }
+}
+
+/// Files with numbers in their names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Files {
+    before: String,
+    /// Digits of the number; none when there is only one file.
+    digits: Option<usize>,
+    after: String,
+}
+
+impl Files {
+    /// The file of that number.
+    pub fn path(&self, number: u64) -> PathBuf {
+        match self.digits {
+            Some(digits) => format!("{}{number:0digits$}{}", self.before, self.after).into(),
+            None => self.before.as_str().into(),
+        }
+    }
+
+    /// Whether there is more than one.
+    pub fn are_numbered(&self) -> bool {
+        self.digits.is_some()
+    }
+}
+
+/// The text names no camera.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceError {
+    text: String,
+    problem: &'static str,
+}
+
+impl fmt::Display for SourceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "`{}` names no camera: {}; expected such as `pattern:640x480@30` or `file:/data/%04d.pgm@10`",
+            self.text, self.problem
+        )
+    }
+}
+
+impl std::error::Error for SourceError {}
+
+/// The longest side, pixels.
+pub(crate) const LONGEST: u32 = 8192;
+const FASTEST: u32 = 1000;
+
+impl FromStr for Source {
+    type Err = SourceError;
+
+    fn from_str(text: &str) -> Result<Self, SourceError> {
+        let wrong = |problem| SourceError { text: text.into(), problem };
+        let (kind, rest) = text.split_once(':').ok_or_else(|| wrong("it has no kind before a `:`"))?;
+        let (what, rate) = match rest.rsplit_once('@') {
+            Some((what, rate)) => {
+                let rate = rate.parse().ok().filter(|rate| (1..=FASTEST).contains(rate));
+                (what, Rate(rate.ok_or_else(|| wrong("after `@` stands no rate from 1 to 1000"))?))
+            }
+            None => (rest, Rate(30)),
+        };
+        match kind {
+            "pattern" => {
+                let side = |text: &str| text.parse().ok().filter(|side| (1..=LONGEST).contains(side));
+                let size = what.split_once('x').and_then(|(w, h)| Some((side(w)?, side(h)?)));
+                let (width, height) = size.ok_or_else(|| wrong("it has no size from 1x1 to 8192x8192"))?;
+                Ok(Self::Pattern { width, height, rate })
+            }
+            "file" => Ok(Self::Files { files: files(what).map_err(wrong)?, rate }),
+            _ => Err(wrong("there are the kinds `pattern` and `file`")),
+        }
+    }
+}
+
+fn files(path: &str) -> Result<Files, &'static str> {
+    if path.is_empty() {
+        return Err("it has no file");
+    }
+    let Some((before, rest)) = path.split_once('%') else {
+        return Ok(Files { before: path.into(), digits: None, after: String::new() });
+    };
+    let (digits, after) = rest.split_once('d').ok_or("after `%` stands no number of digits and `d`")?;
+    let digits = if digits.is_empty() { Ok(1) } else { digits.parse() };
+    let digits = digits.ok().filter(|digits| (1..=18).contains(digits));
+    let digits = digits.ok_or("after `%` stands no number of digits from 1 to 18")?;
+    if after.contains('%') {
+        return Err("it has more than one `%`");
+    }
+    Ok(Files { before: before.into(), digits: Some(digits), after: after.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+    use std::path::Path;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn texts_name_cameras() {
+        assert_eq!(
+            "pattern:640x480@25".parse(),
+            Ok(Source::Pattern { width: 640, height: 480, rate: Rate(25) })
+        );
+        assert_eq!(Rate(25).period(), 40_000_000);
+        let Ok(Source::Files { files, rate }) = "file:/data/a@b-%04d.pgm@10".parse() else { panic!() };
+        assert_eq!((files.path(7).as_path(), rate), (Path::new("/data/a@b-0007.pgm"), Rate(10)));
+        assert!(files.are_numbered());
+        let Ok(Source::Files { files, rate }) = "file:one.pgm".parse() else { panic!() };
+        assert_eq!((files.path(7).as_path(), rate), (Path::new("one.pgm"), Rate(30)));
+        assert!(!files.are_numbered());
+    }
+
+    #[test]
+    fn other_texts_are_refused_with_the_reason() {
+        for (text, problem) in [
+            ("", "it has no kind before a `:`"),
+            ("640x480", "it has no kind before a `:`"),
+            ("usb:0", "there are the kinds `pattern` and `file`"),
+            ("pattern:640", "it has no size from 1x1 to 8192x8192"),
+            ("pattern:0x480", "it has no size from 1x1 to 8192x8192"),
+            ("pattern:9000x480", "it has no size from 1x1 to 8192x8192"),
+            ("pattern:640x480@0", "after `@` stands no rate from 1 to 1000"),
+            ("pattern:640x480@fast", "after `@` stands no rate from 1 to 1000"),
+            ("file:", "it has no file"),
+            ("file:%04.pgm", "after `%` stands no number of digits and `d`"),
+            ("file:%99d.pgm", "after `%` stands no number of digits from 1 to 18"),
+            ("file:%d-%d.pgm", "it has more than one `%`"),
+        ] {
+            let error = text.parse::<Source>().unwrap_err().to_string();
+            assert!(error.starts_with(&format!("`{text}` names no camera: {problem};")), "{error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_makes_it_panic(text in "(pattern|file|x)?:?.{0,30}", number in any::<u64>()) {
+            if let Ok(Source::Files { files, rate }) = text.parse::<Source>() {
+                prop_assert!(rate.period() > 0);
+                prop_assert!(!files.path(number).as_os_str().is_empty());
+            }
+        }
+    }
+}

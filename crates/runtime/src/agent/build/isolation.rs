@@ -1,0 +1,117 @@
+//! What isolated modules need: shared memory for what they read and write, and how their processes are started.
+
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_blackboard::channel::ValueMemory;
+use slate_blackboard::interface::Interface;
+use slate_module::Trigger;
+
+use super::Builder;
+use crate::agent::survey::{Target, Wire};
+use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
+use crate::runner::Supervised;
+
+/// A step that takes this many deadlines does not return any more.
+const DEADLINES: u64 = 10;
+
+impl Builder<'_, '_> {
+    /// Where the values of a property are: in memory that isolated modules see, if one of them writes or reads them.
+    pub(super) fn memory(&mut self, m: usize, target: Target) -> Option<Arc<dyn ValueMemory>> {
+        let writer = match target {
+            Target::Port(writer, _) => Some(writer),
+            Target::Command(_) | Target::Absent(_) => None,
+        };
+        let writer = writer.filter(|writer| self.is_isolated(*writer)).map(|writer| self.name(writer));
+        let read = self.readers(target).any(|joint| self.is_isolated(joint.port.0));
+        let arena = match writer {
+            Some(writer) => self.ground.arenas.own(writer),
+            None if read => self.ground.arenas.host(),
+            None => return None,
+        };
+        self.arena(m, arena).map(|arena| arena as _)
+    }
+
+    /// Where the values of an input without a link are.
+    pub(super) fn setting_memory(&mut self, m: usize) -> Option<Arc<dyn ValueMemory>> {
+        if !self.is_isolated(m) {
+            return None;
+        }
+        let arena = self.ground.arenas.host();
+        self.arena(m, arena).map(|arena| arena as _)
+    }
+
+    fn is_isolated(&self, module: usize) -> bool {
+        self.surveyed(module).module.isolated.value
+    }
+
+    fn arena(&mut self, m: usize, arena: io::Result<Arc<Arena>>) -> Option<Arc<Arena>> {
+        let error = match arena {
+            Ok(arena) => return Some(arena),
+            Err(error) => error,
+        };
+        let module = self.surveyed(m).module;
+        let message = format!("`{}` can't get shared memory: {error}", module.name.value);
+        let help = "raise the limit of address space (`ulimit -v`), or take `isolated = true` out";
+        self.complaints.add(module.isolated.span, message, help);
+        None
+    }
+
+    /// What a module needs that is isolated; nothing for the others, or after a complaint.
+    pub(super) fn supervised(&mut self, m: usize) -> Option<Supervised> {
+        if !self.is_isolated(m) {
+            return None;
+        }
+        let arena = self.ground.arenas.own(self.name(m));
+        let own = self.arena(m, arena)?;
+        let arena = self.ground.arenas.host();
+        let mut readable = vec![self.arena(m, arena)?];
+        let joints = self.survey.joints.iter().filter(|joint| joint.port.0 == m);
+        let mut writers: Vec<usize> = joints
+            .filter_map(|joint| match (joint.port.1, joint.target) {
+                (Wire::Port(_), Target::Port(writer, _)) if writer != m => Some(writer),
+                _ => None,
+            })
+            .filter(|writer| self.is_isolated(*writer))
+            .collect();
+        writers.sort_unstable();
+        writers.dedup();
+        for writer in writers {
+            let arena = self.ground.arenas.own(self.name(writer));
+            readable.push(self.arena(m, arena)?);
+        }
+        let surveyed = self.surveyed(m);
+        let (wanted, lockstep) = (surveyed.module.isolation, self.ground.lockstep);
+        let hang = self.configuration.hang().value;
+        let patience = match surveyed.deadline {
+            // What a run in lockstep comes to does not depend on how fast the machine is.
+            Some(deadline) if !lockstep => hang.min(deadline.saturating_mul(DEADLINES)),
+            _ => hang,
+        };
+        let isolation = Isolation {
+            name: surveyed.setup.name.clone(),
+            program: self.ground.arenas.program.clone(),
+            memory: wanted.memory,
+            patience: Duration::from_nanos(patience),
+            hang: Duration::from_nanos(hang),
+            own,
+            readable,
+            ports: surveyed.description.ports.clone(),
+            params_size: surveyed.description.params.size,
+            account: Default::default(),
+        };
+        let is_kicked = !lockstep && surveyed.trigger == Trigger::Stage;
+        let process =
+            self.implied_writer(m, "process", "The process that it runs in.", ModuleProcess::DESCRIPTOR)?;
+        Some(Supervised {
+            isolation: Arc::new(isolation),
+            supervisor: Supervisor::default(),
+            rearm: wanted.rearm,
+            is_kicked,
+            process,
+            restarts: 0,
+            shown: 0,
+        })
+    }
+}

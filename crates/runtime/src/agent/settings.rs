@@ -1,0 +1,225 @@
+//! The settings of an agent that runs: which of them may change, and how a change reaches the modules.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use slate_blackboard::BoardError;
+use slate_blackboard::interface::{Value, View};
+use slate_module::Level;
+
+use super::composer::{Composer, WeakComposer};
+use super::composition::Composition;
+use super::survey::{Complaints, Surveyed, survey};
+use crate::configuration::{Change, Configuration, Database, Diagnostic, Report, Subscription, Watch};
+
+/// An agent follows a database as long as this lives.
+pub(super) struct Settings {
+    pub database: Database,
+    _subscription: Subscription,
+    _watch: Watch,
+}
+
+impl Settings {
+    pub fn follow(database: &Database, composer: &Composer) -> Result<Self, Report> {
+        // The database may outlive the agent, and then judges nothing by it.
+        let judge = composer.downgrade();
+        database.validate_with(Box::new(move |configuration, changes| match judge.upgrade() {
+            Some(composer) => composer.composition().may_change(configuration, changes),
+            None => Ok(()),
+        }));
+        let follower = composer.downgrade();
+        let subscription = database.subscribe("", move |database, changes| {
+            if let Some(composer) = follower.upgrade() {
+                composer.apply(&database.current(), changes);
+            }
+        })?;
+        let reporter = composer.downgrade();
+        let watch = database.watch(move |edit| report(&reporter, edit))?;
+        Ok(Self { database: database.clone(), _subscription: subscription, _watch: watch })
+    }
+}
+
+/// Says what became of an edited file; of a refused one line by line, as a line of the log is short.
+fn report(reporter: &WeakComposer, edit: Result<Vec<Change>, Report>) {
+    let Some(composer) = reporter.upgrade() else { return };
+    match edit {
+        Ok(changes) if changes.is_empty() => {}
+        Ok(changes) => {
+            let paths: Vec<_> = changes.iter().map(|change| change.path.as_str()).collect();
+            composer.log(Level::Info, &format!("the edited configuration holds now: {}", paths.join(", ")));
+        }
+        Err(report) => {
+            composer.log(Level::Error, "the edited configuration is refused; what held before goes on");
+            report.render(false).lines().for_each(|line| composer.log(Level::Error, line));
+        }
+    }
+}
+
+/// A setting that may change while the agent runs.
+enum Live<'a> {
+    Parameter { module: &'a str, name: &'a str },
+    Enabled { module: &'a str },
+    Input { module: &'a str, port: &'a str },
+    LogLevel,
+}
+
+impl<'a> Live<'a> {
+    fn of(change: &'a Change) -> Option<Self> {
+        let names: Vec<&str> = change.names().iter().map(String::as_str).collect();
+        match names[..] {
+            ["modules", module, "params", name, ..] => Some(Self::Parameter { module, name }),
+            ["modules", module, "enabled"] => Some(Self::Enabled { module }),
+            ["modules", module, "inputs", port, ..] => Some(Self::Input { module, port }),
+            ["log", "level"] | ["log", "levels", _] => Some(Self::LogLevel),
+            _ => None,
+        }
+    }
+}
+
+const LATER: &str = "it takes effect at the next start: write it into the file, and start the agent again";
+
+impl Composition {
+    /// Whether a running agent can have that configuration.
+    fn may_change(&self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
+        let configuration = configuration.with_loaded_of(&self.configuration);
+        let mut diagnostics = self.refusals(&configuration, changes);
+        let mut complaints = Complaints::new(&configuration);
+        survey(&configuration, &self.catalogue, &mut complaints);
+        diagnostics.append(&mut complaints.diagnostics);
+        if diagnostics.is_empty() { Ok(()) } else { Err(Report::from(diagnostics)) }
+    }
+
+    /// The changes that a running agent can't make.
+    fn refusals(&self, configuration: &Configuration, changes: &[Change]) -> Vec<Diagnostic> {
+        let names = |configuration: &Configuration| -> BTreeSet<String> {
+            configuration.modules().iter().map(|module| module.name.value.clone()).collect()
+        };
+        let (before, after) = (names(&self.configuration), names(configuration));
+        let place = |path: &str, message: String, help: &str| match configuration.value(path) {
+            Some(value) => configuration.diagnostic(value.span, message, Some(help.into())),
+            None => Diagnostic::without_place(message, Some(help.into())),
+        };
+        let mut diagnostics: Vec<_> = before
+            .symmetric_difference(&after)
+            .map(|module| {
+                let what = if after.contains(module) { "added" } else { "taken out" };
+                let message = format!("module `{module}` can't be {what} while the agent runs");
+                let help = format!("{LATER}; or load and unload the plugin that brings it");
+                place(&format!("modules.\"{module}\""), message, &help)
+            })
+            .collect();
+        for change in changes {
+            let of_module = match change.names() {
+                [section, module, ..] if section == "modules" => Some(module),
+                _ => None,
+            };
+            if of_module.is_some_and(|module| before.contains(module) != after.contains(module)) {
+                continue;
+            }
+            let path = &change.path;
+            let linked = |configuration: &Configuration, input: &str| {
+                configuration.links().iter().any(|link| link.to.value == input)
+            };
+            let refusal = match Live::of(change) {
+                Some(Live::Parameter { .. } | Live::LogLevel) => None,
+                Some(Live::Enabled { module }) => linked(configuration, &format!("{module}/enabled"))
+                    .then(|| format!("`{path}` has no effect, as a link switches the module")),
+                Some(Live::Input { module, port }) => {
+                    let input = format!("{module}/{port}");
+                    let had = linked(&self.configuration, &input);
+                    let value = configuration.modules().iter().find(|own| own.name.value == module);
+                    let has_value = value.is_some_and(|module| module.inputs.get(port).is_some());
+                    if had != linked(configuration, &input) {
+                        Some(format!("the link of `{input}` can't change while the agent runs"))
+                    } else if !had && !has_value {
+                        Some(format!("the value of `{input}` can't be taken back while the agent runs"))
+                    } else {
+                        None
+                    }
+                }
+                None => Some(format!("`{path}` can't change while the agent runs")),
+            };
+            diagnostics.extend(refusal.map(|message| place(path, message, LATER)));
+        }
+        diagnostics
+    }
+}
+
+/// What changes of a module.
+#[derive(Default)]
+struct ModuleChange<'a> {
+    parameters: BTreeSet<&'a str>,
+    enabled: bool,
+    inputs: BTreeSet<&'a str>,
+}
+
+impl Composer {
+    /// Brings changes to the modules; they were found to fit.
+    fn apply(&self, configuration: &Configuration, changes: &[Change]) {
+        let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
+        let mut of_log = false;
+        for change in changes {
+            match Live::of(change) {
+                Some(Live::Parameter { module, name }) => {
+                    of_modules.entry(module).or_default().parameters.insert(name);
+                }
+                Some(Live::Enabled { module }) => of_modules.entry(module).or_default().enabled = true,
+                Some(Live::Input { module, port }) => {
+                    of_modules.entry(module).or_default().inputs.insert(port);
+                }
+                Some(Live::LogLevel) => of_log = true,
+                None => {}
+            }
+        }
+        if of_log {
+            self.set_log_levels(configuration.log().levels());
+        }
+        let mut composition = self.composition();
+        let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
+        let mut complaints = Complaints::new(&configuration);
+        let survey = survey(&configuration, &composition.catalogue, &mut complaints);
+        for surveyed in &survey.modules {
+            let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };
+            if let Err(error) = self.apply_to(surveyed, change) {
+                self.log(Level::Error, &format!("a change of the configuration is lost: {error}"));
+            }
+        }
+        // A plugin that was exchanged since it was judged may see it otherwise.
+        complaints.diagnostics.iter().for_each(|complaint| self.log(Level::Error, &complaint.to_string()));
+        drop(survey);
+        composition.configuration = configuration;
+    }
+
+    fn apply_to(&self, surveyed: &Surveyed<'_>, change: &ModuleChange<'_>) -> Result<(), BoardError> {
+        let (name, now) = (&surveyed.module.name.value, self.now());
+        let own = |port: &str| {
+            let path = format!("{name}/{port}");
+            // Not what a link leads to.
+            self.board().find(&path).map(|(property, _)| Some(property).filter(|own| own.path() == path))
+        };
+        if !change.parameters.is_empty()
+            && let Some(property) = own("params")?
+        {
+            // One write, so that a tick sees all or nothing of it; what else was set on the blackboard stays.
+            let view = View::new(property.descriptor(), &surveyed.params, 0);
+            let Some(Value::Table(mut fields)) = view.map(|view| view.value()) else { return Ok(()) };
+            fields.retain(|(field, _)| change.parameters.contains(field.as_str()));
+            property.set("", &Value::Table(fields), now)?;
+        }
+        for (index, bytes) in &surveyed.inputs {
+            let port = surveyed.description.ports[*index].name.as_str();
+            if change.inputs.contains(port)
+                && let Some(property) = own(port)?
+            {
+                property.set_bytes(bytes, now)?;
+            }
+        }
+        // Last, so that a module that is switched on sees the rest.
+        if change.enabled
+            && let Some(property) = own("enabled")?
+        {
+            property.set("value", &Value::Bool(surveyed.module.enabled.value), now)?;
+        }
+        Ok(())
+    }
+}

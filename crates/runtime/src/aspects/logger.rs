@@ -1,0 +1,63 @@
+//! The aspect [`Logger`](aspect::Logger): what is logged is decided by a module.
+
+use std::sync::Arc;
+
+use slate_module::Level;
+use slate_module::aspect;
+use slate_module::table::Bytes;
+
+use super::calls::text;
+use super::{HostService, Means};
+use crate::digest::Digest;
+use crate::log::Logger;
+
+struct Service {
+    table: aspect::Logger,
+    logger: Arc<Logger>,
+    /// What this tick asked for.
+    changes: Vec<(String, Level)>,
+}
+
+// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+unsafe impl Send for Service {}
+
+pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
+    let mut service = Box::new(Service {
+        table: aspect::Logger { context: std::ptr::null_mut(), level, set_level, dropped },
+        logger: Arc::clone(&means.logger),
+        changes: Vec::new(),
+    });
+    service.table.context = (&raw mut *service).cast();
+    service
+}
+
+impl HostService for Service {
+    fn table(&self) -> *const u8 {
+        (&raw const self.table).cast()
+    }
+
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
+        for (module, level) in self.changes.drain(..) {
+            self.logger.set_level(Some(module.as_str()).filter(|module| !module.is_empty()), level);
+        }
+    }
+
+    fn abandon(&mut self) {
+        self.changes.clear();
+    }
+}
+
+unsafe extern "C" fn level(context: *mut (), module: Bytes) -> u32 {
+    // SAFETY: the context is the service, which the module's tick uses alone; the name lives during the call.
+    unsafe { (*context.cast::<Service>()).logger.level(&text(module)) as u32 }
+}
+
+unsafe extern "C" fn set_level(context: *mut (), module: Bytes, level: u32) {
+    // SAFETY: as for `level`.
+    unsafe { (*context.cast::<Service>()).changes.push((text(module), Level::from_number(level))) }
+}
+
+unsafe extern "C" fn dropped(context: *mut ()) -> u64 {
+    // SAFETY: as for `level`.
+    unsafe { (*context.cast::<Service>()).logger.dropped() }
+}

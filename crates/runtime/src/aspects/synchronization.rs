@@ -1,0 +1,115 @@
+//! The aspect [`Synchronization`](aspect::Synchronization): points that a module emits and looks at.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_module::aspect;
+use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+
+use super::calls::{name, say};
+use super::{HostService, Means};
+use crate::digest::Digest;
+use crate::synchronization::{Emitter, Point, PointError, Synchronization};
+
+struct Service {
+    table: aspect::Synchronization,
+    synchronization: Arc<Synchronization>,
+    module: Arc<str>,
+    emitters: BTreeMap<String, Open>,
+    /// Points that are looked at, with what they were counted to when this tick began.
+    points: BTreeMap<String, (Arc<Point>, u64)>,
+}
+
+struct Open {
+    emitter: Emitter,
+    /// How often this tick emits it.
+    times: u32,
+}
+
+// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+unsafe impl Send for Service {}
+
+pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+    let mut service = Box::new(Service {
+        table: aspect::Synchronization { context: std::ptr::null_mut(), emit, count },
+        synchronization: Arc::clone(&means.synchronization),
+        module: Arc::clone(module),
+        emitters: BTreeMap::new(),
+        points: BTreeMap::new(),
+    });
+    service.table.context = (&raw mut *service).cast();
+    service
+}
+
+impl HostService for Service {
+    fn table(&self) -> *const u8 {
+        (&raw const self.table).cast()
+    }
+
+    fn prepare(&mut self, _: u64) {
+        self.points.values_mut().for_each(|(point, count)| *count = point.count().get());
+    }
+
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
+        for open in self.emitters.values_mut() {
+            for _ in 0..std::mem::take(&mut open.times) {
+                open.emitter.emit();
+            }
+        }
+    }
+
+    fn abandon(&mut self) {
+        self.emitters.values_mut().for_each(|open| open.times = 0);
+    }
+}
+
+impl Service {
+    fn emit(&mut self, name: &str) -> Result<(), PointError> {
+        if let Some(open) = self.emitters.get_mut(name) {
+            open.times += 1;
+            return Ok(());
+        }
+        let emitter = self.synchronization.emitter(name, &self.module)?;
+        self.emitters.insert(name.into(), Open { emitter, times: 1 });
+        Ok(())
+    }
+
+    fn count(&mut self, name: &str) -> Result<u64, PointError> {
+        if let Some((_, count)) = self.points.get(name) {
+            return Ok(*count);
+        }
+        let point = self.synchronization.point(name)?;
+        let count = point.count().get();
+        self.points.insert(name.into(), (point, count));
+        Ok(count)
+    }
+}
+
+unsafe extern "C" fn emit(context: *mut (), point: Bytes, sink: *const Sink) -> i32 {
+    // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
+    unsafe {
+        match (*context.cast::<Service>()).emit(name(point)) {
+            Ok(()) => DONE,
+            Err(error) => {
+                say(sink, &error.to_string());
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn count(context: *mut (), point: Bytes, count: *mut u64, sink: *const Sink) -> i32 {
+    // SAFETY: as for `emit`, and the place of the count lives during the call.
+    unsafe {
+        match (*context.cast::<Service>()).count(name(point)) {
+            Ok(found) => {
+                count.write(found);
+                DONE
+            }
+            Err(error) => {
+                say(sink, &error.to_string());
+                REFUSED
+            }
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Who keeps the threads of modules: no code leaves while a thread runs it.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use slate_module::Level;
+use slate_module::aspect::ThreadState;
+
+use super::thread::{Life, Thread};
+use crate::clock::Clock;
+use crate::log::Logger;
+use crate::main_loop::thread_name;
+
+/// How often is looked whether threads have ended.
+const LOOK: Duration = Duration::from_micros(500);
+
+/// All threads that modules own.
+pub(crate) struct ThreadKeeper {
+    groups: Mutex<BTreeMap<Arc<str>, Arc<Group>>>,
+    /// How long a thread may take to stop.
+    hang: Duration,
+    lockstep: bool,
+    /// Whether it was said that threads can't be repeated.
+    warned: AtomicBool,
+    logger: Arc<Logger>,
+    clock: Arc<Clock>,
+}
+
+/// The threads of a module.
+pub(super) struct Group {
+    module: Arc<str>,
+    inner: Mutex<Inner>,
+}
+
+#[derive(Default)]
+struct Inner {
+    /// How many don't want a thread to begin.
+    closed: u32,
+    owned: Vec<Owned>,
+}
+
+struct Owned {
+    thread: Arc<Thread>,
+    handle: JoinHandle<()>,
+    /// Whether it was named as one that does not stop.
+    named: bool,
+}
+
+/// A thread that has not stopped.
+#[derive(Clone, Debug)]
+pub(crate) struct Lingering {
+    pub module: Arc<str>,
+    pub thread: Arc<str>,
+    /// How long was waited.
+    pub limit: Duration,
+}
+
+/// While it is there, no thread of some modules begins.
+pub(crate) struct Closed(Vec<Arc<Group>>);
+
+impl Drop for Closed {
+    fn drop(&mut self) {
+        self.0.iter().for_each(|group| group.inner().closed -= 1);
+    }
+}
+
+impl ThreadKeeper {
+    pub fn new(hang: Duration, lockstep: bool, logger: &Arc<Logger>, clock: &Arc<Clock>) -> Arc<Self> {
+        Arc::new(Self {
+            groups: Mutex::default(),
+            hang,
+            lockstep,
+            warned: AtomicBool::new(false),
+            logger: Arc::clone(logger),
+            clock: Arc::clone(clock),
+        })
+    }
+
+    fn groups(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<Group>>> {
+        self.groups.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The threads of a module that begins.
+    pub(super) fn group(&self, module: &Arc<str>) -> Arc<Group> {
+        let group = Arc::new(Group { module: Arc::clone(module), inner: Mutex::default() });
+        self.groups().insert(Arc::clone(module), Arc::clone(&group));
+        group
+    }
+
+    /// Stops the threads of modules whose code is about to leave, and lets none begin until the result is dropped.
+    ///
+    /// # Errors
+    /// A thread that does not stop in time; others may begin again then.
+    pub fn close(&self, modules: &[String]) -> Result<Closed, Lingering> {
+        let groups = self.groups();
+        let closed = modules.iter().filter_map(|module| groups.get(module.as_str()).cloned()).collect();
+        drop(groups);
+        let closed = close(closed);
+        match lingering(&closed.0, self.hang).into_iter().next() {
+            None => Ok(closed),
+            Some(lingering) => Err(lingering),
+        }
+    }
+
+    /// Stops all threads for good; those that don't stop in time are named in the log.
+    pub fn end(&self) {
+        let groups: Vec<_> = self.groups().values().cloned().collect();
+        // For good, beside what the guard does.
+        groups.iter().for_each(|group| group.inner().closed += 1);
+        self.name(&lingering(&close(groups).0, self.hang));
+    }
+
+    /// Begins a thread; gives it back while none may begin.
+    pub(super) fn start(&self, group: &Group, life: Life) -> Result<(), Life> {
+        let mut inner = group.inner();
+        if inner.closed > 0 {
+            return Err(life);
+        }
+        if self.lockstep && !self.warned.swap(true, Ordering::Relaxed) {
+            let text = format!(
+                "{} begins the thread `{}`: what threads of modules do can't be repeated, so from here on neither can \
+                 the run",
+                group.module, life.thread.name
+            );
+            self.logger.log(self.clock.now(), Level::Warn, &text);
+        }
+        let thread = Arc::clone(&life.thread);
+        let name = thread_name(&format!("{}/{}", group.module, thread.name));
+        match std::thread::Builder::new().name(name).spawn(move || life.live()) {
+            Ok(handle) => {
+                inner.owned.retain(|owned| !owned.handle.is_finished());
+                inner.owned.push(Owned { thread, handle, named: false });
+            }
+            Err(error) => {
+                thread.set(ThreadState::Ended);
+                let text =
+                    format!("the thread `{}` of {} can't be started: {error}", thread.name, group.module);
+                self.logger.log(self.clock.now(), Level::Error, &text);
+            }
+        }
+        Ok(())
+    }
+
+    /// The module's instance is gone: tells its threads to stop, and has those named that don't.
+    pub(super) fn stop(self: &Arc<Self>, group: &Arc<Group>) {
+        if !group.stop() {
+            return;
+        }
+        let (keeper, group) = (Arc::clone(self), Arc::clone(group));
+        // Not here: it may be a tick that failed. Without another thread nobody is named, and all else stays true.
+        let _ = std::thread::Builder::new()
+            .name("threads".into())
+            .spawn(move || keeper.name(&lingering(&[group], keeper.hang)));
+    }
+
+    /// The module is gone.
+    pub(super) fn forget(&self, group: &Arc<Group>) {
+        self.groups().retain(|_, other| !Arc::ptr_eq(other, group));
+    }
+
+    fn name(&self, lingering: &[Lingering]) {
+        for Lingering { module, thread, limit } in lingering {
+            let text = format!(
+                "the thread `{thread}` of {module} has not ended within {limit:?} of being told to stop; it is left \
+                 behind, and its code stays in memory"
+            );
+            self.logger.log(self.clock.now(), Level::Error, &text);
+        }
+    }
+}
+
+impl Group {
+    fn inner(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether one of that name has not ended yet.
+    pub fn has(&self, name: &str) -> bool {
+        self.inner().owned.iter().any(|owned| *owned.thread.name == *name && owned.thread.is_running())
+    }
+
+    /// Tells the threads to stop; whether one that is not known for that runs on.
+    fn stop(&self) -> bool {
+        let inner = self.inner();
+        inner.owned.iter().for_each(|owned| owned.thread.stop());
+        inner.owned.iter().any(|owned| !owned.named && !owned.handle.is_finished())
+    }
+
+    /// Takes out the threads that have ended; whether any is left.
+    fn settle(&self) -> bool {
+        let mut inner = self.inner();
+        let (ended, left) =
+            std::mem::take(&mut inner.owned).into_iter().partition(|owned| owned.handle.is_finished());
+        inner.owned = left;
+        let is_left = !inner.owned.is_empty();
+        drop(inner);
+        let ended: Vec<Owned> = ended;
+        // So that what the thread cleans up at its very end is done, too. A panic did not leave the module's code.
+        ended.into_iter().for_each(|owned| drop(owned.handle.join()));
+        is_left
+    }
+}
+
+fn close(groups: Vec<Arc<Group>>) -> Closed {
+    for group in &groups {
+        group.inner().closed += 1;
+        group.stop();
+    }
+    Closed(groups)
+}
+
+/// Waits until the threads have ended; those that don't in time.
+#[allow(clippy::disallowed_methods, reason = "whether a thread ends is a matter of the wall clock")]
+fn lingering(groups: &[Arc<Group>], limit: Duration) -> Vec<Lingering> {
+    let start = Instant::now();
+    while groups.iter().filter(|group| group.settle()).count() > 0 {
+        if start.elapsed() >= limit {
+            break;
+        }
+        std::thread::sleep(LOOK);
+    }
+    let mut lingering = Vec::new();
+    for group in groups {
+        for owned in &mut group.inner().owned {
+            owned.named = true;
+            let (module, thread) = (Arc::clone(&group.module), Arc::clone(&owned.thread.name));
+            lingering.push(Lingering { module, thread, limit });
+        }
+    }
+    lingering
+}

@@ -1,0 +1,246 @@
+//! The aspect [`Threads`]: threads that a module owns and the host keeps.
+
+mod keeper;
+mod ring;
+mod thread;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_module::ModuleKind;
+use slate_module::aspect::{ABSENT, FULL, ThreadBody, ThreadState, Threads};
+use slate_module::table::{Bytes, DONE, Sink};
+
+use super::calls::{name, text};
+use super::{HostService, Means};
+use crate::clock::Clock;
+use crate::digest::Digest;
+use crate::log::Logger;
+use crate::synchronization::Synchronization;
+use keeper::Group;
+pub(crate) use keeper::{Closed, ThreadKeeper};
+use ring::{Inlet, Outlet, ring};
+use thread::{Body, Life, Thread, answer, room};
+
+/// How many threads a module may have at a time.
+const LIMIT: usize = 16;
+/// The largest ring, bytes.
+const LARGEST: usize = 1 << 30;
+
+struct Service {
+    table: Threads,
+    module: Arc<str>,
+    keeper: Arc<ThreadKeeper>,
+    group: Arc<Group>,
+    logger: Arc<Logger>,
+    clock: Arc<Clock>,
+    synchronization: Arc<Synchronization>,
+    /// The module's code.
+    kind: Option<ModuleKind>,
+    /// By name, also those that have ended.
+    threads: BTreeMap<String, Own>,
+}
+
+/// A thread, from the tick's side.
+struct Own {
+    thread: Arc<Thread>,
+    /// Until it begins.
+    life: Option<Life>,
+    /// Whether this tick asked for it.
+    fresh: bool,
+    /// Whether this tick wants it to stop.
+    stop: bool,
+    inlet: Inlet,
+    outlet: Outlet,
+}
+
+// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+unsafe impl Send for Service {}
+
+pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
+    let mut service = Box::new(Service {
+        table: Threads { context: std::ptr::null_mut(), spawn, state, stop, send, receive },
+        module: Arc::clone(module),
+        keeper: Arc::clone(&means.threads),
+        group: means.threads.group(module),
+        logger: Arc::clone(&means.logger),
+        clock: Arc::clone(&means.clock),
+        synchronization: Arc::clone(&means.synchronization),
+        kind: None,
+        threads: BTreeMap::new(),
+    });
+    service.table.context = (&raw mut *service).cast();
+    service
+}
+
+impl HostService for Service {
+    fn table(&self) -> *const u8 {
+        (&raw const self.table).cast()
+    }
+
+    fn begin(&mut self, kind: &ModuleKind) {
+        self.end();
+        self.kind = Some(kind.clone());
+    }
+
+    fn prepare(&mut self, _: u64) {
+        self.threads.values_mut().for_each(|own| own.outlet.look());
+    }
+
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
+        for own in self.threads.values_mut() {
+            own.fresh = false;
+            if let Some(life) = own.life.take() {
+                own.life = self.keeper.start(&self.group, life).err();
+            }
+            if own.inlet.send() {
+                own.thread.tell();
+            }
+            if std::mem::take(&mut own.stop) {
+                own.thread.stop();
+            }
+        }
+    }
+
+    fn abandon(&mut self) {
+        self.threads.retain(|_, own| !own.fresh);
+        for own in self.threads.values_mut() {
+            own.inlet.forget();
+            own.stop = false;
+        }
+    }
+
+    fn end(&mut self) {
+        // What never began goes with the code that it is made of, and what runs belongs to an instance that is gone.
+        self.threads.clear();
+        self.keeper.stop(&self.group);
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        self.end();
+        self.keeper.forget(&self.group);
+    }
+}
+
+impl Service {
+    fn spawn(&mut self, name: &str, bytes: usize, body: Body) -> Result<(), String> {
+        let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"_-".contains(&byte);
+        if name.is_empty() || name.len() > 64 || !name.bytes().all(is_part) {
+            return Err(format!(
+                "`{name}` is no name of a thread: expected up to 64 letters, digits, `_` and `-`"
+            ));
+        }
+        if bytes > LARGEST {
+            return Err(format!("rings of {bytes} bytes are too large: at most {LARGEST}"));
+        }
+        if self.state(name) == ThreadState::Running as u32 {
+            return Err(format!("the thread `{name}` runs already, or has not ended yet"));
+        }
+        let running = self.threads.values().filter(|own| own.thread.is_running()).count();
+        if running >= LIMIT {
+            return Err(format!("no room for the thread `{name}`: there are {LIMIT}, which is the limit"));
+        }
+        let Some(kind) = self.kind.clone() else { return Err("the module has not begun".into()) };
+        let thread = Thread::new(name);
+        let (inlet, outlet_of_thread) = ring(bytes);
+        let (inlet_of_thread, outlet) = ring(bytes);
+        let life = Life {
+            thread: Arc::clone(&thread),
+            body,
+            inlet: inlet_of_thread,
+            outlet: outlet_of_thread,
+            log: self.logger.module(&self.module, false),
+            clock: Arc::clone(&self.clock),
+            synchronization: Arc::clone(&self.synchronization),
+            module: Arc::clone(&self.module),
+            kind,
+        };
+        let own = Own { thread, life: Some(life), fresh: true, stop: false, inlet, outlet };
+        self.threads.insert(name.into(), own);
+        Ok(())
+    }
+
+    fn state(&self, name: &str) -> u32 {
+        match self.threads.get(name) {
+            Some(own) => own.thread.state(),
+            // One of an earlier instance may not have ended yet.
+            None if self.group.has(name) => ThreadState::Running as u32,
+            None => ThreadState::Absent as u32,
+        }
+    }
+
+    fn own(&mut self, name: &str) -> Result<&mut Own, String> {
+        self.threads.get_mut(name).ok_or_else(|| format!("no thread `{name}` was begun"))
+    }
+}
+
+/// # Safety
+/// The context is a service, which the module's tick uses alone, in one call at a time.
+unsafe fn service<'a>(context: *mut ()) -> &'a mut Service {
+    // SAFETY: passed on to the caller.
+    unsafe { &mut *context.cast::<Service>() }
+}
+
+unsafe extern "C" fn spawn(
+    context: *mut (),
+    name: Bytes,
+    bytes: usize,
+    body: ThreadBody,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: the module gives the body away; its code stays as long as the service or the thread that has it.
+    unsafe {
+        let spawned = service(context).spawn(&text(name), bytes, Body::new(body));
+        answer(spawned.map(|()| true), DONE, sink)
+    }
+}
+
+unsafe extern "C" fn state(context: *mut (), thread: Bytes) -> u32 {
+    // SAFETY: the context is the service, and the name lives during the call.
+    unsafe { service(context).state(name(thread)) }
+}
+
+unsafe extern "C" fn stop(context: *mut (), thread: Bytes) {
+    // SAFETY: as for `state`.
+    if let Ok(own) = unsafe { service(context).own(name(thread)) } {
+        own.stop = true;
+    }
+}
+
+unsafe extern "C" fn send(
+    context: *mut (),
+    thread: Bytes,
+    schema: u64,
+    value: Bytes,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: as for `state`, and all else lives during the call.
+    unsafe {
+        let name = name(thread);
+        let sent = service(context).own(name).and_then(|own| {
+            if own.thread.is_running() {
+                own.inlet.add(schema, value.as_slice())
+            } else {
+                Err(format!("the thread `{name}` has ended"))
+            }
+        });
+        answer(sent, FULL, sink)
+    }
+}
+
+unsafe extern "C" fn receive(
+    context: *mut (),
+    thread: Bytes,
+    schema: u64,
+    value: *mut u8,
+    size: usize,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: as for `send`, and there is room for a value of that size.
+    unsafe {
+        let own = service(context).own(name(thread));
+        answer(own.and_then(|own| own.outlet.take(schema, room(value, size))), ABSENT, sink)
+    }
+}

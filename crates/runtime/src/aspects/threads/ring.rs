@@ -1,0 +1,183 @@
+//! The way of values from a tick to a thread, or back: a ring of bytes that neither side waits for.
+
+use rtrb::{Consumer, Producer, RingBuffer};
+
+/// Before each value: its schema, and its size.
+const HEADER: usize = 12;
+
+/// A ring of so many bytes.
+pub(super) fn ring(bytes: usize) -> (Inlet, Outlet) {
+    let (producer, consumer) = RingBuffer::new(bytes);
+    (Inlet { producer, held: Vec::with_capacity(bytes), bytes }, Outlet { consumer, visible: 0 })
+}
+
+/// Where values go in.
+pub(super) struct Inlet {
+    producer: Producer<u8>,
+    /// Values that are not sent yet.
+    held: Vec<u8>,
+    bytes: usize,
+}
+
+impl Inlet {
+    /// Holds a value to be sent; false when there is no room.
+    ///
+    /// # Errors
+    /// When there never will be.
+    pub fn add(&mut self, schema: u64, value: &[u8]) -> Result<bool, String> {
+        let size = HEADER + value.len();
+        if size > self.bytes {
+            return Err(format!(
+                "a value of {} bytes needs {size} in the ring, which has {}; begin the thread with more room",
+                value.len(),
+                self.bytes
+            ));
+        }
+        if self.held.len() + size > self.producer.slots() {
+            return Ok(false);
+        }
+        self.held.extend_from_slice(&schema.to_le_bytes());
+        self.held.extend_from_slice(&(value.len() as u32).to_le_bytes());
+        self.held.extend_from_slice(value);
+        Ok(true)
+    }
+
+    /// Sends what is held; whether there was anything.
+    pub fn send(&mut self) -> bool {
+        if self.held.is_empty() {
+            return false;
+        }
+        // There was room when it was held, and nobody else fills it. The other side sees all of it or nothing.
+        let sent = self.producer.push_entire_slice(&self.held).is_ok();
+        self.held.clear();
+        sent
+    }
+
+    /// Forgets what is held.
+    pub fn forget(&mut self) {
+        self.held.clear();
+    }
+}
+
+/// Where values come out.
+pub(super) struct Outlet {
+    consumer: Consumer<u8>,
+    /// Bytes of the values that may be taken; always whole values.
+    visible: usize,
+}
+
+impl Outlet {
+    /// From now on, what was sent until now can be taken.
+    pub fn look(&mut self) {
+        self.visible = self.consumer.slots();
+    }
+
+    /// Takes the next value; false when there is none.
+    ///
+    /// # Errors
+    /// When it is another one than expected; it is lost then.
+    pub fn take(&mut self, schema: u64, value: &mut [u8]) -> Result<bool, String> {
+        if self.visible == 0 {
+            return Ok(false);
+        }
+        let (mut found, mut size) = ([0; 8], [0; 4]);
+        // Values are sent as a whole, so what follows is there.
+        let _ = self.consumer.pop_entire_slice(&mut found);
+        let _ = self.consumer.pop_entire_slice(&mut size);
+        let (found, size) = (u64::from_le_bytes(found), u32::from_le_bytes(size) as usize);
+        self.visible -= HEADER + size;
+        if found == schema && size == value.len() {
+            let _ = self.consumer.pop_entire_slice(value);
+            return Ok(true);
+        }
+        if let Ok(rest) = self.consumer.read_chunk(size) {
+            rest.commit_all();
+        }
+        Err(format!("the next value is of another interface: {found:016x}, not {schema:016x}; it is dropped"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+    use std::collections::VecDeque;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[derive(Clone, Debug)]
+    enum Step {
+        Add(u64, Vec<u8>),
+        Send,
+        Forget,
+        Look,
+        Take(u64, usize),
+    }
+
+    fn step() -> impl Strategy<Value = Step> {
+        prop_oneof![
+            (0..3_u64, prop::collection::vec(any::<u8>(), 0..24)).prop_map(|(s, v)| Step::Add(s, v)),
+            Just(Step::Send),
+            Just(Step::Forget),
+            Just(Step::Look),
+            (0..3_u64, 0..24_usize).prop_map(|(schema, size)| Step::Take(schema, size)),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn does_as_a_queue_of_values(steps in prop::collection::vec(step(), 0..200), bytes in 0..100_usize) {
+            let (mut inlet, mut outlet) = ring(bytes);
+            let (mut held, mut sent) = (Vec::new(), VecDeque::new());
+            let mut visible = 0;
+            for step in steps {
+                match step {
+                    Step::Add(schema, value) => {
+                        let size = |(_, value): &(u64, Vec<u8>)| value.len() + HEADER;
+                        let used: usize = held.iter().chain(&sent).map(size).sum();
+                        let added = inlet.add(schema, &value);
+                        if value.len() + HEADER > bytes {
+                            prop_assert!(added.is_err());
+                        } else {
+                            let room = used + value.len() + HEADER <= bytes;
+                            prop_assert_eq!(added, Ok(room));
+                            if room {
+                                held.push((schema, value));
+                            }
+                        }
+                    }
+                    Step::Send => {
+                        prop_assert_eq!(inlet.send(), !held.is_empty());
+                        sent.extend(held.drain(..));
+                    }
+                    Step::Forget => {
+                        inlet.forget();
+                        held.clear();
+                    }
+                    Step::Look => {
+                        outlet.look();
+                        visible = sent.len();
+                    }
+                    Step::Take(schema, size) => {
+                        let mut value = vec![0; size];
+                        let taken = outlet.take(schema, &mut value);
+                        if visible == 0 {
+                            prop_assert_eq!(taken, Ok(false));
+                            continue;
+                        }
+                        visible -= 1;
+                        let (is, expected) = sent.pop_front().unwrap();
+                        if is == schema && expected.len() == size {
+                            prop_assert_eq!(taken, Ok(true));
+                            prop_assert_eq!(value, expected);
+                        } else {
+                            prop_assert!(taken.is_err());
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The aspect [`TimeSource`](aspect::TimeSource): a module says what time the next cycle has.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use slate_module::aspect;
+
+use super::{HostService, Means};
+use crate::clock::TimeSource;
+use crate::digest::Digest;
+
+/// The time of the next cycle, as a module has said; [`NOTHING`] when it has not.
+#[derive(Debug)]
+pub(crate) struct TimePlace(AtomicU64);
+
+const NOTHING: u64 = u64::MAX;
+
+impl Default for TimePlace {
+    fn default() -> Self {
+        Self(AtomicU64::new(NOTHING))
+    }
+}
+
+/// What the loop asks.
+#[derive(Debug)]
+pub(crate) struct PlaceTime(pub Arc<TimePlace>);
+
+impl TimeSource for PlaceTime {
+    fn next(&mut self, _: Option<u64>, planned: u64) -> u64 {
+        match self.0.0.swap(NOTHING, Ordering::AcqRel) {
+            NOTHING => planned,
+            time => time,
+        }
+    }
+}
+
+struct Service {
+    table: aspect::TimeSource,
+    place: Arc<TimePlace>,
+    now: u64,
+    asked: u64,
+}
+
+// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+unsafe impl Send for Service {}
+
+pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
+    let table = aspect::TimeSource { context: std::ptr::null_mut(), next };
+    let mut service = Box::new(Service { table, place: Arc::clone(&means.time), now: 0, asked: NOTHING });
+    service.table.context = (&raw mut *service).cast();
+    service
+}
+
+impl HostService for Service {
+    fn table(&self) -> *const u8 {
+        (&raw const self.table).cast()
+    }
+
+    fn prepare(&mut self, now: u64) {
+        (self.now, self.asked) = (now, NOTHING);
+    }
+
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
+        if self.asked != NOTHING {
+            self.place.0.store(self.asked, Ordering::Release);
+        }
+    }
+}
+
+unsafe extern "C" fn next(context: *mut (), time: u64) -> i32 {
+    // SAFETY: the context is the service, which the module's tick uses alone.
+    let service = unsafe { &mut *context.cast::<Service>() };
+    if time < service.now || time == NOTHING {
+        return 0;
+    }
+    service.asked = time;
+    1
+}

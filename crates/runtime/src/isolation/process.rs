@@ -1,0 +1,212 @@
+use std::io::{self, IoSlice};
+use std::mem::MaybeUninit;
+use std::os::fd::BorrowedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Child, ExitStatus};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::net::{SendAncillaryBuffer, SendAncillaryMessage, SendFlags, sendmsg};
+use slate_module::table::DONE;
+use slate_module::{Refusal, decode, encode};
+
+use super::child::ARENAS;
+use super::launcher::launch;
+use super::wire::{Begin, Topic, receive, send};
+
+/// How long a process may take to come up, and to set a module up.
+pub(super) const STARTING: Duration = Duration::from_secs(10);
+
+/// How long one that shall end may take to do so.
+const ENDING: Duration = Duration::from_millis(500);
+
+/// What takes lines of the log: level and text.
+pub(super) type Log<'a> = &'a mut dyn FnMut(i32, &[u8]);
+
+/// The host's end of a process that runs a module.
+#[derive(Debug)]
+pub(super) struct Process {
+    child: Child,
+    stream: UnixStream,
+    /// What the stream waits for at most.
+    timeout: Duration,
+    /// What came with the last answer.
+    body: Vec<u8>,
+    /// How it ended.
+    end: Option<String>,
+}
+
+impl Process {
+    /// Starts one that maps those arenas; returns where it has them.
+    pub fn start(
+        program: Option<&Path>,
+        begin: &Begin,
+        arenas: &[BorrowedFd<'_>],
+    ) -> Result<(Self, Vec<usize>), Refusal> {
+        let (child, stream) =
+            launch(program).map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
+        let mut process = Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None };
+        // It fails when the process has ended already, and then the first question says how.
+        let passed = process.pass(arenas);
+        if let Err(refusal) = process.ask(Topic::Begin, &encode(begin)?, STARTING).map(drop) {
+            return Err(match process.end() {
+                Some(end) => format!("its process {end} before it was ready").into(),
+                None => passed.map_or_else(
+                    |error| format!("its process can't be given its memory: {error}").into(),
+                    |()| refusal,
+                ),
+            });
+        }
+        let addresses: Vec<u64> = decode(&process.body)?;
+        if addresses.len() != arenas.len() {
+            return Err("its process did not map its memory".into());
+        }
+        Ok((process, addresses.into_iter().map(|address| address as usize).collect()))
+    }
+
+    /// Passes the arenas' files on, with a byte, as they can't go alone.
+    fn pass(&self, arenas: &[BorrowedFd<'_>]) -> io::Result<()> {
+        let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(ARENAS))];
+        let mut control = SendAncillaryBuffer::new(&mut space);
+        if !arenas.is_empty() && !control.push(SendAncillaryMessage::ScmRights(arenas)) {
+            return Err(io::ErrorKind::ArgumentListTooLong.into());
+        }
+        sendmsg(&self.stream, &[IoSlice::new(&[0])], &mut control, SendFlags::NOSIGNAL)?;
+        Ok(())
+    }
+
+    /// The system's number of it.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// How it ended, if it has.
+    pub fn end(&self) -> Option<&str> {
+        self.end.as_deref()
+    }
+
+    /// Asks for something and waits; what comes with the answer, or the reason of a refusal.
+    pub fn ask(&mut self, topic: Topic, body: &[u8], patience: Duration) -> Result<&[u8], Refusal> {
+        match self.call(topic, body, patience, &mut |_, _| {}) {
+            Some(DONE) => Ok(&self.body),
+            Some(_) => Err(Refusal(String::from_utf8_lossy(&self.body).into_owned())),
+            None => Err(Refusal(self.end.clone().unwrap_or_default())),
+        }
+    }
+
+    /// Asks for something and waits; the code of the answer, or nothing when the process has ended: by itself, or
+    /// because it did not answer in time.
+    pub fn call(&mut self, topic: Topic, body: &[u8], patience: Duration, log: Log<'_>) -> Option<i32> {
+        if self.end.is_some() {
+            return None;
+        }
+        match self.converse(topic, body, patience, log) {
+            Ok(code) => Some(code),
+            Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
+                self.kill(&format!("did not return within {patience:?} and was ended"));
+                None
+            }
+            Err(_) => {
+                self.gone();
+                None
+            }
+        }
+    }
+
+    #[allow(clippy::disallowed_methods, reason = "a hang is a matter of wall-clock time")]
+    fn converse(&mut self, topic: Topic, body: &[u8], patience: Duration, log: Log<'_>) -> io::Result<i32> {
+        if self.timeout != patience {
+            let timeout = Some(patience.max(Duration::from_micros(1)));
+            self.stream.set_read_timeout(timeout)?;
+            self.stream.set_write_timeout(timeout)?;
+            self.timeout = patience;
+        }
+        send(&self.stream, topic, 0, body)?;
+        let start = Instant::now();
+        loop {
+            let (topic, code) = receive(&self.stream, &mut self.body)?;
+            match topic {
+                Topic::Answer => return Ok(code),
+                Topic::Log => log(code, &self.body),
+                _ => return Err(io::ErrorKind::InvalidData.into()),
+            }
+            if start.elapsed() > patience {
+                return Err(io::ErrorKind::TimedOut.into());
+            }
+        }
+    }
+
+    /// Whether it runs; a look costs a system call.
+    pub fn is_alive(&mut self) -> bool {
+        if self.end.is_some() {
+            return false;
+        }
+        let mut polled = [PollFd::new(&self.stream, PollFlags::empty())];
+        let over = poll(&mut polled, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }));
+        if over.is_ok_and(|count| count > 0) {
+            self.gone();
+        }
+        self.end.is_none()
+    }
+
+    /// Ends it, for that reason.
+    pub fn kill(&mut self, reason: &str) {
+        if self.end.is_none() {
+            // It fails when the process has just ended by itself.
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+            self.end = Some(reason.to_owned());
+        }
+    }
+
+    /// Waits until it has ended, which it was asked to; ends it if it does not.
+    pub fn finish(&mut self) {
+        if self.end.is_none() {
+            self.gone();
+        }
+    }
+
+    /// Its stream is closed, so it is about to end, or does what no module does.
+    #[allow(clippy::disallowed_methods, reason = "what ends in the system is a matter of wall-clock time")]
+    fn gone(&mut self) {
+        let start = Instant::now();
+        while start.elapsed() < ENDING {
+            match self.child.try_wait() {
+                Ok(Some(status)) => {
+                    self.end = Some(describe(status));
+                    return;
+                }
+                Ok(None) => std::thread::sleep(Duration::from_micros(50)),
+                Err(_) => break,
+            }
+        }
+        self.kill("closed its connection and was ended");
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.kill("was not needed any more");
+    }
+}
+
+/// How a process ended.
+fn describe(status: ExitStatus) -> String {
+    let Some(signal) = status.signal() else {
+        return format!("ended with exit code {}", status.code().unwrap_or_default());
+    };
+    let name = match signal {
+        4 => "illegal instruction",
+        6 => "abort",
+        7 => "bus error",
+        8 => "arithmetic fault",
+        9 => "killed",
+        11 => "segmentation fault",
+        15 => "terminated",
+        31 => "forbidden system call",
+        _ => "a signal",
+    };
+    format!("ended by signal {signal} ({name})")
+}

@@ -1,0 +1,98 @@
+use std::collections::BTreeMap;
+
+/// Which parts of an arena are free: by where they begin, how long they are. Neighbours are one.
+#[derive(Debug)]
+pub(super) struct Spans(BTreeMap<usize, usize>);
+
+/// Nothing shares a cache line, so that one process does not slow another down.
+pub(super) const GRAIN: usize = 64;
+
+fn rounded(size: usize) -> Option<usize> {
+    size.max(1).checked_next_multiple_of(GRAIN)
+}
+
+impl Spans {
+    /// All of that length is free.
+    pub fn new(length: usize) -> Self {
+        Self(BTreeMap::from([(0, length)]))
+    }
+
+    /// The first place where that fits; `align` is a power of two.
+    pub fn take(&mut self, size: usize, align: usize) -> Option<usize> {
+        let (size, align) = (rounded(size)?, align.max(GRAIN));
+        let (start, length, at) = self.0.iter().find_map(|(&start, &length)| {
+            let at = start.checked_next_multiple_of(align)?;
+            (at.checked_add(size)? <= start + length).then_some((start, length, at))
+        })?;
+        self.0.remove(&start);
+        if at > start {
+            self.0.insert(start, at - start);
+        }
+        let rest = start + length - (at + size);
+        if rest > 0 {
+            self.0.insert(at + size, rest);
+        }
+        Some(at)
+    }
+
+    /// Takes back what [`take`](Spans::take) gave for that size.
+    pub fn give_back(&mut self, at: usize, size: usize) {
+        let Some(mut size) = rounded(size) else { return };
+        let mut start = at;
+        if let Some(next) = self.0.remove(&(at + size)) {
+            size += next;
+        }
+        if let Some((&before, &length)) = self.0.range(..at).next_back()
+            && before + length == at
+        {
+            start = before;
+            size += length;
+        }
+        self.0.insert(start, size);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::{GRAIN, Spans};
+
+    const LENGTH: usize = 64 * GRAIN;
+
+    proptest! {
+        #[test]
+        fn what_is_taken_is_aligned_apart_and_comes_back(
+            steps in prop::collection::vec((any::<bool>(), 0..9 * GRAIN, 0..9_u32), 1..200),
+        ) {
+            let mut spans = Spans::new(LENGTH);
+            let mut taken: Vec<(usize, usize)> = Vec::new();
+            for (give, size, align) in steps {
+                if give && !taken.is_empty() {
+                    let (at, size) = taken.swap_remove(size % taken.len());
+                    spans.give_back(at, size);
+                } else if let Some(at) = spans.take(size, 1 << align) {
+                    prop_assert_eq!(at % (1 << align), 0);
+                    prop_assert!(at + size <= LENGTH);
+                    for (other, length) in &taken {
+                        prop_assert!(at + size.max(1) <= *other || other + (*length).max(1) <= at);
+                    }
+                    taken.push((at, size));
+                }
+            }
+            for (at, size) in taken {
+                spans.give_back(at, size);
+            }
+            prop_assert_eq!(spans.take(LENGTH, 1), Some(0), "all of it is one span again");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let mut spans = Spans::new(LENGTH);
+        assert_eq!(spans.take(LENGTH + 1, 1), None);
+        assert_eq!(spans.take(usize::MAX, 1), None);
+        assert_eq!(spans.take(LENGTH, 1), Some(0));
+        assert_eq!(spans.take(1, 1), None);
+    }
+}

@@ -1,0 +1,143 @@
+//! What the host and an isolated module's process say to each other, over a pair of sockets. Values are not part of
+//! it: they are in shared memory.
+
+use std::io::{self, IoSlice, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use slate_module::Setup;
+use slate_module::blackboard::interface::Value;
+
+/// What a message is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub(super) enum Topic {
+    /// [`Begin`]; the answer is a list of the addresses of its arenas.
+    Begin = 1,
+    /// The answer is a list of [`KindText`].
+    Kinds,
+    /// [`Asked`]; the answer is a portable description.
+    Describe,
+    /// [`Asked`].
+    Create,
+    /// One step over the frame; the answer's code is its outcome.
+    Tick,
+    /// The answer is the state.
+    Save,
+    /// A state.
+    Restore,
+    MayUnload,
+    Destroy,
+    /// The end of what was asked for, with the code of a module's table.
+    Answer,
+    /// A line of the log, with its level as code; any number of them come before an answer.
+    Log,
+}
+
+const TOPICS: [Topic; 11] = [
+    Topic::Begin,
+    Topic::Kinds,
+    Topic::Describe,
+    Topic::Create,
+    Topic::Tick,
+    Topic::Save,
+    Topic::Restore,
+    Topic::MayUnload,
+    Topic::Destroy,
+    Topic::Answer,
+    Topic::Log,
+];
+
+/// Where the code of a module is.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) enum Code {
+    /// Linked into the program.
+    Linked,
+    /// In a library.
+    Library(PathBuf),
+}
+
+/// What a process begins with.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Begin {
+    /// The module's name in the agent.
+    pub name: String,
+    pub code: Code,
+    /// Bytes that it may allocate; 0 for as many as there are.
+    pub memory: u64,
+    /// For each arena, whose file came first, whether it may be written to.
+    pub arenas: Vec<bool>,
+    pub arena_length: usize,
+}
+
+/// A kind of module.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct KindText {
+    pub name: String,
+    pub doc: String,
+    pub section: String,
+}
+
+/// A description or an instance that is asked for.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Asked {
+    pub kind: String,
+    pub name: String,
+    pub seed: u64,
+    pub period: u64,
+    pub section: Option<Value>,
+    pub params: Vec<u8>,
+    /// Where the frame is in the process that is asked.
+    pub frame: usize,
+}
+
+impl Asked {
+    pub fn new(kind: &str, setup: &Setup<'_>, params: &[u8], frame: usize) -> Self {
+        Self {
+            kind: kind.into(),
+            name: setup.name.into(),
+            seed: setup.seed,
+            period: setup.period,
+            section: setup.section.cloned(),
+            params: params.into(),
+            frame,
+        }
+    }
+
+    pub fn setup(&self) -> Setup<'_> {
+        Setup { name: &self.name, seed: self.seed, period: self.period, section: self.section.as_ref() }
+    }
+}
+
+/// Topic, code, and how many bytes follow.
+const HEADER: usize = 12;
+
+/// Sends a message in one go.
+pub(super) fn send(mut stream: &UnixStream, topic: Topic, code: i32, body: &[u8]) -> io::Result<()> {
+    let length = u32::try_from(body.len()).map_err(|_| io::ErrorKind::FileTooLarge)?;
+    let mut header = [0; HEADER];
+    header[..4].copy_from_slice(&(topic as u32).to_ne_bytes());
+    header[4..8].copy_from_slice(&code.to_ne_bytes());
+    header[8..].copy_from_slice(&length.to_ne_bytes());
+    let sent = stream.write_vectored(&[IoSlice::new(&header), IoSlice::new(body)])?;
+    if sent < HEADER {
+        stream.write_all(&header[sent..])?;
+    }
+    stream.write_all(&body[sent.saturating_sub(HEADER).min(body.len())..])
+}
+
+/// Receives a message: topic and code; what follows is in `body`.
+pub(super) fn receive(mut stream: &UnixStream, body: &mut Vec<u8>) -> io::Result<(Topic, i32)> {
+    let mut header = [0; HEADER];
+    stream.read_exact(&mut header)?;
+    let word = |at: usize| [header[at], header[at + 1], header[at + 2], header[at + 3]];
+    let (topic, code) = (u32::from_ne_bytes(word(0)), i32::from_ne_bytes(word(4)));
+    let length = u32::from_ne_bytes(word(8));
+    let topic = TOPICS.into_iter().find(|known| *known as u32 == topic).ok_or(io::ErrorKind::InvalidData)?;
+    body.clear();
+    if length > 0 && stream.take(length.into()).read_to_end(body)? < length as usize {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    Ok((topic, code))
+}

@@ -1,0 +1,103 @@
+//! Code that decides something for the loop: which stage comes next, what time it is.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use slate_module::Level;
+
+use super::{Core, Seat, Shared, Watch};
+use crate::clock::monotonic;
+
+/// Such code, and whose it is.
+pub(super) struct Guest<T: ?Sized> {
+    /// What the log calls it.
+    pub what: &'static str,
+    /// The module, when it is one's: calls are then watched like its steps.
+    pub seat: Option<Arc<Seat>>,
+    pub code: Box<T>,
+}
+
+impl<T: ?Sized> Guest<T> {
+    /// Whether its module is not among those.
+    pub fn has_left(&self, watched: &[Watch]) -> bool {
+        let is_there =
+            |seat| watched.iter().any(|watch| watch.stage.is_some() && Arc::ptr_eq(&watch.seat, seat));
+        self.seat.as_ref().is_some_and(|seat| !is_there(seat))
+    }
+}
+
+/// What came of asking.
+pub(super) enum Asked<R> {
+    /// An answer.
+    Answer(R),
+    /// Nobody is there to ask, or nobody who answers now.
+    Nobody,
+    /// It did not return in time: another thread has the loop.
+    Lost,
+}
+
+/// Where the core keeps a guest.
+pub(super) trait Role {
+    type Code: ?Sized;
+    fn guest(core: &mut Core) -> &mut Option<Guest<Self::Code>>;
+}
+
+/// Puts a guest that did not return away for ever: the late thread is still in it.
+fn forget<R: Role>(core: &mut Core) -> &'static str {
+    let guest = R::guest(core).take();
+    let what = guest.as_ref().map_or("", |guest| guest.what);
+    std::mem::forget(guest);
+    what
+}
+
+/// How the thread that takes the loop over gets rid of a guest that did not return; says what it was.
+pub(super) type Forget = fn(&mut Core) -> &'static str;
+
+/// Asks a guest. The caller holds the loop's token and no reference to the core, and looks at nothing of the loop after
+/// [`Asked::Lost`].
+pub(super) fn ask<R: Role, A>(shared: &Shared, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A> {
+    // SAFETY: the caller holds the token; the reference ends before the call, which may lose it.
+    let (code, seat) = {
+        let core = unsafe { shared.core() };
+        let Some(guest) = R::guest(core) else { return Asked::Nobody };
+        let seat = guest.seat.as_ref().map(Arc::as_ptr);
+        let code: *mut R::Code = &raw mut *guest.code;
+        core.position.asking = Some(forget::<R> as Forget);
+        (code, seat)
+    };
+    // SAFETY: the guest owns a share of the seat, and is itself kept or forgotten but not dropped while it is asked.
+    let seat = seat.map(|seat| unsafe { &*seat });
+    if let Some(seat) = seat {
+        if !seat.is_idle() && !seat.readmit() {
+            // SAFETY: as above; no call was made.
+            unsafe { shared.core() }.position.asking = None;
+            return Asked::Nobody;
+        }
+        seat.begin(false, monotonic());
+    }
+    // SAFETY: only the holder of the token uses the guest, and it is not dropped before the call returns.
+    let answer = catch_unwind(AssertUnwindSafe(|| question(unsafe { &mut *code })));
+    if seat.is_some_and(|seat| !seat.end()) {
+        return Asked::Lost;
+    }
+    // SAFETY: the call was not given up, so this thread still holds the token.
+    let core = unsafe { shared.core() };
+    core.position.asking = None;
+    match answer {
+        Ok(answer) => Asked::Answer(answer),
+        Err(_) => {
+            shared.dismiss::<R>(core, "panicked");
+            Asked::Nobody
+        }
+    }
+}
+
+impl Shared {
+    /// Removes a guest that does not do what it should.
+    pub(super) fn dismiss<R: Role>(&self, core: &mut Core, why: &str) {
+        if let Some(guest) = R::guest(core).take() {
+            let text = format!("{} {why}; it was removed, and the default holds", guest.what);
+            self.logger.log(self.clock.now(), Level::Error, &text);
+        }
+    }
+}

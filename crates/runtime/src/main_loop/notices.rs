@@ -1,0 +1,134 @@
+//! What the log is told of a loop that is late, not more than once a second of each kind.
+
+use std::fmt::Write;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use slate_module::Level;
+
+use super::plan::PlannedStage;
+use super::{Seat, Shared};
+use crate::clock::monotonic;
+
+/// At least so much between two notices of a kind, nanoseconds.
+const SECOND: u64 = 1_000_000_000;
+/// How many modules a notice names.
+const NAMED: usize = 3;
+
+/// Lets one notice a second through and counts the others.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Limit {
+    last: Option<u64>,
+    unsaid: u64,
+}
+
+impl Limit {
+    /// How many were kept back since the last one, when another one may be given now.
+    pub fn pass(&mut self, now: u64) -> Option<u64> {
+        if self.last.is_some_and(|last| now.saturating_sub(last) < SECOND) {
+            self.unsaid += 1;
+            return None;
+        }
+        self.last = Some(now);
+        Some(std::mem::take(&mut self.unsaid))
+    }
+}
+
+/// What is said of those that were kept back.
+pub(super) fn repeated(unsaid: u64) -> String {
+    match unsaid {
+        0 => String::new(),
+        times => format!(" ({times} times more since this was last said)"),
+    }
+}
+
+/// The notices of the loop's thread.
+#[derive(Debug, Default)]
+pub(super) struct Notices {
+    overruns: Limit,
+    time_up: Limit,
+}
+
+impl Notices {
+    /// A cycle began late by `late` nanoseconds, as the one before, which began at `began`, took too long.
+    pub fn report_overrun(&mut self, shared: &Shared, late: u64, began: u64, seats: &[Arc<Seat>]) {
+        let Some(unsaid) = self.overruns.pass(monotonic()) else { return };
+        let mut took: Vec<_> = seats
+            .iter()
+            .filter(|seat| began != 0 && seat.started() >= began)
+            .map(|seat| (seat.is_given_up(), seat.health.duration.load(Ordering::Relaxed), &seat.name))
+            .collect();
+        took.sort_by(|a, b| b.cmp(a));
+        let mut text = format!(
+            "the main loop took {} ms longer than its period of {} ms; it took longest in ",
+            milliseconds(late),
+            milliseconds(shared.period)
+        );
+        for (place, (given_up, duration, name)) in took.iter().take(NAMED).enumerate() {
+            let comma = if place == 0 { "" } else { ", " };
+            // To write to a text does not fail.
+            let _ = match given_up {
+                true => write!(text, "{comma}{name}, which did not return in time"),
+                false => write!(text, "{comma}{name} ({} ms)", milliseconds(*duration)),
+            };
+        }
+        if took.is_empty() {
+            text.push_str("none of its modules");
+        }
+        text.push_str(&repeated(unsaid));
+        shared.logger.log(shared.clock.now(), Level::Warn, &text);
+    }
+
+    /// The time of a stage was up before those modules had their turn.
+    pub fn report_time_up<'s>(
+        &mut self,
+        shared: &Shared,
+        stage: &PlannedStage,
+        missed: impl Iterator<Item = &'s Arc<Seat>>,
+    ) {
+        let names: Vec<&str> = missed.map(|seat| &*seat.name).collect();
+        if names.is_empty() {
+            return;
+        }
+        let Some(unsaid) = self.time_up.pass(monotonic()) else { return };
+        let more = names.len().saturating_sub(NAMED);
+        let text = format!(
+            "the {} ms of stage {} were over before the turn of {}{}{}",
+            milliseconds(stage.timeout),
+            stage.gauge.name,
+            names[..names.len() - more].join(", "),
+            if more > 0 { format!(" and {more} more") } else { String::new() },
+            repeated(unsaid)
+        );
+        shared.logger.log(shared.clock.now(), Level::Warn, &text);
+    }
+}
+
+/// Nanoseconds as milliseconds, with what is of interest behind the point.
+pub(super) fn milliseconds(nanoseconds: u64) -> String {
+    let value = nanoseconds as f64 * 1e-6;
+    if nanoseconds.is_multiple_of(1_000_000) || value >= 100.0 {
+        format!("{value:.0}")
+    } else {
+        format!("{value:.1}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_notice_a_second_passes_and_the_others_are_counted() {
+        let mut limit = Limit::default();
+        let passed: Vec<_> = (0..25).map(|tenth| limit.pass(tenth * SECOND / 10)).collect();
+        let mut expected = vec![None; 25];
+        (expected[0], expected[10], expected[20]) = (Some(0), Some(9), Some(9));
+        assert_eq!(passed, expected);
+    }
+
+    #[test]
+    fn milliseconds_are_short() {
+        assert_eq!([5_000_000, 1_234_567, 312_400_000].map(milliseconds), ["5", "1.2", "312"]);
+    }
+}

@@ -1,0 +1,84 @@
+//! What the loop runs: the stages of its schedule, with the modules that are there.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_module::Stage;
+
+use super::gauges::StageGauge;
+use super::{Schedule, Seat};
+
+/// The modules of a stage: levels, of which each depends on those before it.
+pub(crate) type Levels = Vec<Vec<Arc<Seat>>>;
+
+/// What a plan is made from.
+#[derive(Default)]
+pub(super) struct Parts {
+    pub schedule: Schedule,
+    /// The modules on the loop, by their own stage.
+    pub levels: Vec<Levels>,
+    /// Modules with threads of their own.
+    pub threaded: Vec<Arc<Seat>>,
+    /// What is measured of the stages, by name.
+    pub gauges: BTreeMap<Arc<str>, Arc<StageGauge>>,
+}
+
+/// The stages of the loop and their modules in the order in which they run.
+#[derive(Default)]
+pub(super) struct Plan {
+    pub stages: Vec<PlannedStage>,
+    pub names: Arc<[Arc<str>]>,
+    pub seats: Vec<Arc<Seat>>,
+    /// For each seat, where its level ends: modules up to there do not depend on each other.
+    pub ends: Vec<usize>,
+}
+
+/// A stage of the loop.
+pub(super) struct PlannedStage {
+    pub gauge: Arc<StageGauge>,
+    /// Its seats.
+    pub first: usize,
+    pub end: usize,
+    /// Wall-clock nanoseconds; 0 for none.
+    pub timeout: u64,
+}
+
+impl Parts {
+    /// The plan; the gauges of all its stages are there.
+    pub fn plan(&self) -> Plan {
+        let mut plan = Plan::default();
+        for stage in self.schedule.stages() {
+            let Some(gauge) = self.gauges.get(stage.name.as_str()) else { continue };
+            let first = plan.seats.len();
+            for level in stage.members.iter().flat_map(|member| self.levels_of(*member)) {
+                plan.seats.extend(level.iter().cloned());
+                plan.ends.resize(plan.seats.len(), plan.seats.len());
+            }
+            let timeout = stage.timeout.map_or(0, |timeout| timeout.as_nanos() as u64);
+            plan.stages.push(PlannedStage {
+                gauge: Arc::clone(gauge),
+                first,
+                end: plan.seats.len(),
+                timeout,
+            });
+        }
+        plan.names = plan.stages.iter().map(|stage| Arc::clone(&stage.gauge.name)).collect();
+        plan
+    }
+
+    fn levels_of(&self, stage: Stage) -> &[Vec<Arc<Seat>>] {
+        self.levels.get(stage as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// All modules, each with its stage in the loop if it is on the loop.
+    pub fn watched(&self) -> impl Iterator<Item = (Arc<Seat>, Option<Arc<str>>)> {
+        let staged = self.schedule.stages().iter().flat_map(|stage| {
+            let name: Arc<str> = stage.name.as_str().into();
+            let seats = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
+            seats.map(move |seat| (Arc::clone(seat), Some(Arc::clone(&name))))
+        });
+        // Calls of an isolated module end by themselves, as its process is ended.
+        let all = staged.chain(self.threaded.iter().map(|seat| (Arc::clone(seat), None)));
+        all.filter(|(seat, _)| !seat.is_isolated)
+    }
+}

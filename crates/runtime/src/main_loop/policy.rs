@@ -1,0 +1,63 @@
+//! Who says which stage comes next.
+
+use std::sync::Arc;
+
+/// Where the main loop stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<'a> {
+    /// The stage that has ended; none at the beginning of a cycle.
+    pub after: Option<usize>,
+    /// The names of the loop's stages, in the order of its [`Schedule`](crate::Schedule).
+    pub stages: &'a [Arc<str>],
+    /// The agent's time, nanoseconds.
+    pub now: u64,
+    /// Counts cycles from 1.
+    pub cycle: u64,
+}
+
+impl Place<'_> {
+    /// The number of the stage of that name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.stages.iter().position(|stage| **stage == *name)
+    }
+}
+
+/// Decides at run time in which order the main loop goes through its stages. It is asked between two stages and never
+/// owns the loop's thread.
+pub trait LoopPolicy: Send {
+    /// The number of the stage that comes next, or none when the cycle is at its end. A stage may be left out, or come
+    /// again in the same cycle, but a cycle has no more than [`STAGE_LIMIT`] stages.
+    fn next(&mut self, place: &Place<'_>) -> Option<usize>;
+}
+
+/// A cycle of more stages than this is taken for one without an end, and its policy is removed.
+pub const STAGE_LIMIT: u32 = 1000;
+
+/// A loop of two stages, for [`Schedule::sense_act`](crate::Schedule::sense_act): it senses in every cycle and acts in
+/// one of some. An example of a policy, and of use where acting is slow.
+///
+/// ```
+/// use slate_runtime::{LoopPolicy, Place, SenseAct};
+///
+/// let stages = ["Sense".into(), "Act".into()];
+/// let mut policy = SenseAct { every: 2 };
+/// let mut next = |after, cycle| policy.next(&Place { after, stages: &stages, now: 0, cycle });
+/// assert_eq!((next(None, 1), next(Some(0), 1)), (Some(0), None));
+/// assert_eq!((next(None, 2), next(Some(0), 2), next(Some(1), 2)), (Some(0), Some(1), None));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct SenseAct {
+    /// In one of so many cycles it acts; 0 counts as 1.
+    pub every: u64,
+}
+
+impl LoopPolicy for SenseAct {
+    fn next(&mut self, place: &Place<'_>) -> Option<usize> {
+        let sense = place.find("Sense");
+        match place.after {
+            None => sense,
+            after if after == sense && place.cycle.is_multiple_of(self.every.max(1)) => place.find("Act"),
+            _ => None,
+        }
+    }
+}

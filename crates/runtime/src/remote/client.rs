@@ -1,0 +1,213 @@
+//! A tool's side of the socket.
+
+use std::io::{BufReader, ErrorKind, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::Duration;
+
+use serde::de::DeserializeOwned;
+
+use super::line::{self, Line};
+use super::place;
+use super::protocol::{
+    Answer, Call, Changed, Different, Greeting, ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved,
+    SettingEntry, UnloadedPlugin, VERSION,
+};
+use crate::configuration::SaveTo;
+
+/// How long an agent may take for its greeting.
+const GREETING: Duration = Duration::from_secs(5);
+
+/// How long it may take for an answer: a module may be slow to let itself be exchanged.
+const ANSWER: Duration = Duration::from_secs(60);
+
+/// The longest answer, bytes: a tool trusts its agent more than the agent its tools.
+const ANSWER_LIMIT: usize = 1 << 28;
+
+/// Why an agent was not asked, or does not do it.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// There is no such agent.
+    #[error("no agent `{name}` runs here")]
+    NoAgent {
+        /// What was asked for.
+        name: String,
+        /// The agents that run.
+        running: Vec<String>,
+    },
+    /// The agent refuses.
+    #[error("{}", .0.message)]
+    Refused(Refusal),
+    /// It speaks another version of the protocol.
+    #[error("agent `{name}` speaks version {found} of the protocol, this program version {VERSION}")]
+    Version {
+        /// The agent.
+        name: String,
+        /// Its version.
+        found: u32,
+    },
+    /// It said what makes no sense.
+    #[error("agent `{name}` sent what can't be understood: {problem}")]
+    Nonsense {
+        /// The agent.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The connection broke, or the agent does not answer.
+    #[error("agent `{name}` does not answer: {error}")]
+    Lost {
+        /// The agent.
+        name: String,
+        /// What happened.
+        error: std::io::Error,
+    },
+}
+
+/// A connection to an agent.
+#[derive(Debug)]
+pub struct Client {
+    name: String,
+    stream: UnixStream,
+    reader: BufReader<UnixStream>,
+}
+
+impl Client {
+    /// Connects to the agent that is reached by that name.
+    ///
+    /// # Errors
+    /// When there is none, or it does not greet as it should.
+    pub fn connect(name: &str) -> Result<Self, ClientError> {
+        let lost = |error| ClientError::Lost { name: name.into(), error };
+        let connected = place::socket(name).and_then(UnixStream::connect);
+        let stream = connected.map_err(|error| match error.kind() {
+            // Refused by a socket that nobody listens at.
+            ErrorKind::NotFound | ErrorKind::ConnectionRefused => {
+                ClientError::NoAgent { name: name.into(), running: place::agents() }
+            }
+            _ => lost(error),
+        })?;
+        stream.set_read_timeout(Some(GREETING)).map_err(lost)?;
+        stream.set_write_timeout(Some(ANSWER)).map_err(lost)?;
+        let reader = BufReader::new(stream.try_clone().map_err(lost)?);
+        let mut client = Self { name: name.into(), stream, reader };
+        let greeting: serde_json::Value = client.receive()?;
+        if let Ok(Answer::Error(refusal)) = serde_json::from_value(greeting.clone()) {
+            return Err(ClientError::Refused(refusal));
+        }
+        let greeting: Greeting =
+            serde_json::from_value(greeting).map_err(|error| client.nonsense(error.to_string()))?;
+        if greeting.slate != VERSION {
+            return Err(ClientError::Version { name: name.into(), found: greeting.slate });
+        }
+        client.stream.set_read_timeout(Some(ANSWER)).map_err(lost)?;
+        Ok(client)
+    }
+
+    /// The name under which the agent is reached.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Asks the agent, and returns what it answers.
+    ///
+    /// # Errors
+    /// When it refuses, or the connection is lost.
+    pub fn call<T: DeserializeOwned>(&mut self, call: &Call) -> Result<T, ClientError> {
+        let mut text = serde_json::to_vec(call).map_err(|error| self.nonsense(error.to_string()))?;
+        text.push(b'\n');
+        self.stream.write_all(&text).map_err(|error| self.lost(error))?;
+        match self.receive()? {
+            Answer::Error(refusal) => Err(ClientError::Refused(refusal)),
+            Answer::Result(result) => {
+                serde_json::from_value(result).map_err(|error| self.nonsense(error.to_string()))
+            }
+        }
+    }
+
+    fn receive<T: DeserializeOwned>(&mut self) -> Result<T, ClientError> {
+        match line::read(&mut self.reader, ANSWER_LIMIT) {
+            Ok(Line::Whole(line)) => {
+                serde_json::from_slice(&line).map_err(|error| self.nonsense(error.to_string()))
+            }
+            Ok(Line::TooLong) => Err(self.nonsense(format!("more than {ANSWER_LIMIT} bytes in a line"))),
+            Ok(Line::End) => {
+                Err(self.lost(std::io::Error::new(ErrorKind::UnexpectedEof, "it has closed the connection")))
+            }
+            Err(error) => Err(self.lost(error)),
+        }
+    }
+
+    fn nonsense(&self, problem: String) -> ClientError {
+        ClientError::Nonsense { name: self.name.clone(), problem }
+    }
+
+    fn lost(&self, error: std::io::Error) -> ClientError {
+        ClientError::Lost { name: self.name.clone(), error }
+    }
+}
+
+/// The calls, each as its [`Call`] says; their errors are those of [`call`](Client::call).
+#[allow(clippy::missing_errors_doc, reason = "said above for all of them")]
+impl Client {
+    /// The plugins.
+    pub fn plugins(&mut self) -> Result<Vec<PluginEntry>, ClientError> {
+        self.call(&Call::PluginList {})
+    }
+
+    /// Loads a plugin of the configuration; the modules that came.
+    pub fn load(&mut self, name: &str) -> Result<Vec<String>, ClientError> {
+        self.call(&Call::PluginLoad { name: Some(name.into()), file: None })
+    }
+
+    /// Loads a library, by its absolute path; the modules that came.
+    pub fn load_library(&mut self, file: &Path) -> Result<Vec<String>, ClientError> {
+        self.call(&Call::PluginLoad { name: None, file: Some(file.into()) })
+    }
+
+    /// Unloads a plugin, or those of a list.
+    pub fn unload(&mut self, name: &str) -> Result<Vec<UnloadedPlugin>, ClientError> {
+        self.call(&Call::PluginUnload { name: name.into() })
+    }
+
+    /// Exchanges the code of a plugin, by the library that it came from or that at an absolute path.
+    pub fn reload(&mut self, name: &str, file: Option<&Path>) -> Result<Reloaded, ClientError> {
+        self.call(&Call::PluginReload { name: name.into(), file: file.map(Into::into) })
+    }
+
+    /// The modules.
+    pub fn modules(&mut self) -> Result<Vec<ModuleEntry>, ClientError> {
+        self.call(&Call::ModuleList {})
+    }
+
+    /// Switches a module on or off.
+    pub fn enable(&mut self, name: &str, on: bool) -> Result<(), ClientError> {
+        let name = name.into();
+        self.call(&if on { Call::ModuleEnable { name } } else { Call::ModuleDisable { name } })
+    }
+
+    /// The settings at a path and below it; an empty path is everything.
+    pub fn settings(&mut self, path: &str) -> Result<Vec<SettingEntry>, ClientError> {
+        self.call(&Call::ConfigGet { path: path.into() })
+    }
+
+    /// Makes changes, all or none; each a path and a value as `--set` takes them.
+    pub fn set(&mut self, changes: &[(String, String)]) -> Result<Vec<Changed>, ClientError> {
+        self.call(&Call::ConfigSet { changes: changes.to_vec() })
+    }
+
+    /// What holds and is not what the files say.
+    pub fn differences(&mut self) -> Result<Vec<Different>, ClientError> {
+        self.call(&Call::ConfigDiff {})
+    }
+
+    /// Writes what was changed at run time into the files.
+    pub fn save(&mut self, to: SaveTo) -> Result<Saved, ClientError> {
+        self.call(&Call::ConfigSave { to })
+    }
+
+    /// The newest value of a property or a field; nothing before the first write.
+    pub fn read(&mut self, url: &str) -> Result<Option<Reading>, ClientError> {
+        self.call(&Call::Read { url: url.into() })
+    }
+}

@@ -1,0 +1,265 @@
+//! Does what tools ask for.
+
+use std::path::Path;
+
+use serde::Serialize;
+use slate_blackboard::interface;
+use slate_blackboard::{BoardError, Url};
+
+use super::protocol::{
+    Answer, Call, Changed, Different, ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved,
+    SettingEntry, UnloadedPlugin,
+};
+use crate::configuration::{Database, Report, SaveTo, Value};
+use crate::{Composer, PluginError};
+
+/// What calls act on.
+pub(super) struct Desk {
+    pub composer: Composer,
+    pub database: Option<Database>,
+}
+
+type Done = Result<serde_json::Value, Refusal>;
+
+impl Desk {
+    /// Answers a line.
+    pub fn answer(&self, line: &[u8]) -> Answer {
+        let call = serde_json::from_slice(line).map_err(|error| {
+            refusal(
+                format!("the line is no call: {error}"),
+                r#"send a call a line, such as {"call":"plugin/list"}"#,
+            )
+        });
+        match call.and_then(|call| self.call(call)) {
+            Ok(result) => Answer::Result(result),
+            Err(refusal) => Answer::Error(refusal),
+        }
+    }
+
+    fn call(&self, call: Call) -> Done {
+        match call {
+            Call::PluginList {} => self.plugins(),
+            Call::PluginLoad { name, file } => self.load(name.as_deref(), file.as_deref()),
+            Call::PluginUnload { name } => {
+                let unloaded = self.composer.unload(&name)?.into_iter();
+                result(
+                    unloaded
+                        .map(|(name, library)| UnloadedPlugin { name, library: library.into() })
+                        .collect::<Vec<_>>(),
+                )
+            }
+            Call::PluginReload { name, file } => self.reload(&name, file.as_deref()),
+            Call::ModuleList {} => self.modules(),
+            Call::ModuleEnable { name } => self.enable(&name, true),
+            Call::ModuleDisable { name } => self.enable(&name, false),
+            Call::ConfigGet { path } => self.settings(&path),
+            Call::ConfigSet { changes } => self.set(&changes),
+            Call::ConfigDiff {} => self.differences(),
+            Call::ConfigSave { to } => self.save(to),
+            Call::Read { url } => self.read(&url),
+            Call::Stop { reason } => {
+                let reason = if reason.is_empty() { "by a tool" } else { &reason };
+                self.composer.stop_actuators(reason);
+                result(())
+            }
+            Call::Reset {} => {
+                self.composer.reset();
+                result(())
+            }
+            Call::Arm {} if self.composer.arm() => result(()),
+            Call::Arm {} => {
+                Err(refusal("an actuator is still stopped", "end the stop first: reset, then arm"))
+            }
+        }
+    }
+
+    fn plugins(&self) -> Done {
+        let entry = |plugin: crate::PluginStatus| PluginEntry {
+            name: plugin.name,
+            version: plugin.version,
+            file: plugin.file,
+            loaded: plugin.loaded,
+            kinds: plugin.kinds,
+            modules: plugin.modules,
+        };
+        result(self.composer.plugins().into_iter().map(entry).collect::<Vec<_>>())
+    }
+
+    fn load(&self, name: Option<&str>, file: Option<&Path>) -> Done {
+        match (name, file) {
+            (Some(name), None) => result(self.composer.load(name)?),
+            (None, Some(file)) => result(self.composer.load_library(absolute(file)?)?),
+            _ => Err(refusal("plugin/load takes a name or a file", "give one of the two")),
+        }
+    }
+
+    fn reload(&self, name: &str, file: Option<&Path>) -> Done {
+        let reload = self.composer.reload(name, file.map(absolute).transpose()?)?;
+        result(Reloaded {
+            plugin: reload.plugin,
+            modules: reload.modules.into_iter().map(|(name, state)| (name, state.err())).collect(),
+            in_place: reload.in_place,
+            old_library: reload.old_library.into(),
+        })
+    }
+
+    fn modules(&self) -> Done {
+        let entry = |module: crate::ModuleStatus| ModuleEntry {
+            name: module.name,
+            kind: module.kind,
+            plugin: module.plugin,
+            condition: module.condition.into(),
+            ticks: module.ticks,
+            misses: module.misses,
+            panics: module.panics,
+        };
+        result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
+    }
+
+    fn enable(&self, name: &str, on: bool) -> Done {
+        let known = |database: &&Database| {
+            database.current().modules().iter().any(|module| module.name.value == name)
+        };
+        match self.database.as_ref().filter(known) {
+            Some(database) => {
+                let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
+                database.set(&[(path, on.to_string())])?;
+            }
+            // One that came with a plugin which was loaded by hand is in no file.
+            None => self.composer.enable(name, on)?,
+        }
+        result(())
+    }
+
+    fn database(&self) -> Result<&Database, Refusal> {
+        self.database.as_ref().ok_or_else(|| {
+            refusal("the configuration of this agent can't change while it runs", "load it with a database")
+        })
+    }
+
+    fn settings(&self, path: &str) -> Done {
+        let entry = |setting: crate::configuration::Setting| {
+            let value = serde_json::to_value(interface::Value::from(&setting.value)).unwrap_or_default();
+            let (text, origin) = (setting.value.to_string(), setting.origin.to_string());
+            SettingEntry { path: setting.path, value, text, origin }
+        };
+        let settings: Vec<_> = self.database()?.get(path)?.into_iter().map(entry).collect();
+        if settings.is_empty() && !path.trim().is_empty() {
+            return Err(refusal(
+                format!("no setting at `{path}` or below it"),
+                "`config get` without a path lists all",
+            ));
+        }
+        result(settings)
+    }
+
+    fn set(&self, changes: &[(String, String)]) -> Done {
+        let database = self.database()?;
+        let changed = database.set(changes).map_err(|report| match self.loaded_by_hand(database, changes) {
+            Some(module) => refusal(
+                format!("module `{module}` came with a plugin that was loaded by hand, so it has no settings"),
+                "add the module to [modules], and its plugin with its `file` to [plugins], and start again",
+            ),
+            None => report.into(),
+        })?;
+        let changed = changed.into_iter().map(|change| Changed {
+            path: change.path,
+            before: text(change.before),
+            after: text(change.after),
+        });
+        result(changed.collect::<Vec<_>>())
+    }
+
+    /// A module among those to change that the agent has, but not its configuration.
+    fn loaded_by_hand(&self, database: &Database, changes: &[(String, String)]) -> Option<String> {
+        let configuration = database.current();
+        let is_known = |name: &str| configuration.modules().iter().any(|module| module.name.value == name);
+        let modules = self.composer.modules().into_iter().map(|module| module.name);
+        let named: Vec<_> = changes.iter().filter_map(|(path, _)| toml_edit::Key::parse(path).ok()).collect();
+        let is_named = |module: &String| {
+            named.iter().any(|names| matches!(&names[..], [section, name, ..] if section == "modules" && name == module.as_str()))
+        };
+        modules.filter(|module| !is_known(module)).find(is_named)
+    }
+
+    fn differences(&self) -> Done {
+        let different = self.database()?.diff().into_iter().map(|difference| Different {
+            path: difference.path,
+            file: text(difference.file),
+            present: text(difference.present),
+            origin: difference.origin.map(|origin| origin.to_string()),
+        });
+        result(different.collect::<Vec<_>>())
+    }
+
+    fn save(&self, to: SaveTo) -> Done {
+        result(Saved { files: self.database()?.save(to)? })
+    }
+
+    fn read(&self, url: &str) -> Done {
+        let known = "`module list` shows the modules; their ports, params, enabled, state and timing are below their names";
+        let parsed =
+            Url::parse(url).map_err(|error| refusal(error.to_string(), "such as /module/property"))?;
+        let board = self.composer.board();
+        board.resolve(&parsed).map_err(|error| refusal(error.to_string(), known))?;
+        let reading = board.read(&parsed.path_in("")).map_err(|error| refusal(error.to_string(), known))?;
+        result(reading.map(|(value, stamp)| Reading {
+            value: serde_json::to_value(value).unwrap_or_default(),
+            sequence: stamp.sequence,
+            time: stamp.time,
+        }))
+    }
+}
+
+fn result(value: impl Serialize) -> Done {
+    serde_json::to_value(value)
+        .map_err(|error| refusal(format!("the answer can't be written: {error}"), "ask for less of it"))
+}
+
+fn text(value: Option<Value>) -> Option<String> {
+    value.map(|value| value.to_string())
+}
+
+/// The agent's own folder is not that of the tool.
+fn absolute(file: &Path) -> Result<&Path, Refusal> {
+    if file.is_absolute() {
+        return Ok(file);
+    }
+    Err(refusal(format!("{} is a relative path", file.display()), "give the library's absolute path"))
+}
+
+pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {
+    Refusal { message: message.into(), help: help.into(), report: None }
+}
+
+impl From<Report> for Refusal {
+    fn from(report: Report) -> Self {
+        let help = report.diagnostics().iter().find_map(|diagnostic| diagnostic.help_text());
+        Self {
+            message: report.to_string(),
+            help: help.unwrap_or_default().into(),
+            report: Some(report.render(false)),
+        }
+    }
+}
+
+impl From<PluginError> for Refusal {
+    fn from(error: PluginError) -> Self {
+        match error {
+            PluginError::Unfit(report) => report.into(),
+            other => {
+                let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
+                refusal(other.to_string(), &help.unwrap_or_default())
+            }
+        }
+    }
+}
+
+impl From<BoardError> for Refusal {
+    fn from(error: BoardError) -> Self {
+        refusal(
+            error.to_string(),
+            "name a module of the agent; one that a link switches can't be switched by hand",
+        )
+    }
+}

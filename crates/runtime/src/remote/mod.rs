@@ -1,0 +1,43 @@
+//! An agent at a local socket, for tools: `slate plugin`, `slate module`, `slate config`, and whatever comes later.
+//!
+//! Each agent has a Unix stream socket, `$XDG_RUNTIME_DIR/slate/<agent>.sock`, in a folder that only its user may
+//! enter; without that variable the folder is `slate-<uid>` among the temporary files. Both sides send one JSON value
+//! a line. The agent begins with a [`Greeting`]; then it answers each [`Call`] with an [`Answer`], in order. Lines are
+//! at most [`LINE_LIMIT`] bytes long.
+//!
+//! ```text
+//! < {"slate":1,"agent":"exp1"}
+//! > {"call":"config/set","changes":[["robots.r2.modules.planner.params.speed","0.3"]]}
+//! < {"result":[{"after":"0.3","before":"0.4","path":"modules.\"r2/planner\".params.speed"}]}
+//! > {"call":"read","url":"/r2/planner/params/sped"}
+//! < {"error":{"message":"...","help":"..."}}
+//! ```
+//!
+//! ```no_run
+//! use slate_runtime::remote::{Client, Server};
+//! # fn run(agent: &slate_runtime::Agent) -> Result<(), Box<dyn std::error::Error>> {
+//! // The agent's side; the socket is there as long as this lives.
+//! let server = Server::open(agent)?;
+//! // The tool's side, in another process as a rule.
+//! let mut client = Client::connect(server.name())?;
+//! for module in client.modules()? {
+//!     println!("{} is {}", module.name, module.condition);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+
+mod client;
+mod desk;
+mod line;
+mod place;
+mod protocol;
+mod server;
+
+pub use client::{Client, ClientError};
+pub use place::agents;
+pub use protocol::{
+    Answer, Call, Changed, Different, Greeting, LINE_LIMIT, ModuleEntry, PluginEntry, Reading, Refusal,
+    Reloaded, Saved, SettingEntry, UnloadedPlugin, VERSION,
+};
+pub use server::{OpenError, Server};

@@ -1,0 +1,248 @@
+//! What the two sides of the socket say to each other.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::configuration::SaveTo;
+
+/// The version of this protocol; another one is another language.
+pub const VERSION: u32 = 1;
+
+/// The longest line, bytes.
+pub const LINE_LIMIT: usize = 1 << 20;
+
+/// The first line of an agent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Greeting {
+    /// The version of the protocol.
+    pub slate: u32,
+    /// The name under which the agent is reached; a second agent of that name has a number behind it.
+    pub agent: String,
+}
+
+/// What an agent is asked.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "call", deny_unknown_fields)]
+pub enum Call {
+    /// All plugins: a list of [`PluginEntry`].
+    #[serde(rename = "plugin/list")]
+    PluginList {},
+    /// Loads a plugin of the configuration by name, or a library; the modules that came.
+    #[serde(rename = "plugin/load")]
+    PluginLoad {
+        /// A plugin or a list of plugins of the configuration.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// A library, by its absolute path.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        file: Option<PathBuf>,
+    },
+    /// Unloads a plugin, or those of a list: a list of [`UnloadedPlugin`].
+    #[serde(rename = "plugin/unload")]
+    PluginUnload {
+        /// Its name.
+        name: String,
+    },
+    /// Exchanges the code of a plugin: [`Reloaded`].
+    #[serde(rename = "plugin/reload")]
+    PluginReload {
+        /// Its name.
+        name: String,
+        /// The library with the new code, by its absolute path; that which it came from unless given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        file: Option<PathBuf>,
+    },
+    /// All modules: a list of [`ModuleEntry`].
+    #[serde(rename = "module/list")]
+    ModuleList {},
+    /// Switches a module on; nothing.
+    #[serde(rename = "module/enable")]
+    ModuleEnable {
+        /// Its name.
+        name: String,
+    },
+    /// Switches a module off; nothing.
+    #[serde(rename = "module/disable")]
+    ModuleDisable {
+        /// Its name.
+        name: String,
+    },
+    /// The settings at a path and below it: a list of [`SettingEntry`].
+    #[serde(rename = "config/get")]
+    ConfigGet {
+        /// The path; everything unless given.
+        #[serde(default)]
+        path: String,
+    },
+    /// Makes changes, all or none: a list of [`Changed`].
+    #[serde(rename = "config/set")]
+    ConfigSet {
+        /// Paths and values, each as `--set` takes them.
+        changes: Vec<(String, String)>,
+    },
+    /// What holds and is not what the files say: a list of [`Different`].
+    #[serde(rename = "config/diff")]
+    ConfigDiff {},
+    /// Writes what was changed at run time into the files: [`Saved`].
+    #[serde(rename = "config/save")]
+    ConfigSave {
+        /// Which files.
+        #[serde(default)]
+        to: SaveTo,
+    },
+    /// The newest value of a property or a field: [`Reading`], or nothing before the first write.
+    #[serde(rename = "read")]
+    Read {
+        /// Its URL.
+        url: String,
+    },
+    /// Stops all actuators until `reset` and `arm`; nothing.
+    #[serde(rename = "stop")]
+    Stop {
+        /// Why; it is kept and shown.
+        #[serde(default)]
+        reason: String,
+    },
+    /// Ends a stop of the actuators; nothing.
+    #[serde(rename = "reset")]
+    Reset {},
+    /// Lets commands through to the actuators; refused while one is stopped, else nothing.
+    #[serde(rename = "arm")]
+    Arm {},
+}
+
+/// What an agent answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Answer {
+    /// What was asked for.
+    Result(serde_json::Value),
+    /// It can't be done; nothing was changed.
+    Error(Refusal),
+}
+
+/// Why an agent does not do what it was asked.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// What is wrong, in a line or one for each mistake.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+    /// For mistakes in a configuration: file, line and caret of each, as a terminal shows them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub report: Option<String>,
+}
+
+/// A plugin of an agent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PluginEntry {
+    /// Its name.
+    pub name: String,
+    /// Its version; empty when it is not loaded.
+    pub version: String,
+    /// The library; none when it is linked in.
+    pub file: Option<PathBuf>,
+    /// Whether it is loaded; else it is only known.
+    pub loaded: bool,
+    /// The kinds of modules that it brings.
+    pub kinds: Vec<String>,
+    /// The modules that run its code.
+    pub modules: Vec<String>,
+}
+
+/// A plugin that was unloaded.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnloadedPlugin {
+    /// Its name.
+    pub name: String,
+    /// What became of its library's memory.
+    pub library: String,
+}
+
+/// A plugin whose code was exchanged.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reloaded {
+    /// Its name.
+    pub plugin: String,
+    /// Its modules, each with why its state was not carried over, or nothing when it was.
+    pub modules: Vec<(String, Option<String>)>,
+    /// Whether the modules went on with their ports, between two ticks.
+    pub in_place: bool,
+    /// What became of the old library's memory.
+    pub old_library: String,
+}
+
+/// A module of an agent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModuleEntry {
+    /// Its name.
+    pub name: String,
+    /// The kind that it is of.
+    pub kind: String,
+    /// The plugin that brings the kind.
+    pub plugin: String,
+    /// How it is, as in its `state`.
+    pub condition: String,
+    /// Ticks made.
+    pub ticks: u64,
+    /// Ticks beyond the deadline.
+    pub misses: u64,
+    /// Panics caught.
+    pub panics: u64,
+}
+
+/// A setting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SettingEntry {
+    /// Its path, as `--set` takes it.
+    pub path: String,
+    /// Its value.
+    pub value: serde_json::Value,
+    /// The value as `--set` takes it.
+    pub text: String,
+    /// Where it is written.
+    pub origin: String,
+}
+
+/// A setting that was changed; values as `--set` takes them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Changed {
+    /// Its path.
+    pub path: String,
+    /// The value until now, if there was one.
+    pub before: Option<String>,
+    /// The value from now on, if there is one.
+    pub after: Option<String>,
+}
+
+/// A setting that is not what the files say; values as `--set` takes them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Different {
+    /// Its path.
+    pub path: String,
+    /// What the files say, if they do.
+    pub file: Option<String>,
+    /// What holds.
+    pub present: Option<String>,
+    /// Where that comes from.
+    pub origin: Option<String>,
+}
+
+/// Files that were written.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Saved {
+    /// Their paths.
+    pub files: Vec<PathBuf>,
+}
+
+/// The newest value of a property.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// The value.
+    pub value: serde_json::Value,
+    /// How many values were written until this one.
+    pub sequence: u64,
+    /// When it was written, nanoseconds of the agent's time.
+    pub time: u64,
+}

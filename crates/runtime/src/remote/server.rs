@@ -1,0 +1,218 @@
+//! The agent's side of the socket.
+
+use std::collections::BTreeMap;
+use std::io::{BufReader, Write};
+use std::net::Shutdown;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::desk::{Desk, refusal};
+use super::line::{self, Line};
+use super::place::Place;
+use super::protocol::{Answer, Greeting, LINE_LIMIT, VERSION};
+use crate::Agent;
+
+/// How many tools may be connected; for one more, the one that was silent for the longest is let go.
+const GUESTS: usize = 32;
+
+/// How long a tool may take to receive an answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Why an agent has no socket.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[error("the agent can't be reached by tools: {0}")]
+#[diagnostic(help("let XDG_RUNTIME_DIR be a short path of a folder that is yours alone"))]
+pub struct OpenError(#[from] std::io::Error);
+
+/// The socket of an agent, there as long as this lives. Tools are served by threads of their own, so the agent never
+/// waits for one, nor one for another.
+pub struct Server {
+    place: Place,
+    hall: Arc<Hall>,
+    /// The listening socket.
+    listener: UnixStream,
+    door: Option<JoinHandle<()>>,
+}
+
+impl std::fmt::Debug for Server {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Server").field("socket", &self.place.socket).finish_non_exhaustive()
+    }
+}
+
+/// What the threads share.
+struct Hall {
+    desk: Desk,
+    name: String,
+    closed: AtomicBool,
+    guests: Mutex<Guests>,
+}
+
+#[derive(Default)]
+struct Guests {
+    present: BTreeMap<u64, Guest>,
+    /// Counts guests and calls.
+    count: u64,
+}
+
+struct Guest {
+    stream: UnixStream,
+    /// The count at its last call.
+    last: u64,
+    busy: bool,
+}
+
+impl Server {
+    /// Opens the socket of an agent. When an agent of that name runs already, it is reached by a name with a number,
+    /// such as `exp1-2`.
+    ///
+    /// # Errors
+    /// When the socket can't be made, or there is no thread left.
+    pub fn open(agent: &Agent) -> Result<Self, OpenError> {
+        let (place, listener) = Place::take(agent.board().agent())?;
+        let hall = Arc::new(Hall {
+            desk: Desk { composer: agent.composer(), database: agent.database().cloned() },
+            name: place.name.clone(),
+            closed: AtomicBool::new(false),
+            guests: Mutex::default(),
+        });
+        let handle = UnixStream::from(OwnedFd::from(listener.try_clone()?));
+        let shared = Arc::clone(&hall);
+        let door = Builder::new().name("remote".into()).spawn(move || receive(&listener, &shared))?;
+        Ok(Self { place, hall, listener: handle, door: Some(door) })
+    }
+
+    /// The name under which the agent is reached.
+    pub fn name(&self) -> &str {
+        &self.place.name
+    }
+
+    /// Where the socket is.
+    pub fn socket(&self) -> &Path {
+        &self.place.socket
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.hall.closed.store(true, Ordering::Release);
+        // Linux ends the waiting so; elsewhere a last guest does.
+        if self.listener.shutdown(Shutdown::Both).is_err() {
+            let _ = UnixStream::connect(&self.place.socket);
+        }
+        if let Some(door) = self.door.take() {
+            // It has nothing that panics.
+            let _ = door.join();
+        }
+        // A call under way ends by itself.
+        self.hall.guests().present.values().for_each(Guest::let_go);
+    }
+}
+
+fn receive(listener: &UnixListener, hall: &Arc<Hall>) {
+    loop {
+        let accepted = listener.accept();
+        if hall.closed.load(Ordering::Acquire) {
+            return;
+        }
+        match accepted {
+            Ok((stream, _)) => welcome(stream, hall),
+            // No file handle is left, for example; it may be otherwise in a while.
+            Err(_) => std::thread::sleep(Duration::from_millis(100)),
+        }
+    }
+}
+
+fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
+    // A stream without this could hold up its own thread only.
+    let _ = stream.set_write_timeout(Some(PATIENCE));
+    let Ok(clone) = stream.try_clone() else { return };
+    let Some(number) = hall.guests().admit(clone) else {
+        let answer = Answer::Error(refusal("too many tools are at work with this agent", "try again later"));
+        let _ = send(&mut stream, &answer);
+        return;
+    };
+    let shared = Arc::clone(hall);
+    let serving = Builder::new().name("remote tool".into()).spawn(move || {
+        // A tool that is gone misses nothing.
+        let _ = serve(stream, &shared, number);
+        shared.guests().present.remove(&number);
+    });
+    if serving.is_err() {
+        hall.guests().present.remove(&number);
+    }
+}
+
+fn serve(mut stream: UnixStream, hall: &Hall, number: u64) -> std::io::Result<()> {
+    send(&mut stream, &Greeting { slate: VERSION, agent: hall.name.clone() })?;
+    let mut reader = BufReader::new(stream.try_clone()?);
+    loop {
+        let answer = match line::read(&mut reader, LINE_LIMIT)? {
+            Line::End => return Ok(()),
+            Line::TooLong => Answer::Error(refusal(
+                format!("the line is longer than {LINE_LIMIT} bytes"),
+                "send less at once",
+            )),
+            Line::Whole(line) => {
+                hall.guests().begin(number);
+                let answer = hall.desk.answer(&line);
+                hall.guests().end(number);
+                answer
+            }
+        };
+        send(&mut stream, &answer)?;
+    }
+}
+
+fn send(stream: &mut UnixStream, value: &impl Serialize) -> std::io::Result<()> {
+    let mut text = serde_json::to_vec(value)?;
+    text.push(b'\n');
+    stream.write_all(&text)
+}
+
+impl Hall {
+    fn guests(&self) -> MutexGuard<'_, Guests> {
+        self.guests.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Guests {
+    /// Makes room and gives the guest a number; nothing when all are at work.
+    fn admit(&mut self, stream: UnixStream) -> Option<u64> {
+        if self.present.len() >= GUESTS {
+            let silent = self.present.iter().filter(|(_, guest)| !guest.busy);
+            let number = *silent.min_by_key(|(_, guest)| guest.last)?.0;
+            self.present.remove(&number)?.let_go();
+        }
+        self.count += 1;
+        self.present.insert(self.count, Guest { stream, last: self.count, busy: false });
+        Some(self.count)
+    }
+
+    fn begin(&mut self, number: u64) {
+        self.count += 1;
+        if let Some(guest) = self.present.get_mut(&number) {
+            (guest.last, guest.busy) = (self.count, true);
+        }
+    }
+
+    fn end(&mut self, number: u64) {
+        if let Some(guest) = self.present.get_mut(&number) {
+            guest.busy = false;
+        }
+    }
+}
+
+impl Guest {
+    fn let_go(&self) {
+        // Its thread then reads an end.
+        let _ = self.stream.shutdown(Shutdown::Both);
+    }
+}

@@ -1,0 +1,94 @@
+//! Modules that do not return: they are named, nothing of them is taken away under them, and the rest goes on.
+
+use slate_blackboard::interface::Value;
+use slate_runtime::{Mode, PluginError};
+
+use crate::fixtures::libraries;
+use crate::support::*;
+
+const SAVE_HANGS: u32 = 6;
+
+fn robot_with(params: &str) -> String {
+    let text =
+        robot(&plain()).replace("[modules.reader]", &format!("params = {{ {params} }}\n[modules.reader]"));
+    format!("loop.period = \"5ms\"\nloop.hang = \"40ms\"\n{text}")
+}
+
+fn condition(running: &Running) -> &'static str {
+    running.composer.modules().into_iter().find(|module| module.name == "counter").unwrap().condition
+}
+
+#[test]
+fn nothing_is_unloaded_or_exchanged_while_its_tick_hangs() {
+    for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
+        let text = robot_with("hang_at = 5, hang = 1000").replace("params =", &format!("{trigger}params ="));
+        let running = Running::start(&text, mode, &["beat/count/value"]);
+        until("the hang is noticed", || condition(&running) == "LATE");
+        let unload = running.composer.unload("counter").unwrap_err();
+        let reload = running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap_err();
+        let replace = running.composer.reload("counter", Some(&libraries().counter("ports"))).unwrap_err();
+        for refusal in [unload, reload, replace] {
+            assert!(matches!(refusal, PluginError::Late { .. }), "{mode:?}: {refusal:?}");
+            assert_says(
+                &complaint(&refusal),
+                &["module `counter` has not returned from its tick", "wait until"],
+            );
+        }
+        running.cycles(3);
+        assert_eq!(
+            (running.value("reader/seen/value"), running.value("reader/seen/stale")),
+            (0, 1),
+            "it is safe"
+        );
+        until("it returns", || condition(&running) == "WORKING");
+        running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap();
+        until("the new code", || running.value("counter/count/version") == 2);
+        running.composer.unload("counter").unwrap();
+        let (_, _, samples) = running.stop();
+        assert!(samples.windows(2).all(|rows| rows[1][0] == rows[0][0] + 1), "{mode:?}");
+    }
+}
+
+#[test]
+fn a_save_that_hangs_during_a_reload_is_given_up_and_the_old_code_goes_on() {
+    for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
+        let text = robot_with(&format!("fault = {SAVE_HANGS}, hang = 1000"));
+        let text = text.replace("params =", &format!("{trigger}params ="));
+        let running = Running::start(&text, mode, &["beat/count/value"]);
+        let refusal = running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap_err();
+        assert!(matches!(refusal, PluginError::Late { .. }), "{mode:?}: {refusal:?}");
+        running.cycles(3);
+        assert_eq!(
+            (running.value("reader/seen/value"), running.value("reader/seen/stale")),
+            (0, 1),
+            "it is safe"
+        );
+        until("it returns", || condition(&running) == "WORKING");
+        let count = running.value("counter/count/value");
+        until("it goes on", || running.value("counter/count/value") > count);
+        assert_eq!(running.value("counter/count/version"), 1, "{mode:?}: with its old code");
+        let (_, _, samples) = running.stop();
+        assert!(samples.windows(2).all(|rows| rows[1][0] == rows[0][0] + 1), "{mode:?}");
+    }
+}
+
+#[test]
+fn an_unload_needs_no_state_and_waits_for_no_save() {
+    let running =
+        Running::start(&robot_with(&format!("fault = {SAVE_HANGS}, hang = 600000")), Mode::Staged, &[]);
+    running.composer.unload("counter").unwrap();
+    running.cycles(3);
+    running.stop();
+}
+
+#[test]
+fn an_agent_that_does_not_run_reloads_too() {
+    let mut agent = lockstep(&robot(&plain()));
+    agent.composer().reload("counter", Some(&libraries().counter("more"))).unwrap();
+    step(&mut agent, 1);
+    agent.board().write("counter/params/step", &Value::Integer(5), 0).unwrap();
+    step(&mut agent, 1);
+    agent.composer().reload("counter", Some(&plain())).unwrap();
+    step(&mut agent, 1);
+    assert_eq!(number(&agent, "counter/count/value"), 11, "a parameter that was set stays");
+}
