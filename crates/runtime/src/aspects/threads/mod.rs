@@ -11,7 +11,7 @@ use slate_module::ModuleKind;
 use slate_module::aspect::{ABSENT, FULL, ThreadBody, ThreadState, Threads};
 use slate_module::table::{Bytes, DONE, Sink};
 
-use super::calls::text;
+use super::calls::{name, text};
 use super::{HostService, Means};
 use crate::clock::Clock;
 use crate::digest::Digest;
@@ -196,19 +196,19 @@ unsafe extern "C" fn spawn(
 ) -> i32 {
     // SAFETY: the module gives the body away; its code stays as long as the service or the thread that has it.
     unsafe {
-        let spawned = service(context).spawn(text(name), bytes, Body::new(body));
+        let spawned = service(context).spawn(&text(name), bytes, Body::new(body));
         answer(spawned.map(|()| true), DONE, sink)
     }
 }
 
 unsafe extern "C" fn state(context: *mut (), thread: Bytes) -> u32 {
     // SAFETY: the context is the service, and the name lives during the call.
-    unsafe { service(context).state(text(thread)) }
+    unsafe { service(context).state(name(thread)) }
 }
 
 unsafe extern "C" fn stop(context: *mut (), thread: Bytes) {
     // SAFETY: as for `state`.
-    if let Ok(own) = unsafe { service(context).own(text(thread)) } {
+    if let Ok(own) = unsafe { service(context).own(name(thread)) } {
         own.stop = true;
     }
 }
@@ -222,7 +222,7 @@ unsafe extern "C" fn send(
 ) -> i32 {
     // SAFETY: as for `state`, and all else lives during the call.
     unsafe {
-        let name = text(thread);
+        let name = name(thread);
         let sent = service(context).own(name).and_then(|own| {
             if own.thread.is_running() {
                 own.inlet.add(schema, value.as_slice())
@@ -244,7 +244,7 @@ unsafe extern "C" fn receive(
 ) -> i32 {
     // SAFETY: as for `send`, and there is room for a value of that size.
     unsafe {
-        let own = service(context).own(text(thread));
+        let own = service(context).own(name(thread));
         answer(own.and_then(|own| own.outlet.take(schema, room(value, size))), ABSENT, sink)
     }
 }
