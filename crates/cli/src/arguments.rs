@@ -6,6 +6,7 @@ use slate::runtime::{Mode, Rate};
 use crate::config::ConfigVerb;
 use crate::module::ModuleVerb;
 use crate::plugin::PluginVerb;
+use crate::trace::TraceOptions;
 
 /// The greatest seed that a configuration can hold.
 pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
@@ -32,6 +33,8 @@ pub enum Verb {
     /// Lists the modules of a running agent, and switches them on and off.
     #[command(subcommand)]
     Module(ModuleVerb),
+    /// Records what the modules of a running agent do when, for Perfetto.
+    Trace(TraceOptions),
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),

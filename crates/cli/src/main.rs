@@ -14,6 +14,7 @@ mod output;
 mod plugin;
 mod run;
 mod scene;
+mod trace;
 
 use std::process::ExitCode;
 
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Verb::Examples => examples::list(),
         Verb::Plugin(verb) => plugin::plugin(verb),
         Verb::Module(verb) => module::module(verb),
+        Verb::Trace(options) => trace::trace(options),
         Verb::Config(verb) => config::config(verb),
     };
     match result {
