@@ -6,7 +6,7 @@ use crate::table::{Bytes, DONE, Sink};
 use crate::{Priority, Refusal};
 
 /// The actuators of the agent, by name: how their gates stand, their stop, and commands to those whose configuration
-/// names this module, `modules = ["behaviour"]`.
+/// names this module, `modules = ["behaviour"]`. In a robot `r2` the name `wheels` means `r2/wheels`, if that is there.
 ///
 /// For a module that always commands the same actuators a [`Command`](crate::Command) port is better. A command is
 /// offered to the gate when the tick has ended well, and must be renewed in each tick, else it ends with the first tick

@@ -38,7 +38,7 @@ use crate::table::{Bytes, DONE, Sink};
 ///         let socket = io.network.udp(params.address.as_str())?;
 ///         let mut buffer = [0; 1500];
 ///         while let Some((length, from)) = socket.receive(&mut buffer)? {
-///             socket.send(&from, &buffer[..length])?;
+///             socket.send(from.as_str(), &buffer[..length])?;
 ///         }
 ///         Ok(())
 ///     }

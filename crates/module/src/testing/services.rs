@@ -105,9 +105,9 @@ impl<M: Module> Fixture<M> {
 
     /// Every service that the module needs must be there, as an agent would not let it run else.
     pub(super) fn check_services(&self) {
-        let ports = self.description.ports.iter().zip(&self.memory);
-        for (port, _) in ports.filter(|(port, memory)| port.direction == Direction::Aspect && !memory.served)
-        {
+        let mut ports = self.description.ports.iter().zip(&self.memory);
+        let missing = ports.find(|(port, memory)| port.direction == Direction::Aspect && !memory.served);
+        if let Some((port, _)) = missing {
             not_provided(&port.name, port.descriptor.name);
         }
     }

@@ -164,11 +164,11 @@ impl Agent {
         let control = Arc::new(PluginControl::default());
         let means = Means {
             board: Arc::clone(&board),
+            actuators: Arc::default(),
             logger: Arc::clone(&logger),
             clock: Arc::clone(&shared.clock),
             synchronization: Arc::clone(&shared.synchronization),
             threads: Arc::clone(&threads),
-            actuators: Arc::default(),
             plugins: Arc::clone(&control),
             policy: Arc::default(),
             time: Arc::default(),

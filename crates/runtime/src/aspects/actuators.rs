@@ -8,7 +8,7 @@ use slate_module::Priority;
 use slate_module::aspect::{ActuatorState, Actuators};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
-use super::calls::{say, text};
+use super::calls::{self, say};
 use super::{HostService, Means};
 use crate::actuators::{Actuator, ActuatorList};
 use crate::digest::Digest;
@@ -124,7 +124,10 @@ impl HostService for Service {
 impl Work {
     fn known(&mut self, name: &str) -> Result<&mut Known, String> {
         if !self.known.contains_key(name) {
-            let Some(actuator) = self.list.get(name) else {
+            // That of the module's own robot first.
+            let robot = self.module.rsplit_once('/').map(|(robot, _)| format!("{robot}/{name}"));
+            let own = robot.and_then(|name| self.list.get(&name));
+            let Some(actuator) = own.or_else(|| self.list.get(name)) else {
                 let names = self.list.names();
                 let there = if names.is_empty() { "none".into() } else { names.join(", ") };
                 return Err(format!("there is no actuator `{name}`; there are: {there}"));
@@ -217,7 +220,7 @@ unsafe extern "C" fn state(
 ) -> i32 {
     // SAFETY: as for `names`.
     unsafe {
-        let found = (*context.cast::<Work>()).state(text(name)).map(|(found, holder)| {
+        let found = (*context.cast::<Work>()).state(calls::name(name)).map(|(found, holder)| {
             state.write(found);
             say(sink, holder);
         });
@@ -227,7 +230,7 @@ unsafe extern "C" fn state(
 
 unsafe extern "C" fn stop(context: *mut (), name: Bytes, reason: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: as for `names`.
-    unsafe { code(sink, (*context.cast::<Work>()).stop(text(name), text(reason))) }
+    unsafe { code(sink, (*context.cast::<Work>()).stop(calls::name(name), calls::name(reason))) }
 }
 
 unsafe extern "C" fn offer(
@@ -241,7 +244,8 @@ unsafe extern "C" fn offer(
     let priority = crate::runner::priority(priority);
     // SAFETY: as for `names`.
     unsafe {
-        let offered = (*context.cast::<Work>()).offer(text(name), schema, priority, command.as_slice());
+        let offered =
+            (*context.cast::<Work>()).offer(calls::name(name), schema, priority, command.as_slice());
         code(sink, offered)
     }
 }

@@ -1,10 +1,8 @@
-//! What the calls of services have in common.
+//! What calls of services take and give.
 
 use slate_blackboard::Pattern;
 use slate_module::table::{Bytes, Sink};
 
-/// Tells the module something in words.
-///
 /// # Safety
 /// The sink is as the module made it.
 pub(super) unsafe fn say(sink: *const Sink, text: &str) {
@@ -12,13 +10,20 @@ pub(super) unsafe fn say(sink: *const Sink, text: &str) {
     unsafe { ((*sink).write)((*sink).context, text.as_ptr(), text.len()) }
 }
 
-/// A text of the module; empty when it is none.
-///
 /// # Safety
 /// The bytes are readable during the call.
-pub(super) unsafe fn text<'a>(bytes: Bytes) -> &'a str {
+pub(super) unsafe fn text(bytes: Bytes) -> String {
     // SAFETY: passed on to the caller.
-    std::str::from_utf8(unsafe { bytes.as_slice() }).unwrap_or_default()
+    String::from_utf8_lossy(unsafe { bytes.as_slice() }).into_owned()
+}
+
+/// A name as it stands in the module's memory; what is no text is no name of anything either.
+///
+/// # Safety
+/// The bytes are readable during `'a`.
+pub(super) unsafe fn name<'a>(bytes: Bytes) -> &'a str {
+    // SAFETY: passed on to the caller.
+    std::str::from_utf8(unsafe { bytes.as_slice() }).unwrap_or("\u{fffd}")
 }
 
 /// The pattern that every path is meant by.

@@ -54,7 +54,7 @@ unsafe extern "C" fn level(context: *mut (), module: Bytes) -> u32 {
 
 unsafe extern "C" fn set_level(context: *mut (), module: Bytes, level: u32) {
     // SAFETY: as for `level`.
-    unsafe { (*context.cast::<Service>()).changes.push((text(module).to_owned(), Level::from_number(level))) }
+    unsafe { (*context.cast::<Service>()).changes.push((text(module), Level::from_number(level))) }
 }
 
 unsafe extern "C" fn dropped(context: *mut ()) -> u64 {

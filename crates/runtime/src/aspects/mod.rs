@@ -49,16 +49,18 @@ pub(crate) trait HostService: Send {
     /// After a tick that failed: what it asked for does not happen.
     fn abandon(&mut self) {}
 
-    /// The module's instance is gone; after a panic another one follows.
-    fn end(&mut self) {}
     /// The module does not work for now, or no more: what it holds of the robot is let go. Its tick may hang in a call
     /// of the service meanwhile.
     fn rest(&self, _: u64) {}
+
+    /// The module's instance is gone; after a panic another one follows.
+    fn end(&mut self) {}
 }
 
 /// What services are made of.
 pub(crate) struct Means {
     pub board: Arc<Board>,
+    pub actuators: Arc<ActuatorList>,
     /// Where the loop finds the policy of a module.
     pub policy: Arc<PolicyPlace>,
     /// Where the loop finds the time that a module has said.
@@ -68,7 +70,6 @@ pub(crate) struct Means {
     pub synchronization: Arc<Synchronization>,
     pub threads: Arc<ThreadKeeper>,
     pub plugins: Arc<PluginControl>,
-    pub actuators: Arc<ActuatorList>,
 }
 
 /// Makes a service for a module.
@@ -76,16 +77,16 @@ type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
 const SERVICES: &[(&Descriptor, Maker)] = &[
+    (Actuators::DESCRIPTOR, actuators::make),
+    (BlackBoard::DESCRIPTOR, blackboard::make),
+    (Network::DESCRIPTOR, network::make),
+    (Transforms::DESCRIPTOR, transforms::make),
     (aspect::MainLoop::DESCRIPTOR, main_loop::make),
     (aspect::TimeSource::DESCRIPTOR, time_source::make),
     (aspect::Logger::DESCRIPTOR, logger::make),
     (aspect::Plugins::DESCRIPTOR, plugins::make),
     (aspect::Synchronization::DESCRIPTOR, synchronization::make),
     (aspect::Threads::DESCRIPTOR, threads::make),
-    (Actuators::DESCRIPTOR, actuators::make),
-    (BlackBoard::DESCRIPTOR, blackboard::make),
-    (Network::DESCRIPTOR, network::make),
-    (Transforms::DESCRIPTOR, transforms::make),
 ];
 
 /// The descriptors of the host's services.

@@ -175,7 +175,7 @@ impl HostService for Service {
 
 unsafe extern "C" fn ask(context: *mut (), what: u32, plugin: Bytes) -> u64 {
     // SAFETY: the context is the service, which the module's tick uses alone; the name lives during the call.
-    let (service, plugin) = unsafe { (&mut *context.cast::<Service>(), text(plugin).to_owned()) };
+    let (service, plugin) = unsafe { (&mut *context.cast::<Service>(), text(plugin)) };
     service.last += 1;
     let (module, answers) = (Arc::clone(&service.module), service.sender.clone());
     service.asked.push(Request { number: service.last, what, plugin, module, answers });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_module::aspect;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
-use super::calls::{say, text};
+use super::calls::{name, say};
 use super::{HostService, Means};
 use crate::digest::Digest;
 use crate::synchronization::{Emitter, Point, PointError, Synchronization};
@@ -88,7 +88,7 @@ impl Service {
 unsafe extern "C" fn emit(context: *mut (), point: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).emit(text(point)) {
+        match (*context.cast::<Service>()).emit(name(point)) {
             Ok(()) => DONE,
             Err(error) => {
                 say(sink, &error.to_string());
@@ -101,7 +101,7 @@ unsafe extern "C" fn emit(context: *mut (), point: Bytes, sink: *const Sink) -> 
 unsafe extern "C" fn count(context: *mut (), point: Bytes, count: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: as for `emit`, and the place of the count lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).count(text(point)) {
+        match (*context.cast::<Service>()).count(name(point)) {
             Ok(found) => {
                 count.write(found);
                 DONE

@@ -11,7 +11,7 @@ use slate_module::aspect::{ABSENT, LATEST, RigidTransform, Transforms};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use slate_transforms::{FrameTree, SetError};
 
-use super::calls::{every_path, say, text};
+use super::calls::{every_path, name, say};
 use super::{HostService, Means};
 
 /// Events of the board that wait for a module at most; with more, it looks at all properties again.
@@ -181,7 +181,7 @@ unsafe extern "C" fn lookup(
 ) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).lookup(text(target), text(source), time) {
+        match (*context.cast::<Service>()).lookup(name(target), name(source), time) {
             Ok(found) => {
                 place.write(found);
                 DONE
@@ -204,7 +204,7 @@ unsafe extern "C" fn latest_common_time(
     // SAFETY: as for `lookup`.
     unsafe {
         let service = &*context.cast::<Service>();
-        match service.frames.latest_common_time(text(target), text(source)) {
+        match service.frames.latest_common_time(name(target), name(source)) {
             Ok(Some(latest)) => {
                 time.write(latest);
                 DONE

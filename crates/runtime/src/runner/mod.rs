@@ -187,6 +187,7 @@ impl Runner {
             if condition.is_working() || condition == Condition::Failed {
                 self.set_condition(rest, self.last_tick);
                 self.publish_safe(self.last_tick);
+                self.services.iter_mut().for_each(|service| service.abandon());
                 // What others use of it may use what it misses now.
                 self.withdraw();
                 self.services.iter_mut().for_each(|service| service.abandon());

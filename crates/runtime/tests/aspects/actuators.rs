@@ -314,3 +314,23 @@ fn a_module_that_hangs_loses_its_actuators_and_comes_back() {
         agent.run(Box::new(|_| slate_runtime::Control::Continue)).unwrap();
     });
 }
+
+#[test]
+fn names_in_a_robot_are_those_of_the_robot() {
+    let robot = |name: &str, module: &str| {
+        format!(
+            "[robots.{name}.modules.captain]\n[robots.{name}.modules.driver]\nenabled = false\n\
+             [robots.{name}.links]\n\"driver/input\" = \"/clock/number\"\n\
+             [robots.{name}.actuators.wheel]\ncommand = \"driver/wheel\"\nmodules = [\"{module}\"]\n"
+        )
+    };
+    let text = robot("r1", "captain") + &robot("r2", "captain");
+    let mut agent = agent(&text, &plugins());
+    steps(&mut agent, 2);
+    for name in ["r1", "r2"] {
+        assert_eq!(number(&agent, &format!("{name}/wheel/command/value")), 7.0);
+        assert_eq!(number(&agent, &format!("{name}/captain/mine/value")), 1.0);
+    }
+    let text = complaint(&robot("r1", "/captain"), &plugins());
+    assert!(text.contains("there is no module `captain`"), "{text}");
+}

@@ -215,9 +215,11 @@ impl Composer {
         // New code beside a module ends with it.
         names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
-        let _closed = self.end_threads(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
+        // Before anything is ended for it.
+        composition.check(&target)?;
+        let _closed = self.end_threads(&composition, &leaving)?;
         // What left is dropped before the libraries are looked at.
         drop(composition.change(target, &self.shared, &BTreeMap::new())?);
         let residence = |name: String| {

@@ -3,7 +3,7 @@ use std::net::SocketAddr;
 use slate_module::aspect::{ABSENT, Network, NetworkAddress};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
-use super::super::calls::{say, text};
+use super::super::calls::{name, say};
 use super::{Kind, Received, Service};
 
 /// The calls, yet without a service.
@@ -19,7 +19,7 @@ fn shown(address: &SocketAddr) -> NetworkAddress {
 unsafe fn open(context: *mut (), kind: Kind, address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).open(kind, text(address)) {
+        match (*context.cast::<Service>()).open(kind, name(address)) {
             Ok(Some(number)) => {
                 socket.write(number);
                 DONE
@@ -64,7 +64,7 @@ unsafe extern "C" fn accepted(context: *mut (), listener: u64, place: usize, soc
 unsafe extern "C" fn send(context: *mut (), socket: u64, to: Bytes, data: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: as for `open`.
     unsafe {
-        match (*context.cast::<Service>()).send(socket, text(to), data.as_slice()) {
+        match (*context.cast::<Service>()).send(socket, name(to), data.as_slice()) {
             Ok(()) => DONE,
             Err(reason) => {
                 say(sink, &reason);

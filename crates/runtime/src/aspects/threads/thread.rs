@@ -126,8 +126,8 @@ struct Side {
 
 impl Life {
     /// The life of the thread, in the thread.
-    pub fn live(self) {
-        let Self { thread, body, inlet, outlet, log, clock, synchronization, module, kind } = self;
+    pub fn live(self: Box<Self>) {
+        let Self { thread, body, inlet, outlet, log, clock, synchronization, module, kind } = *self;
         let mut side = Side {
             thread: Arc::clone(&thread),
             inlet,
@@ -183,7 +183,7 @@ unsafe extern "C" fn now(context: *mut ()) -> u64 {
 
 unsafe extern "C" fn write(context: *mut (), level: u32, line: Bytes) {
     // SAFETY: as for `is_set`, and the text lives during the call.
-    let (side, line) = unsafe { (side(context), text(line).to_owned()) };
+    let (side, line) = unsafe { (side(context), text(line)) };
     if let Some(log) = &side.log {
         log.set_time(side.clock.now());
         log.write(Level::from_number(level), &line);
@@ -243,7 +243,7 @@ pub(super) unsafe fn answer(result: Result<bool, String>, otherwise: i32, sink: 
 
 unsafe extern "C" fn emit(context: *mut (), point: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: as for `is_set`, and the name lives during the call.
-    let (side, point) = unsafe { (side(context), text(point).to_owned()) };
+    let (side, point) = unsafe { (side(context), text(point)) };
     if !side.emitters.contains_key(&point) {
         match side.synchronization.emitter(&point, &side.module) {
             Ok(emitter) => {
@@ -269,7 +269,7 @@ unsafe extern "C" fn wait_for(
     sink: *const Sink,
 ) -> i32 {
     // SAFETY: as for `is_set`, and the name lives during the call.
-    let (side, point) = unsafe { (side(context), text(point).to_owned()) };
+    let (side, point) = unsafe { (side(context), text(point)) };
     let point = match side.synchronization.point(&point) {
         Ok(point) => point,
         // SAFETY: the sink lives during the call.
