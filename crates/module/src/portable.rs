@@ -224,6 +224,14 @@ impl TryFrom<PortableDescription> for Description {
             hash: None,
         };
         let params = interned(&portable.params.unwrap_or_else(nothing))?;
+        for (i, port) in portable.ports.iter().enumerate() {
+            if !port.name.split('/').all(is_name) {
+                return Err(format!("`{}` can't name a port: {NAMES}", port.name).into());
+            }
+            if portable.ports[..i].iter().any(|other| other.name == port.name) {
+                return Err(format!("it has two ports `{}`", port.name).into());
+            }
+        }
         for parameter in &portable.parameters {
             if params.field(&parameter.name).is_none() {
                 return Err(
@@ -250,6 +258,13 @@ impl TryFrom<PortableDescription> for Description {
         })
     }
 }
+
+/// What a URL can have between two slashes.
+fn is_name(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-')
+}
+
+const NAMES: &str = "a name is letters, digits, `_` and `-`";
 
 /// More than any module can mean.
 const LARGEST_WINDOW: usize = 4096;
@@ -301,6 +316,12 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
     for (i, field) in interface.fields.iter().enumerate() {
         let wrong = |reason: &str| Refusal(format!("field `{}` of {name}: {reason}", field.name));
         let kind = kind(&field.kind)?;
+        if !is_name(&field.name) {
+            return Err(wrong(NAMES));
+        }
+        if interface.fields[..i].iter().any(|other| other.name == field.name) {
+            return Err(wrong("there are two of that name"));
+        }
         if matches!(kind, Kind::Tail(_)) && i + 1 < interface.fields.len() {
             return Err(wrong("only the last field may be a tail"));
         }

@@ -1,5 +1,7 @@
 //! Ticks a module without an agent and without a thread.
 
+mod services;
+
 use std::cell::Cell;
 
 use slate_blackboard::Stamp;
@@ -10,6 +12,7 @@ use crate::{
     Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortCursor, PortSlot,
     Random, Refusal, Setup, Tick,
 };
+use services::Provision;
 
 /// A module with its ports, for tests: set inputs, tick, look at outputs.
 pub struct Fixture<M: Module> {
@@ -34,6 +37,10 @@ struct Memory {
     set: bool,
     priority: u32,
     messages: Vec<Vec<u128>>,
+    /// Aspect: whether the test has provided it.
+    served: bool,
+    /// Provider: what it has provided.
+    provision: Option<Box<Provision>>,
 }
 
 impl<M: Module> Default for Fixture<M> {
@@ -77,6 +84,8 @@ impl<M: Module> Fixture<M> {
                     set: false,
                     priority: 0,
                     messages: Vec::new(),
+                    served: false,
+                    provision: (port.direction == Direction::Provider).then(Provision::new),
                 }
             })
             .collect();
@@ -185,7 +194,11 @@ impl<M: Module> Fixture<M> {
     }
 
     /// One step.
+    ///
+    /// # Panics
+    /// When a service that the module needs was not [provided](Fixture::provide).
     pub fn tick(&mut self) -> Outcome {
+        self.check_services();
         self.number += 1;
         let mut entries: Vec<Vec<Entry>> = Vec::new();
         for (port, memory) in self.description.ports.iter().zip(&mut self.memory) {
@@ -277,14 +290,22 @@ fn slot(port: &crate::PortDescription, memory: &mut Memory, entries: &[Entry]) -
     if memory.stale {
         flags |= Flags::STALE;
     }
+    let data = memory.provision.as_deref_mut().map(Provision::table);
+    let given = match port.direction {
+        Direction::Input => flags,
+        Direction::Provider if memory.provision.as_ref().is_some_and(|provision| provision.is_provided()) => {
+            Flags::SET
+        }
+        _ => 0,
+    };
     PortSlot {
         schema: port.descriptor.hash,
         direction: port.direction as u32,
-        data: memory.words.as_mut_ptr().cast(),
+        data: data.unwrap_or_else(|| memory.words.as_mut_ptr().cast()),
         items: Cell::new(memory.items),
         capacity: if port.direction == Direction::Outbox { entries.len() } else { port.capacity },
         stamp: Stamp { sequence: memory.sequence, time: memory.time, generation: 1 },
-        flags: Cell::new(if port.direction == Direction::Input { flags } else { 0 }),
+        flags: Cell::new(given),
         priority: Cell::new(0),
         entries: entries.as_ptr(),
         count: Cell::new(if port.direction == Direction::Outbox { 0 } else { entries.len() }),

@@ -1,9 +1,10 @@
 //! The gates of an agent: a command passes its gate in the thread of its commander, so no wake-up lies between.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use slate_blackboard::channel::Writer;
-use slate_blackboard::interface::View;
+use slate_blackboard::interface::{Descriptor, View};
 use slate_blackboard::wake::Wake;
 use slate_module::Priority;
 use slate_safety::{Gate, GateState, Verdict};
@@ -14,6 +15,9 @@ use crate::digest::Digest;
 #[derive(Debug)]
 pub(crate) struct Actuator {
     name: String,
+    /// Who may command it: paths of ports, and of modules. The gate counts them from 1.
+    commanders: Vec<String>,
+    descriptor: &'static Descriptor,
     inner: Mutex<Inner>,
 }
 
@@ -30,9 +34,17 @@ struct Inner {
 }
 
 impl Actuator {
-    pub fn new(name: &str, gate: Gate, command: Writer, state: Writer, index: u32) -> Self {
+    pub fn new(
+        name: &str,
+        commanders: Vec<String>,
+        gate: Gate,
+        command: Writer,
+        state: Writer,
+        index: u32,
+    ) -> Self {
+        let descriptor = gate.descriptor();
         let inner = Inner { gate, command, state, index, wakes: Vec::new(), last_state: None, fresh: false };
-        Self { name: name.into(), inner: Mutex::new(inner) }
+        Self { name: name.into(), commanders, descriptor, inner: Mutex::new(inner) }
     }
 
     /// Wakes a thread when a command has passed.
@@ -43,6 +55,33 @@ impl Actuator {
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The interface of its commands.
+    pub fn descriptor(&self) -> &'static Descriptor {
+        self.descriptor
+    }
+
+    /// Bytes of a command.
+    pub fn size(&self) -> usize {
+        self.descriptor.size
+    }
+
+    /// The number under which a path commands it, if it may.
+    pub fn commander(&self, path: &str) -> Option<u32> {
+        self.commanders.iter().position(|other| other == path).map(|place| place as u32 + 1)
+    }
+
+    /// The path that commands under a number, from the agent's root.
+    pub fn commander_name(&self, number: u32) -> &str {
+        self.commanders.get((number as usize).wrapping_sub(1)).map_or("", String::as_str)
+    }
+
+    /// How its gate stands now; nothing when another thread is in it.
+    pub fn look(&self, now: u64) -> Option<GateState> {
+        let mut inner = self.free()?;
+        inner.publish(now);
+        inner.last_state
     }
 
     fn locked(&self) -> MutexGuard<'_, Inner> {
@@ -131,5 +170,35 @@ impl Inner {
         if std::mem::take(&mut self.fresh) {
             self.wakes.iter().for_each(|wake| wake.notify(1));
         }
+    }
+}
+
+/// The actuators of an agent, for those who choose one at run time.
+#[derive(Debug, Default)]
+pub(crate) struct ActuatorList(Mutex<Arc<BTreeMap<String, Arc<Actuator>>>>);
+
+impl ActuatorList {
+    fn now(&self) -> Arc<BTreeMap<String, Arc<Actuator>>> {
+        Arc::clone(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Makes these all that there are.
+    pub fn set(&self, actuators: BTreeMap<String, Arc<Actuator>>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(actuators);
+    }
+
+    /// The actuator of that name.
+    pub fn get(&self, name: &str) -> Option<Arc<Actuator>> {
+        self.now().get(name).cloned()
+    }
+
+    /// All of them.
+    pub fn all(&self) -> Vec<Arc<Actuator>> {
+        self.now().values().cloned().collect()
+    }
+
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        self.now().keys().cloned().collect()
     }
 }

@@ -11,9 +11,11 @@ mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::time::Duration;
 
 use common::{Number, load, number};
 use slate_module::Plugin;
+use slate_module::aspect::{Aspect, Logger, Stop, Synchronization, Threads};
 use slate_module::prelude::*;
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Options, Rate};
@@ -75,6 +77,48 @@ impl Module for Reporter {
     }
 }
 
+/// Ports of [`Talker`].
+#[ports]
+pub struct TalkerIo {
+    threads: Aspect<Threads>,
+    synchronization: Aspect<Synchronization>,
+    logger: Aspect<Logger>,
+    heard: Output<Number>,
+}
+
+/// Talks with a thread of its own.
+pub struct Talker;
+
+#[module(stage = Think)]
+impl Module for Talker {
+    type Io = TalkerIo;
+    type Params = ();
+    type State = f64;
+
+    fn tick(heard: &mut f64, io: &TalkerIo, _: &(), now: &Tick) -> Outcome {
+        if !io.threads.is_running("echo") {
+            let echo = |stop: &Stop| {
+                while stop.wait(Duration::from_secs(1)) {
+                    while let Ok(Some(number)) = stop.receive::<Number>() {
+                        let _ = stop.send(&number);
+                    }
+                }
+            };
+            io.threads.spawn("echo", echo).unwrap();
+        }
+        // The ring may be full now and then.
+        io.threads.send("echo", &Number { value: now.seconds() }).unwrap();
+        while let Ok(Some(_)) = io.threads.receive::<Number>("echo") {
+            *heard += 1.0;
+        }
+        io.synchronization.emit("/talker").unwrap();
+        assert!(io.synchronization.count("/talker").unwrap() < now.number());
+        assert_eq!(io.logger.dropped(), 0);
+        io.heard.set(Number { value: *heard });
+        Outcome::Ok
+    }
+}
+
 const ROBOT: &str = r#"
 time.source = "counter"
 [modules.counter]
@@ -102,7 +146,7 @@ fn robot(text: &str, workers: usize) -> Agent {
     let log: Vec<Box<dyn slate_runtime::log::LogTarget>> = vec![Box::new(MemoryTarget::default())];
     let options =
         Options { rate: Rate::Max, armed: true, log, workers, always_help: true, ..Options::default() };
-    load(text, &[Plugin::linked::<Reporter>()], options).unwrap()
+    load(text, &[Plugin::linked::<Reporter>(), Plugin::linked::<Talker>()], options).unwrap()
 }
 
 /// What 1000 cycles allocate after as many to warm up.
@@ -146,4 +190,13 @@ fn a_module_that_fails_or_writes_no_number_allocates_nothing() {
     // Its commands are withdrawn, and its readers run on.
     let text = ROBOT.replace("[modules.counter]", "[modules.counter]\nparams.nan_at = 3500");
     assert_eq!(allocations(&mut robot(&text, 0)), 0);
+}
+
+#[test]
+fn what_a_tick_and_its_thread_say_to_each_other_allocates_nothing() {
+    let mut agent = robot("time.source = \"counter\"\n[modules.counter]\n[modules.talker]\n", 0);
+    assert_eq!(allocations(&mut agent), 0);
+    while number(&agent, "talker/heard/value") == 0.0 {
+        assert!(agent.step());
+    }
 }

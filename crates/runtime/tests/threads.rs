@@ -234,6 +234,71 @@ fn what_a_failed_tick_asks_for_does_not_happen() {
 }
 
 #[test]
+fn a_failed_tick_leaves_what_is_known_of_a_thread_as_it_was() {
+    script("keeping", |io, now| {
+        let threads = &io.threads;
+        if now.number() == 1 {
+            threads
+                .spawn("bull", |stop| {
+                    stop.send(&Number { value: 7 }).unwrap();
+                    panic!("seeing red");
+                })
+                .unwrap();
+        } else if threads.state("bull") == ThreadState::Panicked {
+            if now.number() % 2 == 0 {
+                threads.spawn("bull", patient).unwrap();
+                assert!(threads.is_running("bull"));
+                return Outcome::Failed;
+            }
+            if let Some(number) = threads.receive::<Number>("bull").unwrap() {
+                io.number.set(number);
+            }
+        }
+        Outcome::Ok
+    });
+    Stage::new(&["keeping"]).until("keeping", 7);
+}
+
+#[test]
+fn a_module_on_a_thread_of_its_own_may_own_more() {
+    script("periodic", |io, now| {
+        if !io.threads.is_running("echo") {
+            let echo = |stop: &Stop| {
+                while stop.wait(Duration::from_secs(3600)) {
+                    while let Some(number) = stop.receive::<Number>().unwrap() {
+                        stop.send(&number).unwrap();
+                    }
+                }
+            };
+            io.threads.spawn("echo", echo).unwrap();
+        }
+        io.threads.send("echo", &Number { value: now.number() }).unwrap();
+        while let Some(number) = io.threads.receive::<Number>("echo").unwrap() {
+            io.number.set(number);
+        }
+        Outcome::Ok
+    });
+    let mut stage = Stage::threaded("[modules.periodic]\nplugin = \"scripted\"\nevery = \"1ms\"\n");
+    let composer = stage.agent.composer();
+    let (told, unload) = channel();
+    let unloader = std::thread::spawn(move || {
+        unload.recv().unwrap();
+        composer.unload("scripted")
+    });
+    let mut told = Some(told);
+    let until_gone = Box::new(move |cycle: &slate_runtime::Cycle<'_>| {
+        let heard = cycle.board.read("periodic/number/value");
+        let heard = heard.ok().flatten().is_some_and(|(value, _)| value.as_f64() > Some(10.0));
+        if heard && let Some(told) = told.take() {
+            told.send(()).unwrap();
+        }
+        if unloader.is_finished() { Control::Stop } else { Control::Continue }
+    });
+    stage.agent.run(until_gone).unwrap();
+    assert!(stage.agent.modules().is_empty());
+}
+
+#[test]
 fn unloading_ends_the_threads_first() {
     let ended = Arc::new(AtomicU64::new(0));
     let guard = Arc::clone(&ended);

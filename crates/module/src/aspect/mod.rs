@@ -78,26 +78,32 @@
 //! # fn main() {}
 //! ```
 
+mod actuators;
 mod blackboard;
 mod logger;
 mod main_loop;
+mod network;
 mod plugins;
 mod synchronization;
 mod threads;
 mod time_source;
+mod transforms;
 
 use std::marker::PhantomData;
 use std::ops::Deref;
 
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
+pub use actuators::{ActuatorState, Actuators};
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen, answered};
 pub use logger::Logger;
 pub use main_loop::{LoopPlace, MainLoop, Policy, PolicyTable};
+pub use network::{Connection, Datagrams, Listener, Network, NetworkAddress, SEND_LIMIT, SOCKET_LIMIT};
 pub use plugins::{PENDING, PluginAnswer, PluginEntry, Plugins};
 pub use synchronization::Synchronization;
 pub use threads::{FULL, Stop, ThreadBody, ThreadState, Threads};
 pub use time_source::TimeSource;
+pub use transforms::{LATEST, RigidTransform, Transforms};
 
 use crate::{Direction, Flags, Port, PortCursor, PortDescription, PortSlot};
 

@@ -149,7 +149,7 @@ impl Threads {
     /// Begins a thread, after this tick and unless the tick fails. While the module's plugin is being unloaded or
     /// reloaded that waits until it turns out whether the module stays.
     ///
-    /// To make a thread takes the tick some ten microseconds, and allocates.
+    /// To make a thread takes time and memory: begin it once, and let it [wait](Stop::wait).
     ///
     /// # Errors
     /// When one of that name runs, there are 16, or the name is not made of letters, digits, `_` and `-`.

@@ -109,7 +109,9 @@ impl Module for Beat {
 }
 
 fn configuration(text: &str) -> Configuration {
-    let text = format!("time.source = \"beat\"\n[loop]\nperiod = \"20ms\"\n[modules.beat]\n{text}");
+    let text = format!(
+        "time.source = \"beat\"\n[loop]\nperiod = \"20ms\"\nhang = \"300ms\"\n[modules.beat]\n{text}"
+    );
     Configuration::from_text("test.toml", &text, &configuration::Options::default()).unwrap()
 }
 
@@ -345,16 +347,49 @@ fn library() -> PathBuf {
     found.expect("cargo builds the library for its tests")
 }
 
+/// A configuration with the master from its library and a viewer of that file.
+fn with_library(file: &Path) -> String {
+    format!(
+        "[plugins.slate-vision]\nfile = \"{}\"\n[modules.vision_master]\n[modules.viewer]\n\
+         params.camera = \"file:{}@500\"\n",
+        library().display(),
+        file.display()
+    )
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_camera_that_hangs_keeps_the_masters_code_and_lets_it_go_on() {
+    let folder = Folder::new("pipe");
+    let file = folder.path().join("picture.pgm");
+    assert!(std::process::Command::new("mkfifo").arg(&file).status().unwrap().success());
+    // Who reads it waits for what may still be written here.
+    let pipe = std::fs::OpenOptions::new().read(true).write(true).open(&file).unwrap();
+    let (mut agent, log) = load(&with_library(&file), &[Plugin::linked::<Viewer>()]);
+    let is_pipe = |entry: std::io::Result<std::fs::DirEntry>| {
+        entry.and_then(|entry| std::fs::read_link(entry.path())).is_ok_and(|target| target == file)
+    };
+    let open = || std::fs::read_dir("/proc/self/fd").unwrap().map(is_pipe).filter(|is| *is).count();
+    until(&mut agent, &log, "the camera's thread reads the pipe", |_| open() == 2);
+    let composer = agent.composer();
+    let error = composer.reload("slate-vision", None).unwrap_err();
+    let expected =
+        "thread `camera-0` of module `vision_master` has not ended within 300ms of being told to stop";
+    assert_eq!(error.to_string(), expected);
+    let ticks = agent.counts("vision_master").unwrap().0;
+    steps(&mut agent, 5);
+    assert_eq!(agent.counts("vision_master").unwrap().0, ticks + 5);
+    folder.write("picture.pgm", 9);
+    drop(pipe);
+    until(&mut agent, &log, "a picture", |agent| number(agent, "viewer/view/pictures") > 0.0);
+    assert!(composer.reload("slate-vision", None).unwrap().in_place);
+}
+
 #[test]
 fn the_masters_library_is_reloaded_while_it_is_used_and_stays_while_it_is() {
     let folder = Folder::new("reload");
     folder.write("picture.pgm", 9);
-    let text = format!(
-        "[plugins.slate-vision]\nfile = \"{}\"\n[modules.vision_master]\n[modules.viewer]\n\
-         params.camera = \"file:{}/picture.pgm@500\"\n",
-        library().display(),
-        folder.path().display()
-    );
+    let text = with_library(&folder.path().join("picture.pgm"));
     let (mut agent, log) = load(&text, &[Plugin::linked::<Viewer>()]);
     let composer = agent.composer();
     let mut seen = 0.0;

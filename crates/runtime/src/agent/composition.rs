@@ -24,7 +24,6 @@ pub(super) struct Present {
     pub seat: Arc<Seat>,
     pub kind: ModuleKind,
     pub description: Description,
-    pub setup: OwnSetup,
     pub own_thread: bool,
     /// How it runs apart, if it does.
     pub isolation: Option<Arc<Isolation>>,
@@ -70,6 +69,7 @@ pub(super) struct Target {
 pub(super) struct Fitting {
     pub kind: ModuleKind,
     pub description: Description,
+    pub setup: OwnSetup,
     /// Its parameters as in the configuration.
     pub params: Vec<u8>,
 }
@@ -100,8 +100,8 @@ impl Composition {
             return Err(Report::from(complaints.diagnostics));
         }
         let described = |surveyed: Surveyed<'_>| {
-            let Surveyed { module, kind, description, params, .. } = surveyed;
-            (module.name.value.clone(), Fitting { kind, description, params })
+            let Surveyed { module, kind, description, setup, params, .. } = surveyed;
+            (module.name.value.clone(), Fitting { kind, description, setup, params })
         };
         Ok(survey.modules.into_iter().map(described).collect())
     }
@@ -147,7 +147,6 @@ impl Composition {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
-                setup: surveyed.setup.clone(),
                 own_thread: self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
                 isolation,
             };
@@ -175,6 +174,7 @@ impl Composition {
                 },
             );
         }
+        self.ground.means.actuators.set(self.ground.actuators.clone());
         let actuators = self.ground.actuators.values().cloned().collect();
         let threaded = self.present.values().filter(|present| present.own_thread);
         shared.compose(stages, threaded.map(|present| Arc::clone(&present.seat)).collect(), actuators);

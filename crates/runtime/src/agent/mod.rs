@@ -164,6 +164,7 @@ impl Agent {
         let control = Arc::new(PluginControl::default());
         let means = Means {
             board: Arc::clone(&board),
+            actuators: Arc::default(),
             logger: Arc::clone(&logger),
             clock: Arc::clone(&shared.clock),
             synchronization: Arc::clone(&shared.synchronization),

@@ -10,8 +10,8 @@ use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
 use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
-use super::calls::{say, text};
-use super::{HostService, Means};
+use super::calls::{every_path, say, text};
+use super::{HostService, Means, followed, hash};
 use crate::digest::Digest;
 use crate::runner::Memory;
 
@@ -54,8 +54,6 @@ struct OpenWriter {
 unsafe impl Send for Service {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    // Every path is meant, which is a pattern.
-    let all = Pattern::parse("**").unwrap_or_else(|_| unreachable!("`**` is a pattern"));
     let mut service = Box::new(Service {
         table: BlackBoard { context: std::ptr::null_mut(), read, write, matching, event },
         board: Arc::clone(&means.board),
@@ -63,7 +61,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
         readers: BTreeMap::new(),
         writers: BTreeMap::new(),
         observers: BTreeMap::new(),
-        changes: means.board.observe(&all, EVENTS, None),
+        changes: means.board.observe(&every_path(), EVENTS, None),
         tick: 1,
     });
     service.table.context = (&raw mut *service).cast();
@@ -240,7 +238,7 @@ impl Service {
                 property
             }
             _ => {
-                let store = Store { capacity: 0, depth: 1, budget: BUDGET };
+                let store = followed(descriptor, Store { capacity: 0, depth: 1, budget: BUDGET });
                 let doc = format!("Opened by {} at run time.", self.module);
                 let added = self.board.add_channel(path, &doc, descriptor, store, Access::Output);
                 added.map_err(|error| error.to_string())?
@@ -248,17 +246,13 @@ impl Service {
         };
         let channel = property.channel().ok_or_else(|| format!("/{path} receives messages"))?;
         let writer = channel.writer().map_err(|error| format!("/{path}: {error}"))?;
-        // The hash of the path takes the place of a number among outputs, as those that are opened have no order.
-        let index = path
-            .bytes()
-            .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
         Ok(OpenWriter {
             writer,
             floats: FloatMap::new(descriptor),
             value: Memory::zeroed(descriptor.size),
             size: descriptor.size,
             set: false,
-            index: index | 1 << 31,
+            index: hash(path),
             property,
         })
     }

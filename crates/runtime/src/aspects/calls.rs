@@ -1,5 +1,6 @@
 //! What calls of services take and give.
 
+use slate_blackboard::Pattern;
 use slate_module::table::{Bytes, Sink};
 
 /// # Safety
@@ -23,4 +24,9 @@ pub(super) unsafe fn text(bytes: Bytes) -> String {
 pub(super) unsafe fn name<'a>(bytes: Bytes) -> &'a str {
     // SAFETY: passed on to the caller.
     std::str::from_utf8(unsafe { bytes.as_slice() }).unwrap_or("\u{fffd}")
+}
+
+/// The pattern that every path is meant by.
+pub(super) fn every_path() -> Pattern {
+    Pattern::parse("**").unwrap_or_else(|_| unreachable!("`**` is a pattern"))
 }

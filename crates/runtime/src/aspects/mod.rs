@@ -1,22 +1,26 @@
 //! What modules need that can be missing: services of the host, and those that modules provide to each other.
 
+mod actuators;
 mod blackboard;
 mod calls;
 mod logger;
 mod main_loop;
+mod network;
 mod place;
 mod plugins;
 mod synchronization;
 mod threads;
 mod time_source;
+mod transforms;
 
 use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Descriptor;
 use slate_module::ModuleKind;
-use slate_module::aspect::{self, BlackBoard, Service};
+use slate_module::aspect::{self, Actuators, BlackBoard, Network, Service, Transforms};
 
+use crate::actuators::ActuatorList;
 use crate::clock::Clock;
 use crate::digest::Digest;
 use crate::log::Logger;
@@ -26,6 +30,7 @@ pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
 pub(crate) use plugins::PluginControl;
 pub(crate) use threads::{Closed, ThreadKeeper};
 pub(crate) use time_source::{PlaceTime, TimePlace};
+pub(crate) use transforms::followed;
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub(crate) trait HostService: Send {
@@ -44,6 +49,10 @@ pub(crate) trait HostService: Send {
     /// After a tick that failed: what it asked for does not happen.
     fn abandon(&mut self) {}
 
+    /// The module does not work for now, or no more: what it holds of the robot is let go. Its tick may hang in a call
+    /// of the service meanwhile.
+    fn rest(&self, _: u64) {}
+
     /// The module's instance is gone; after a panic another one follows.
     fn end(&mut self) {}
 }
@@ -51,6 +60,7 @@ pub(crate) trait HostService: Send {
 /// What services are made of.
 pub(crate) struct Means {
     pub board: Arc<Board>,
+    pub actuators: Arc<ActuatorList>,
     /// Where the loop finds the policy of a module.
     pub policy: Arc<PolicyPlace>,
     /// Where the loop finds the time that a module has said.
@@ -67,7 +77,10 @@ type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
 const SERVICES: &[(&Descriptor, Maker)] = &[
+    (Actuators::DESCRIPTOR, actuators::make),
     (BlackBoard::DESCRIPTOR, blackboard::make),
+    (Network::DESCRIPTOR, network::make),
+    (Transforms::DESCRIPTOR, transforms::make),
     (aspect::MainLoop::DESCRIPTOR, main_loop::make),
     (aspect::TimeSource::DESCRIPTOR, time_source::make),
     (aspect::Logger::DESCRIPTOR, logger::make),
@@ -85,4 +98,11 @@ pub(crate) fn services() -> impl Iterator<Item = &'static Descriptor> {
 pub(crate) fn service(schema: u64, means: &Means, module: &Arc<str>) -> Option<Box<dyn HostService>> {
     let (_, make) = SERVICES.iter().find(|(descriptor, _)| descriptor.hash == schema)?;
     Some(make(means, module))
+}
+
+/// In place of a number in the order of outputs, for the digest: what is opened at run time has no order.
+fn hash(path: &str) -> u32 {
+    let hash =
+        path.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+    hash | 1 << 31
 }

@@ -1,8 +1,9 @@
 //! Where a service that a module provides is found by those that need it.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use slate_blackboard::wake::Wake;
 use slate_module::ModuleKind;
 use slate_module::aspect::ProviderTable;
 
@@ -14,6 +15,8 @@ pub(crate) struct ServicePlace {
     /// Counts changes, so that a tick sees with one look that there was none.
     version: AtomicU64,
     current: Mutex<Option<Arc<Provided>>>,
+    /// Wakes the threads of those that need it.
+    wakes: Mutex<Vec<Arc<Wake>>>,
 }
 
 /// A service that is provided.
@@ -48,6 +51,11 @@ impl ServicePlace {
         drop(current);
         // The code of another library may run here, which must not happen under the lock.
         drop(old);
+        self.wakes().iter().for_each(|wake| wake.notify(1));
+    }
+
+    fn wakes(&self) -> MutexGuard<'_, Vec<Arc<Wake>>> {
+        self.wakes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Ends the service; who is in a tick keeps it until the next one.
@@ -71,7 +79,12 @@ pub(crate) struct AspectPort {
 }
 
 impl AspectPort {
-    pub fn new(slot: usize, place: Arc<ServicePlace>) -> Self {
+    pub fn new(slot: usize, place: Arc<ServicePlace>, wake: &Arc<Wake>) -> Self {
+        let mut wakes = place.wakes();
+        if !wakes.iter().any(|other| Arc::ptr_eq(other, wake)) {
+            wakes.push(Arc::clone(wake));
+        }
+        drop(wakes);
         Self { slot, place, seen: 0, held: None }
     }
 

@@ -255,10 +255,11 @@ impl Build<'_> {
     }
 
     fn actuator(&mut self, name: &str, entry: &Entry, agent: &str) -> Option<Actuator> {
-        let known = ["command", "commands", "limits", "rate_limits", "time_to_live", "safe"];
+        let known = ["command", "commands", "modules", "limits", "rate_limits", "time_to_live", "safe"];
         let table = self.problems.as_table(&format!("actuators.{name}"), entry)?;
         self.problems.unknown_keys(table, &format!("in actuator `{name}`"), &known);
         let commands = self.commands(name, entry.key, table, agent);
+        let modules = table.get("modules").map(|list| self.problems.texts("modules", list, "behaviour"));
         let limits = self.fields(table, "limits", Self::limit);
         let rate_limits = self.fields(table, "rate_limits", Self::rate_limit);
         let safe = self.problems.table(table, "safe").cloned().unwrap_or_default();
@@ -278,11 +279,19 @@ impl Build<'_> {
             None => Spanned::new(TIME_TO_LIVE, entry.key),
         };
         let name = Spanned::new(name.into(), entry.key);
-        Some(Actuator { name, commands, limits, rate_limits, time_to_live, safe })
+        Some(Actuator {
+            name,
+            commands,
+            modules: modules.unwrap_or_default(),
+            limits,
+            rate_limits,
+            time_to_live,
+            safe,
+        })
     }
 
     fn commands(&mut self, name: &str, key: Span, table: &Table, agent: &str) -> Vec<Spanned<Url>> {
-        if table.get("command").is_none() && table.get("commands").is_none() {
+        if ["command", "commands", "modules"].iter().all(|key| table.get(key).is_none()) {
             let help = "write command = \"module/property\", or commands = [...] for several";
             self.problems.add(key, format!("nothing commands actuator `{name}`"), help);
         }

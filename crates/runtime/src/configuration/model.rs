@@ -83,6 +83,8 @@ pub struct Actuator {
     pub name: Spanned<String>,
     /// The properties that command it.
     pub commands: Vec<Spanned<Url>>,
+    /// Modules with the aspect Actuators that may command it too.
+    pub modules: Vec<Spanned<String>>,
     /// Intervals that fields of the command are kept in, by field.
     pub limits: Vec<Limit>,
     /// How fast fields of the command may change, per second, by field.

@@ -62,7 +62,16 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
         let Some(path) = path else { continue };
         match section {
             "links" => resolve_keys(&mut entry.value, &["from"], scope),
-            "actuators" => resolve_keys(&mut entry.value, &["command", "commands"], scope),
+            "actuators" => {
+                resolve_keys(&mut entry.value, &["command", "commands"], scope);
+                if let Value::Table(table) = &mut entry.value.value
+                    && let Some(modules) = table.entries.get_mut("modules")
+                {
+                    each_text(&mut modules.value.value, &|name| {
+                        Url::parse(name).ok().map(|url| url.path_in(scope))
+                    });
+                }
+            }
             _ => {}
         }
         match target.entries.entry(path) {
@@ -105,14 +114,20 @@ fn resolve_keys(value: &mut Spanned<Value>, keys: &[&str], scope: &str) {
 
 /// Makes URLs absolute; what is none stays as written and is reported by whoever reads it.
 fn resolve(value: &mut Value, scope: &str) {
+    each_text(value, &|text| {
+        let url = Url::parse(text).ok()?;
+        let relative = url.agent().is_none() && url.path_in("").contains('/');
+        relative.then(|| format!("/{}", url.path_in(scope)))
+    });
+}
+
+/// Changes a text, or those of a list.
+fn each_text(value: &mut Value, change: &dyn Fn(&str) -> Option<String>) {
     match value {
-        Value::List(items) => items.iter_mut().for_each(|item| resolve(&mut item.value, scope)),
+        Value::List(items) => items.iter_mut().for_each(|item| each_text(&mut item.value, change)),
         Value::Text(text) => {
-            if let Ok(url) = Url::parse(text)
-                && url.agent().is_none()
-                && url.path_in("").contains('/')
-            {
-                *text = format!("/{}", url.path_in(scope));
+            if let Some(changed) = change(text) {
+                *text = changed;
             }
         }
         _ => {}
@@ -148,22 +163,19 @@ pub(super) fn in_scope(path: &[String], value: &Value, scope: &str) -> Value {
         matches!(path[..], ["links", _] | ["links", _, "from"] | ["actuators", _, "command" | "commands"]);
     let mut value = value.clone();
     if url && !scope.is_empty() {
-        shorten(&mut value, &format!("/{scope}/"));
+        let start = format!("/{scope}/");
+        // A name alone is no property, and so would not be relative.
+        each_text(&mut value, &|text| {
+            text.strip_prefix(&start).filter(|short| short.contains('/')).map(str::to_owned)
+        });
+    }
+    if matches!(path[..], ["actuators", _, "modules"]) && !scope.is_empty() {
+        each_text(&mut value, &|name| {
+            let own = name.strip_prefix(scope).and_then(|rest| rest.strip_prefix('/'));
+            Some(own.map_or_else(|| format!("/{name}"), str::to_owned))
+        });
     }
     value
-}
-
-fn shorten(value: &mut Value, start: &str) {
-    match value {
-        Value::List(items) => items.iter_mut().for_each(|item| shorten(&mut item.value, start)),
-        Value::Text(text) => {
-            // A name alone is no property, and so would not be relative.
-            if let Some(short) = text.strip_prefix(start).filter(|short| short.contains('/')) {
-                *text = short.into();
-            }
-        }
-        _ => {}
-    }
 }
 
 fn join(scope: &str, name: &str) -> String {

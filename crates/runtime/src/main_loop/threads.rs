@@ -105,7 +105,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
 fn patience(runner: &Runner, now: u64) -> Duration {
-    if matches!(runner.health.condition(), Condition::Inactive | Condition::Faulted) {
+    if matches!(runner.health.condition(), Condition::Inactive | Condition::Waiting | Condition::Faulted) {
         return LOOK;
     }
     if runner.supervised.is_some() {

@@ -1,5 +1,6 @@
 //! Opening a library, and closing it.
 
+use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
@@ -156,10 +157,18 @@ fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<P
             "build it with the slate-plugin of this agent's version",
         ));
     }
+    for module in 0..if table.modules.is_null() { 0 } else { table.module_count } {
+        // SAFETY: the table's version and size were checked, so it has so many entries.
+        if let Some(call) = unsafe { missing_call(table.modules.add(module)) } {
+            let problem = format!("leaves the call `{call}` out of the table of its module {}", module + 1);
+            return Err(refuse(problem, "give every call of the table"));
+        }
+    }
     let library: Arc<dyn std::any::Any + Send + Sync> = Arc::new(library);
     // SAFETY: the table's version and size were checked; its modules stay as long as the library is open.
     let kinds: Vec<ModuleKind> = unsafe {
-        let modules = std::slice::from_raw_parts(table.modules, table.module_count);
+        let count = if table.modules.is_null() { 0 } else { table.module_count };
+        let modules = if count == 0 { &[] } else { std::slice::from_raw_parts(table.modules, count) };
         modules.iter().map(|module| ModuleKind::from_table(*module, Some(Arc::clone(&library)))).collect()
     };
     make(file, kinds, outline)
@@ -178,6 +187,25 @@ fn make(file: &Path, kinds: Vec<ModuleKind>, outline: &LibraryOutline) -> Result
     }
     let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
     Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))
+}
+
+/// The first call of a module that is null, which no function of Rust may be.
+///
+/// # Safety
+/// There is a table, but for its calls.
+unsafe fn missing_call(module: *const ModuleTable) -> Option<&'static str> {
+    let calls = [
+        ("describe", offset_of!(ModuleTable, describe)),
+        ("create", offset_of!(ModuleTable, create)),
+        ("tick", offset_of!(ModuleTable, tick)),
+        ("save", offset_of!(ModuleTable, save)),
+        ("restore", offset_of!(ModuleTable, restore)),
+        ("may_unload", offset_of!(ModuleTable, may_unload)),
+        ("destroy", offset_of!(ModuleTable, destroy)),
+    ];
+    // SAFETY: each is a pointer within the table.
+    let is_null = |offset: usize| unsafe { (*module.byte_add(offset).cast::<*const ()>()).is_null() };
+    calls.into_iter().find(|(_, offset)| is_null(*offset)).map(|(name, _)| name)
 }
 
 /// What the system says, which is the source of the error; the name of the copy helps nobody.

@@ -154,6 +154,15 @@ impl LibraryOutline {
                 "build it with the slate-plugin of this agent's version",
             ));
         }
+        let is_name = |name: &&String| {
+            !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-'))
+        };
+        let modules = self.modules.iter().map(|module| &module.name);
+        let bad = [&self.name].into_iter().chain(modules).find(|name| !is_name(name)).cloned();
+        if let Some(name) = bad {
+            let problem = format!("has `{name}` for a name");
+            return Err((problem, "name plugins and kinds of modules with letters, digits, `_` and `-`"));
+        }
         Ok(self)
     }
 }

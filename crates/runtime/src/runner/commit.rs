@@ -76,7 +76,7 @@ impl Runner {
             service.commit(now, digest.as_deref_mut());
         }
         for outbox in &mut self.outboxes {
-            let count = self.slots[outbox.slot].count.get();
+            let count = self.slots[outbox.slot].count.get().min(outbox.memory.len());
             let Some(sender) = &mut outbox.sender else { continue };
             for memory in &outbox.memory[..count] {
                 // SAFETY: the memory holds a value of that size, written by this step.
@@ -114,6 +114,7 @@ impl Runner {
             }
         }
         self.commit.end();
+        self.services.iter().for_each(|service| service.rest(now));
     }
 
     /// A late step has returned: what it wrote is dropped, and it may run again.
@@ -121,6 +122,7 @@ impl Runner {
         for output in &mut self.outputs {
             output.aside = None;
         }
+        self.services.iter_mut().for_each(|service| service.abandon());
         self.set_condition(Condition::Degraded, self.last_tick);
     }
 
@@ -195,7 +197,8 @@ impl Runner {
     }
 }
 
-fn priority(number: u32) -> Priority {
+/// A priority as it comes from a module.
+pub(crate) fn priority(number: u32) -> Priority {
     match number {
         3 => Priority::Reflex,
         2 => Priority::Teleoperation,

@@ -18,6 +18,7 @@ use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
+pub(crate) use commit::priority;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
 pub(crate) use shadow::{Shadow, ShadowState};
@@ -178,20 +179,20 @@ impl Runner {
             let value = self.enabled.value();
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
+        // Also while it is switched off, so that it keeps no service that nobody provides any more.
+        let served = self.has_services();
         let condition = self.health.condition();
-        if !self.aspects.is_empty() && self.on && !self.has_services() {
-            if condition.is_working() {
-                self.set_condition(Condition::Waiting, self.last_tick);
+        if !self.on || !served {
+            let rest = if self.on { Condition::Waiting } else { Condition::Inactive };
+            if condition.is_working() || condition == Condition::Failed {
+                self.set_condition(rest, self.last_tick);
                 self.publish_safe(self.last_tick);
                 self.services.iter_mut().for_each(|service| service.abandon());
-            }
-            return false;
-        }
-        if !self.on {
-            if condition.is_working() {
-                self.set_condition(Condition::Inactive, self.last_tick);
-                self.publish_safe(self.last_tick);
+                // What others use of it may use what it misses now.
+                self.withdraw();
                 self.services.iter_mut().for_each(|service| service.abandon());
+            } else if matches!(condition, Condition::Inactive | Condition::Waiting) {
+                self.set_condition(rest, self.last_tick);
             }
             return false;
         }
@@ -199,6 +200,11 @@ impl Runner {
             self.set_condition(Condition::Working, self.last_tick);
         }
         condition != Condition::Faulted && condition != Condition::Late
+    }
+
+    /// Ends the services that it provides.
+    fn withdraw(&mut self) {
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
     }
 
     /// Whether all services of other modules that it needs are provided.
@@ -245,7 +251,7 @@ impl Runner {
             self.set_condition(Condition::Working, self.last_tick);
         }
         let kind = std::mem::replace(&mut self.kind, kind);
-        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.withdraw();
         self.services.iter_mut().for_each(|service| service.begin(&self.kind));
         Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
     }
@@ -253,7 +259,7 @@ impl Runner {
     /// Ends the instance.
     pub fn destroy(&mut self) {
         let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
-        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
+        self.withdraw();
         self.services.iter_mut().for_each(|service| service.end());
         if !instance.is_null() {
             // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.

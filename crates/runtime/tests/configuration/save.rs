@@ -36,6 +36,7 @@ fn a_value_is_changed_where_it_stands_and_nothing_else() {
                   params = { gain = 1.20, speed=0.5 } # both\ninputs . goal = {x=1.0,  y=0}# where to\n\n\
                   # the robot\n[robots.r2.modules]\nplanner = { params = { speed = 0x10 } }\n\n[robots.r2.links]\n\
                   \"planner/pose\" = \"a/pose\" # own\n\"planner/goal\" = '/world/goal'\n\n\
+                  [robots.r2.actuators.arm]\nmodules = [\"a\", \"b\"]\n\n\
                   [actuators.wheels]\ncommand = \"follower/wheels\"\nlimits.left = [ # least\n  -1, # most\n  1.0,\n] # end\n# last\n";
     let changes = [
         ("loop.period", "10ms"),
@@ -45,6 +46,7 @@ fn a_value_is_changed_where_it_stands_and_nothing_else() {
         ("robots.r2.links.\"planner/pose\"", "b/pose"),
         ("links.\"r2/planner/goal\"", "/r2/map/goal"),
         ("actuators.wheels.limits.left", "[-2, 1.0]"),
+        ("actuators.\"r2/arm\".modules", "[\"r2/c\", \"d\"]"),
     ];
     let expected = before
         .replace("'20ms'", "\"10ms\"")
@@ -53,6 +55,7 @@ fn a_value_is_changed_where_it_stands_and_nothing_else() {
         .replace("0x10", "17")
         .replace("\"a/pose\"", "\"b/pose\"")
         .replace("'/world/goal'", "\"map/goal\"")
+        .replace("[\"a\", \"b\"]", "[\"c\", \"/d\"]")
         .replace("-1,", "-2,");
     assert_eq!(saved("in-place", before, &changes), expected);
 }

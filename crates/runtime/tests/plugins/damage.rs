@@ -9,7 +9,7 @@ use object::{Object, ObjectSymbol, elf};
 use proptest::prelude::*;
 use slate_runtime::plugin::{self, LibraryOutline};
 
-use crate::fixtures::{Folder, find, libraries, patch};
+use crate::fixtures::{Folder, find, gcc, libraries, patch};
 use crate::support::*;
 
 /// What is said when a library of those bytes is loaded by an agent, which goes on.
@@ -81,6 +81,14 @@ fn a_table_that_is_of_another_version_than_the_file_says_is_refused() {
 fn a_table_that_brings_other_kinds_than_the_file_says_is_refused() {
     let text = refusal_of_patched("{\"name\":\"counter\",\"doc\"", "{\"name\":\"kounter\",\"doc\"");
     assert_says(&text, &["says that it brings kounter, but brings counter", "`.slate`"]);
+}
+
+#[test]
+fn a_name_that_no_url_can_have_is_refused() {
+    let text = refusal_of_patched("\"name\":\"counter\",\"version\"", "\"name\":\"coun/er\",\"version\"");
+    assert_says(&text, &["has `coun/er` for a name", "letters"]);
+    let text = refusal_of_patched("{\"name\":\"counter\",\"doc\"", "{\"name\":\"coun er\",\"doc\"");
+    assert_says(&text, &["has `coun er` for a name", "letters"]);
 }
 
 #[test]
@@ -164,19 +172,8 @@ fn a_library_without_the_section_or_the_symbol_is_refused() {
 #[test]
 fn a_library_that_misses_a_symbol_of_another_one_is_refused_by_name() {
     let folder = Folder::new();
-    let code = "#include \"smoother.c\"\nextern int slate_test_absent;\nint *slate_test_user = &slate_test_absent;\n";
-    let (source, file) = (folder.write("lost.c", code.as_bytes()), folder.write("liblost.so", b""));
-    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/plugins/fixtures");
-    let built = Command::new("gcc")
-        .args(["-shared", "-fPIC", "-I"])
-        .arg(&tests)
-        .arg("-I")
-        .arg(tests.join("../../../../module/include"))
-        .arg(&source)
-        .arg("-o")
-        .arg(&file)
-        .status();
-    assert!(built.expect("gcc is needed for this test").success());
+    let file = folder.write("liblost.so", b"");
+    gcc("smoother.c", &["-DWITH_LOST_SYMBOL".into()], &file);
     assert_says(&refusal(&file), &["can't be opened", "slate_test_absent"]);
 }
 

@@ -141,10 +141,6 @@ fn a_panic_in_destroy_hinders_neither_reload_nor_unload() {
 #[test]
 fn panics_during_a_run_cost_no_other_module_a_cycle() {
     let text = robot_with(TICK) + "[modules.good]\nplugin = \"counter\"\n";
-    let text = text.replace("[links]", "[links_moved]").replace("[modules.good]", "[modules.good]");
-    let (modules, links) = text.split_once("[links_moved]\n").unwrap();
-    let (links, good) = links.split_once("[modules.good]").unwrap();
-    let text = format!("{modules}[modules.good]{good}[links]\n{links}");
     let running = Running::start(&text, Mode::Staged, &["beat/count/value", "good/count/value"]);
     for _ in 0..5 {
         running.composer.reload("counter", None).unwrap();

@@ -60,26 +60,7 @@ impl Libraries {
         }
         self.cargo(&["rustc", "--package", "counter"], &["--", "-C", "panic=abort"]);
         self.keep("abort", "counter");
-        let library = self.folder.join("plain/libsmoother.so");
-        let output = Command::new("gcc")
-            .args([
-                "-std=c11",
-                "-Wall",
-                "-Wextra",
-                "-Werror",
-                "-O2",
-                "-shared",
-                "-fPIC",
-                "-fvisibility=hidden",
-            ])
-            .arg("-I")
-            .arg(tests().join("../../../module/include"))
-            .arg(fixtures.join("smoother.c"))
-            .arg("-o")
-            .arg(library)
-            .output()
-            .expect("gcc is needed for this test");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        gcc("smoother.c", &[], &self.folder.join("plain/libsmoother.so"));
     }
 
     fn cargo(&self, first: &[&str], last: &[&str]) {
@@ -106,6 +87,21 @@ impl Libraries {
         fs::copy(self.folder.join("target/debug").join(&file), &new).unwrap();
         fs::rename(new, folder.join(&file)).unwrap();
     }
+}
+
+/// Builds a plugin in C as its author would.
+pub fn gcc(source: &str, more: &[String], library: &Path) {
+    let output = Command::new("gcc")
+        .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC", "-fvisibility=hidden"])
+        .args(more)
+        .arg("-I")
+        .arg(tests().join("../../../module/include"))
+        .arg(tests().join("fixtures").join(source))
+        .arg("-o")
+        .arg(library)
+        .output()
+        .expect("gcc is needed for this test");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// A folder that goes with the test.

@@ -11,7 +11,7 @@ const SAVE_HANGS: u32 = 6;
 fn robot_with(params: &str) -> String {
     let text =
         robot(&plain()).replace("[modules.reader]", &format!("params = {{ {params} }}\n[modules.reader]"));
-    format!("loop.period = \"5ms\"\nloop.hang = \"40ms\"\n{text}")
+    format!("loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{text}")
 }
 
 fn condition(running: &Running) -> &'static str {
@@ -21,7 +21,7 @@ fn condition(running: &Running) -> &'static str {
 #[test]
 fn nothing_is_unloaded_or_exchanged_while_its_tick_hangs() {
     for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
-        let text = robot_with("hang_at = 5, hang = 1000").replace("params =", &format!("{trigger}params ="));
+        let text = robot_with("hang_at = 5, hang = 2000").replace("params =", &format!("{trigger}params ="));
         let running = Running::start(&text, mode, &["beat/count/value"]);
         until("the hang is noticed", || condition(&running) == "LATE");
         let unload = running.composer.unload("counter").unwrap_err();
@@ -52,7 +52,7 @@ fn nothing_is_unloaded_or_exchanged_while_its_tick_hangs() {
 #[test]
 fn a_save_that_hangs_during_a_reload_is_given_up_and_the_old_code_goes_on() {
     for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
-        let text = robot_with(&format!("fault = {SAVE_HANGS}, hang = 1000"));
+        let text = robot_with(&format!("fault = {SAVE_HANGS}, hang = 2000"));
         let text = text.replace("params =", &format!("{trigger}params ="));
         let running = Running::start(&text, mode, &["beat/count/value"]);
         let refusal = running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap_err();
@@ -69,6 +69,40 @@ fn a_save_that_hangs_during_a_reload_is_given_up_and_the_old_code_goes_on() {
         assert_eq!(running.value("counter/count/version"), 1, "{mode:?}: with its old code");
         let (_, _, samples) = running.stop();
         assert!(samples.windows(2).all(|rows| rows[1][0] == rows[0][0] + 1), "{mode:?}");
+    }
+}
+
+#[test]
+fn a_reload_that_one_module_hinders_is_made_for_none() {
+    for hindrance in ["hang_at = 5, hang = 2000", "fault = 6, hang = 2000"] {
+        // One has a thread of its own, the other is on the loop.
+        let text = format!(
+            "loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{}[modules.free]\nplugin = \"counter\"\n\
+             every = \"2ms\"\n[modules.slow]\nplugin = \"counter\"\nparams = {{ {hindrance} }}\n",
+            library("counter", &plain())
+        );
+        let running = Running::start(&text, Mode::Threaded, &[]);
+        let condition = |name: &str| {
+            running.composer.modules().into_iter().find(|module| module.name == name).unwrap().condition
+        };
+        if hindrance.starts_with("hang_at") {
+            until("the hang is noticed", || condition("slow") == "LATE");
+        }
+        let refusal = running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap_err();
+        assert_says(&complaint(&refusal), &["module `slow` has not returned"]);
+        let count = running.value("free/count/value");
+        until("the free one goes on", || running.value("free/count/value") > count + 3);
+        assert_eq!(running.value("free/count/version"), 1, "{hindrance}: with its old code");
+        assert!(running.composer.modules().iter().all(|module| !module.plugin.is_empty()), "all are known");
+        until("the slow one returns", || condition("slow") == "WORKING");
+        if hindrance.starts_with("hang_at") {
+            running.composer.reload("counter", Some(&libraries().counter("more"))).unwrap();
+            until("the new code", || {
+                ["free", "slow"].iter().all(|name| running.value(&format!("{name}/count/version")) == 2)
+            });
+        }
+        running.composer.unload("counter").unwrap();
+        running.stop();
     }
 }
 

@@ -89,9 +89,8 @@ fn what_an_unloaded_module_wrote_becomes_safe_and_stale_and_its_successor_is_ano
 
 #[test]
 fn an_unloaded_module_leaves_on_the_board_only_what_others_read_and_that_it_is_gone() {
-    let text = robot(&plain()) + "[modules.alone]\nplugin = \"counter\"\n";
-    let mut agent =
-        lockstep(&text.replace("[links]", "").replace("\"reader/input\" = \"counter/count\"\n", ""));
+    let text = library("counter", &plain()) + "[modules.counter]\n[modules.alone]\nplugin = \"counter\"\n";
+    let mut agent = lockstep(&text);
     step(&mut agent, 2);
     agent.composer().unload("counter").unwrap();
     let mut left: Vec<String> = agent.board().properties().iter().map(|p| p.path().to_owned()).collect();

@@ -16,6 +16,7 @@ mod fixtures;
 mod hangs;
 mod loading;
 mod memory;
+mod mistakes;
 mod native;
 mod refusals;
 mod reload;

@@ -291,3 +291,39 @@ fn a_plugin_that_is_linked_in_has_no_file_to_be_reloaded_from() {
     assert!(matches!(refusal, PluginError::LinkedIn { .. }), "{refusal:?}");
     assert_says(&complaint(&refusal), &["plugin `beat` is linked in", "name the library"]);
 }
+
+#[test]
+fn changes_from_several_threads_take_turns() {
+    let text = robot(&plain()) + &dormant("dependent", &libraries().other("dependent"));
+    let running = Running::start(&text, Mode::Staged, &["beat/count/value", "counter/count/value"]);
+    std::thread::scope(|scope| {
+        for file in ["more", "plain"] {
+            let composer = running.composer.clone();
+            scope.spawn(move || {
+                for _ in 0..20 {
+                    composer.reload("counter", Some(&libraries().counter(file))).unwrap();
+                }
+            });
+        }
+        let composer = running.composer.clone();
+        scope.spawn(move || {
+            for _ in 0..20 {
+                assert_eq!(composer.load("dependent").unwrap(), ["pusher"]);
+                assert!(composer.modules().len() >= 4 && composer.plugins().len() >= 4);
+                composer.unload("dependent").unwrap();
+            }
+        });
+    });
+    let (_, _, samples) = running.stop();
+    assert!(samples.iter().all(|row| row[0] == row[1]), "no change cost a cycle");
+}
+
+#[test]
+fn a_composer_outlives_its_agent() {
+    let mut agent = lockstep(&robot(&plain()));
+    step(&mut agent, 1);
+    let composer = agent.composer();
+    drop(agent);
+    composer.reload("counter", Some(&libraries().counter("more"))).unwrap();
+    assert_eq!(composer.unload("counter").unwrap(), [("counter".into(), "unmapped")]);
+}

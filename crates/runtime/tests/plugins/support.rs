@@ -130,7 +130,7 @@ pub fn try_lockstep(text: &str) -> Result<Agent, StartError> {
 }
 
 /// What a refusal says, with its help.
-pub fn complaint(error: &(impl miette::Diagnostic + std::error::Error)) -> String {
+pub fn complaint(error: &impl miette::Diagnostic) -> String {
     let mut text = error.to_string();
     if let Some(help) = error.help() {
         text = format!("{text}; {help}");

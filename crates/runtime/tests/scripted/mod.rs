@@ -162,6 +162,13 @@ impl Stage {
         Self::with(&format!("[loop]\nhang = \"300ms\"\nperiod = \"1ms\"\n{modules}"), Options::default())
     }
 
+    /// As [`on_the_wall_clock_with`](Stage::on_the_wall_clock_with), and modules with a period have threads of their
+    /// own.
+    pub fn threaded(modules: &str) -> Self {
+        let options = Options { mode: slate_runtime::Mode::Threaded, ..Options::default() };
+        Self::with(&format!("[loop]\nhang = \"300ms\"\nperiod = \"1ms\"\n{modules}"), options)
+    }
+
     fn with(text: &str, mut options: Options) -> Self {
         let log = MemoryTarget::default();
         options.log = vec![Box::new(log.clone())];

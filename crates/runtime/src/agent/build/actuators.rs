@@ -5,6 +5,7 @@ use std::sync::Arc;
 use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, BoardError, Store};
+use slate_module::aspect::{Actuators, Service};
 use slate_module::{Direction, Interface};
 use slate_safety::{Gate, GateConfiguration, GateState};
 
@@ -81,8 +82,11 @@ impl Builder<'_, '_> {
             }
             descriptor = Some(own);
         }
+        self.guests(wanted)?;
         let Some(descriptor) = descriptor.or_else(|| self.linked_interface(index)) else {
-            if !wanted.commands.is_empty() {
+            if !wanted.commands.is_empty()
+                || wanted.modules.iter().any(|module| self.is_dormant(&module.value))
+            {
                 // Its commanders are not there yet.
                 return Ok(None);
             }
@@ -134,7 +138,10 @@ impl Builder<'_, '_> {
         self.ground.index += 1;
         match (new_writer(&command), new_writer(&state)) {
             (Some(writer), Some(state)) => {
-                Ok(Some(Actuator::new(name, Gate::new(gate), writer, state, self.ground.index)))
+                let ports = wanted.commands.iter().map(|url| url.value.path_in(""));
+                let guests = wanted.modules.iter().map(|module| module.value.clone());
+                let commanders = ports.chain(guests).collect();
+                Ok(Some(Actuator::new(name, commanders, Gate::new(gate), writer, state, self.ground.index)))
             }
             _ => Err(Failed),
         }
@@ -144,8 +151,32 @@ impl Builder<'_, '_> {
     fn is_dormant(&self, path: &str) -> bool {
         self.configuration.modules().iter().any(|module| {
             let name = module.name.value.as_str();
-            path.strip_prefix(name).is_some_and(|rest| rest.starts_with('/')) && !self.is_there(name)
+            let rest = path.strip_prefix(name);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/')) && !self.is_there(name)
         })
+    }
+
+    /// Modules that command an actuator which they choose at run time have the aspect for it.
+    fn guests(&mut self, wanted: &configuration::Actuator) -> Result<(), Failed> {
+        for module in &wanted.modules {
+            if self.is_dormant(&module.value) {
+                continue;
+            }
+            let surveyed = self.survey.modules.iter().find(|other| other.module.name.value == module.value);
+            let aspects = surveyed.map(|surveyed| {
+                let hashes = surveyed.description.ports.iter().map(|port| port.descriptor.hash);
+                hashes.filter(|hash| *hash == Actuators::DESCRIPTOR.hash).count()
+            });
+            let message = match aspects {
+                None => format!("there is no module `{}`", module.value),
+                Some(0) => format!("`{}` has no aspect Actuators", module.value),
+                Some(_) => continue,
+            };
+            let help = "name modules with a port `Aspect<Actuators>`; a Command port is named by `command`";
+            self.complaints.add(module.span, message, help);
+            return Err(Failed);
+        }
+        Ok(())
     }
 
     /// What a module that follows the actuator's command takes it to be.

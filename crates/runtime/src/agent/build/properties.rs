@@ -11,6 +11,7 @@ use slate_module::{Direction, PortDescription};
 use super::{Builder, Failed, SPARE_READERS};
 use crate::agent::parameters::enabled_descriptor;
 use crate::agent::survey::{Target, Wire};
+use crate::aspects::followed;
 
 impl Builder<'_, '_> {
     pub(super) fn properties(&mut self, m: usize) -> Result<(), Failed> {
@@ -62,7 +63,7 @@ impl Builder<'_, '_> {
             return Ok(());
         }
         let (depth, budget) = self.demand(target, path);
-        let store = Store { capacity: port.capacity, depth, budget };
+        let store = followed(port.descriptor, Store { capacity: port.capacity, depth, budget });
         let memory = self.memory(m, target);
         let board = &self.ground.board;
         let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);

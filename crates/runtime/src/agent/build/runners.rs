@@ -185,7 +185,8 @@ impl Builder<'_, '_> {
         match *self.survey.services.get(&(m, p))? {
             Some((provider, port)) => {
                 let path = format!("{}/{}", self.name(provider), self.port(provider, port).name);
-                runner.aspects.push(AspectPort::new(p, self.ground.service(&path)));
+                let place = self.ground.service(&path);
+                runner.aspects.push(AspectPort::new(p, place, &runner.wake));
             }
             None => {
                 let schema = self.port(m, p).descriptor.hash;
@@ -291,9 +292,8 @@ impl Builder<'_, '_> {
         self.ground.index += 1;
         let path = property.path().to_owned();
         let actuator = self.configuration.actuators().iter().find_map(|wanted| {
-            let place = wanted.commands.iter().position(|url| url.value.path_in("") == path)?;
             let actuator = self.ground.actuators.get(&wanted.name.value)?;
-            Some((Arc::clone(actuator), place as u32 + 1))
+            Some((Arc::clone(actuator), actuator.commander(&path)?))
         });
         let wakes = self.wakes(&path);
         Some(OutputPort {

@@ -1,6 +1,7 @@
 //! Changes of an agent while it runs: plugins come, go, and exchange their code.
 
 mod error;
+mod exchange;
 mod gather;
 mod reload;
 mod shadow;
@@ -214,9 +215,11 @@ impl Composer {
         // New code beside a module ends with it.
         names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
-        let _closed = self.end_threads(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
+        // Before anything is ended for it.
+        composition.check(&target)?;
+        let _closed = self.end_threads(&composition, &leaving)?;
         // What left is dropped before the libraries are looked at.
         drop(composition.change(target, &self.shared, &BTreeMap::new())?);
         let residence = |name: String| {
@@ -327,13 +330,6 @@ impl Composer {
             }
         };
         composition.present.iter().map(status).collect()
-    }
-
-    /// The present parameters of a module.
-    fn params_of(&self, module: &str) -> Vec<u8> {
-        let params = self.shared.board.find(&format!("{module}/params"));
-        let newest = params.ok().and_then(|(property, _)| property.newest().ok().flatten());
-        newest.map_or(Vec::new(), |(bytes, ..)| bytes)
     }
 
     /// Everything that the robot knows.

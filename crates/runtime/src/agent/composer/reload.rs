@@ -2,16 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
-use slate_module::{Description, ModuleKind, Plugin};
+use slate_module::{Description, Plugin};
 
 use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, unknown};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::{Composition, Fitting};
-use crate::main_loop::Seat;
 use crate::runner::Retired;
 
 /// Modules, each with what became of its state: carried over, or why it began afresh.
@@ -29,16 +27,6 @@ pub struct Reload {
     pub in_place: bool,
     /// What became of the old library's memory.
     pub old_library: &'static str,
-}
-
-/// A module that goes on with other code.
-struct Exchange {
-    module: String,
-    seat: Arc<Seat>,
-    own_thread: bool,
-    /// What the catalogue knows it as.
-    code: ModuleKind,
-    fresh: Retired,
 }
 
 impl Composer {
@@ -85,8 +73,15 @@ impl Composer {
                 .get(module)
                 .is_some_and(|fitting| alike(&present.description, &fitting.description));
         }
+        for (module, fitting) in &described {
+            // What can't be made is found out before anything is changed.
+            let comes = !composition.present.contains_key(module);
+            if comes || (!in_place && modules.contains(module)) {
+                self.fresh(&composition, module, fitting)?;
+            }
+        }
         let modules = if in_place {
-            let modules = self.exchange(&mut composition, &modules, &described)?;
+            let modules = self.exchange(&mut composition, &modules, described)?;
             let target = composition.target(exchanged);
             composition.catalogue = target.catalogue;
             // Kinds that are new to the configuration come now.
@@ -94,10 +89,6 @@ impl Composer {
             composition.change(target, &self.shared, &BTreeMap::new())?;
             modules
         } else {
-            for module in &modules {
-                // What can't be made is found out before anything is taken away.
-                described.get(module).map(|fitting| self.fresh(&composition, module, fitting)).transpose()?;
-            }
             self.ask(&composition, &modules)?;
             composition.ground.kept = composition.settings(&modules);
             let replaced = self.replace(&mut composition, &modules, &old, &new);
@@ -118,7 +109,7 @@ impl Composer {
     }
 
     /// An instance of the new code for a module, with its present parameters when they fit.
-    fn fresh(
+    pub(super) fn fresh(
         &self,
         composition: &Composition,
         module: &str,
@@ -129,57 +120,13 @@ impl Composer {
             property.filter(|(property, _)| property.descriptor().hash == fitting.description.params.hash);
         let newest = property.and_then(|(property, _)| property.newest().ok().flatten());
         let params = newest.as_ref().map_or(fitting.params.as_slice(), |(bytes, ..)| bytes);
-        let present = &composition.present[module];
-        let kind = present.placed(&fitting.kind);
-        let made = present.setup.with(|setup| kind.create(setup, params));
+        // It runs where the module does: here, or apart.
+        let present = composition.present.get(module);
+        let kind = present.map_or_else(|| fitting.kind.clone(), |present| present.placed(&fitting.kind));
+        let made = fitting.setup.with(|setup| kind.create(setup, params));
         let instance =
             made.map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
         Ok(Retired::new(kind, instance))
-    }
-
-    /// Exchanges the code under modules whose ports stay as they are.
-    fn exchange(
-        &self,
-        composition: &mut Composition,
-        modules: &[String],
-        described: &BTreeMap<String, Fitting>,
-    ) -> Result<Carried, PluginError> {
-        let _closed = self.end_threads(composition, modules)?;
-        let mut exchanges = Vec::new();
-        for module in modules {
-            let Some(fitting) = described.get(module) else { continue };
-            let present = &composition.present[module];
-            exchanges.push(Exchange {
-                module: module.clone(),
-                seat: Arc::clone(&present.seat),
-                own_thread: present.own_thread,
-                code: fitting.kind.clone(),
-                fresh: self.fresh(composition, module, fitting)?,
-            });
-        }
-        let (threaded, on_loop): (Vec<_>, Vec<_>) =
-            exchanges.into_iter().partition(|exchange| exchange.own_thread);
-        let mut states = Vec::new();
-        let groups = threaded.into_iter().map(|exchange| vec![exchange]).chain([on_loop]);
-        for group in groups.filter(|group| !group.is_empty()) {
-            let names: Vec<_> =
-                group.iter().map(|exchange| (exchange.module.clone(), exchange.code.clone())).collect();
-            let seats: Vec<_> = group.iter().map(|exchange| Arc::clone(&exchange.seat)).collect();
-            let done = self.shared.with_seats(&seats, group[0].own_thread, move || exchange_all(group));
-            let Some((carried, old)) = done else {
-                let module = seats.iter().find(|seat| !seat.is_idle()).map(|seat| seat.name.to_string());
-                return Err(PluginError::Late { module: module.unwrap_or_default() });
-            };
-            // The old instances end here, and not on the loop.
-            drop(old);
-            for ((module, kind), state) in names.into_iter().zip(carried) {
-                if let Some(present) = composition.present.get_mut(&module) {
-                    present.kind = kind;
-                }
-                states.push((module, state));
-            }
-        }
-        Ok(states)
     }
 
     /// Takes modules out whose ports are other ones with the new code, and puts them in again.
@@ -229,39 +176,6 @@ fn check_circle(catalogue: &Catalogue, plugin: &Plugin, open: &mut Vec<String>) 
         open.pop();
     }
     Ok(())
-}
-
-/// What became of each state, and what is no longer used.
-type Exchanged = (Vec<Result<(), String>>, Vec<Retired>);
-
-/// Carries the states over, and then exchanges the code of all; nothing when a module does not return.
-fn exchange_all(exchanges: Vec<Exchange>) -> Option<Exchanged> {
-    let mut carried = Vec::new();
-    let mut parts = Vec::new();
-    for exchange in exchanges {
-        let seat = exchange.seat;
-        let (kind, fresh) = exchange.fresh.into_parts();
-        let (old_kind, instance) = {
-            // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
-            let runner = unsafe { seat.runner() };
-            (runner.kind.clone(), runner.instance)
-        };
-        // SAFETY: both instances are of their kinds, and between two ticks they belong to this call.
-        let state = seat.call(exchange.own_thread, || unsafe {
-            if instance.is_null() {
-                return Err(slate_module::Refusal("it had failed".into()));
-            }
-            old_kind.save(instance).and_then(|state| kind.restore(fresh, &state))
-        })?;
-        carried.push(state.map_err(|refusal| refusal.0));
-        parts.push((seat, kind, fresh));
-    }
-    let exchange = |(seat, kind, fresh): (Arc<Seat>, ModuleKind, *mut ())| {
-        // SAFETY: as above.
-        let runner = unsafe { seat.runner() };
-        runner.exchange(kind, fresh)
-    };
-    Some((carried, parts.into_iter().map(exchange).collect()))
 }
 
 /// Whether a module can go on with its handles: ports, parameters and trigger are the same.

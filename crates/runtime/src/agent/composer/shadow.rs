@@ -47,7 +47,7 @@ impl Composer {
         for module in &modules {
             let present = &composition.present[module];
             let Some(fitting) = described.get(module) else { continue };
-            let (kind, description) = (&fitting.kind, &fitting.description);
+            let description = &fitting.description;
             if !alike(&present.description, description) {
                 let reason = format!("module `{module}` has other ports in the new code");
                 return Err(trial(name, &reason, "reload the plugin instead"));
@@ -64,11 +64,8 @@ impl Composer {
                 let reason = format!("module `{module}` uses services, so that its shadow would act");
                 return Err(trial(name, &reason, "reload the plugin instead"));
             }
-            let params = self.params_of(module);
-            let instance = present.setup.with(|setup| kind.create(setup, &params));
-            let instance = instance
-                .map_err(|refusal| PluginError::Refused { module: module.clone(), reason: refusal.0 })?;
-            ready.push((module.clone(), description.clone(), Retired::new(kind.clone(), instance)));
+            let new = self.fresh(&composition, module, fitting)?;
+            ready.push((module.clone(), description.clone(), new));
         }
         let failed = |error: &dyn std::fmt::Display| trial(name, &error.to_string(), "try again");
         for (module, description, new) in ready {

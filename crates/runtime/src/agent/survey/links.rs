@@ -95,6 +95,10 @@ fn find_own_port<'a>(
             );
             None
         }
+        Some(port) if is_service(&ports[port]) => {
+            complaints.add(link.to.span, format!("`{to}` is a service"), SERVICE);
+            None
+        }
         Some(_) => {
             let help = "a link names the input first: \"reader/input\" = \"writer/output\"";
             complaints.add(link.to.span, format!("`{to}` is an output"), help);
@@ -111,6 +115,14 @@ fn find_own_port<'a>(
         }
     }
 }
+
+/// Whether a port is about a service, and not about values.
+fn is_service(port: &PortDescription) -> bool {
+    matches!(port.direction, Direction::Aspect | Direction::Provider)
+}
+
+/// What to do about a link to a service.
+const SERVICE: &str = "leave the link out: who needs a service finds the one that provides it";
 
 fn find_target<'a>(
     configuration: &Configuration,
@@ -135,7 +147,8 @@ fn find_target<'a>(
     };
     let ports = &modules[module].description.ports;
     let source = |port: &&PortDescription| {
-        !matches!(port.direction, Direction::Input | Direction::Queue | Direction::Outbox)
+        !is_service(port)
+            && !matches!(port.direction, Direction::Input | Direction::Queue | Direction::Outbox)
     };
     if ports.iter().any(|port| port.name == name && port.direction == Direction::Command) {
         let help = "link to the command that passed its gate: `<actuator>/command`";
@@ -144,6 +157,10 @@ fn find_target<'a>(
     }
     match ports.iter().position(|port| port.name == name) {
         Some(port) if source(&&ports[port]) => Some(Target::Port(module, port)),
+        Some(port) if is_service(&ports[port]) => {
+            complaints.add(link.from.span, format!("`/{from}` is a service"), SERVICE);
+            None
+        }
         Some(_) => {
             complaints.add(
                 link.from.span,

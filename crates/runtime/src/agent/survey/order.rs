@@ -12,9 +12,13 @@ fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Targ
     match target {
         Target::Port(module, _) => vec![module],
         Target::Command(actuator) => {
-            let commands = &configuration.actuators()[actuator].commands;
-            let paths = commands.iter().map(|url| url.value.path_in(""));
-            paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module)).collect()
+            let wanted = &configuration.actuators()[actuator];
+            let paths = wanted.commands.iter().map(|url| url.value.path_in(""));
+            let ports = paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module));
+            let named = |module: &Surveyed<'_>| {
+                wanted.modules.iter().any(|name| name.value == module.module.name.value)
+            };
+            ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
         }
         Target::Absent(_) => Vec::new(),
     }

@@ -114,7 +114,7 @@ impl ThreadKeeper {
     }
 
     /// Begins a thread; gives it back while none may begin.
-    pub(super) fn start(&self, group: &Group, life: Life) -> Result<(), Life> {
+    pub(super) fn start(&self, group: &Group, life: Box<Life>) -> Result<(), Box<Life>> {
         let mut inner = group.inner();
         if inner.closed > 0 {
             return Err(life);

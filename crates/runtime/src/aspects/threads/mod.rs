@@ -39,15 +39,15 @@ struct Service {
     kind: Option<ModuleKind>,
     /// By name, also those that have ended.
     threads: BTreeMap<String, Own>,
+    /// Those that this tick asks for.
+    asked: BTreeMap<String, Own>,
 }
 
 /// A thread, from the tick's side.
 struct Own {
     thread: Arc<Thread>,
     /// Until it begins.
-    life: Option<Life>,
-    /// Whether this tick asked for it.
-    fresh: bool,
+    life: Option<Box<Life>>,
     /// Whether this tick wants it to stop.
     stop: bool,
     inlet: Inlet,
@@ -68,6 +68,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
         synchronization: Arc::clone(&means.synchronization),
         kind: None,
         threads: BTreeMap::new(),
+        asked: BTreeMap::new(),
     });
     service.table.context = (&raw mut *service).cast();
     service
@@ -88,8 +89,8 @@ impl HostService for Service {
     }
 
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
+        self.threads.append(&mut self.asked);
         for own in self.threads.values_mut() {
-            own.fresh = false;
             if let Some(life) = own.life.take() {
                 own.life = self.keeper.start(&self.group, life).err();
             }
@@ -103,7 +104,7 @@ impl HostService for Service {
     }
 
     fn abandon(&mut self) {
-        self.threads.retain(|_, own| !own.fresh);
+        self.asked.clear();
         for own in self.threads.values_mut() {
             own.inlet.forget();
             own.stop = false;
@@ -112,6 +113,7 @@ impl HostService for Service {
 
     fn end(&mut self) {
         // What never began goes with the code that it is made of, and what runs belongs to an instance that is gone.
+        self.asked.clear();
         self.threads.clear();
         self.keeper.stop(&self.group);
     }
@@ -138,7 +140,8 @@ impl Service {
         if self.state(name) == ThreadState::Running as u32 {
             return Err(format!("the thread `{name}` runs already, or has not ended yet"));
         }
-        let running = self.threads.values().filter(|own| own.thread.is_running()).count();
+        let threads = self.threads.values().chain(self.asked.values());
+        let running = threads.filter(|own| own.thread.is_running()).count();
         if running >= LIMIT {
             return Err(format!("no room for the thread `{name}`: there are {LIMIT}, which is the limit"));
         }
@@ -157,13 +160,13 @@ impl Service {
             module: Arc::clone(&self.module),
             kind,
         };
-        let own = Own { thread, life: Some(life), fresh: true, stop: false, inlet, outlet };
-        self.threads.insert(name.into(), own);
+        let own = Own { thread, life: Some(Box::new(life)), stop: false, inlet, outlet };
+        self.asked.insert(name.into(), own);
         Ok(())
     }
 
     fn state(&self, name: &str) -> u32 {
-        match self.threads.get(name) {
+        match self.asked.get(name).or_else(|| self.threads.get(name)) {
             Some(own) => own.thread.state(),
             // One of an earlier instance may not have ended yet.
             None if self.group.has(name) => ThreadState::Running as u32,
@@ -172,7 +175,8 @@ impl Service {
     }
 
     fn own(&mut self, name: &str) -> Result<&mut Own, String> {
-        self.threads.get_mut(name).ok_or_else(|| format!("no thread `{name}` was begun"))
+        let own = self.asked.get_mut(name).or_else(|| self.threads.get_mut(name));
+        own.ok_or_else(|| format!("no thread `{name}` was begun"))
     }
 }
 

@@ -126,8 +126,8 @@ struct Side {
 
 impl Life {
     /// The life of the thread, in the thread.
-    pub fn live(self) {
-        let Self { thread, body, inlet, outlet, log, clock, synchronization, module, kind } = self;
+    pub fn live(self: Box<Self>) {
+        let Self { thread, body, inlet, outlet, log, clock, synchronization, module, kind } = *self;
         let mut side = Side {
             thread: Arc::clone(&thread),
             inlet,

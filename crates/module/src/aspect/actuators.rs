@@ -1,0 +1,181 @@
+use slate_blackboard::interface::{Descriptor, Interface};
+
+use super::blackboard::answered;
+use super::{Service, service};
+use crate::table::{Bytes, DONE, Sink};
+use crate::{Priority, Refusal};
+
+/// The actuators of the agent, by name: how their gates stand, their stop, and commands to those whose configuration
+/// names this module, `modules = ["behaviour"]`. In a robot `r2` the name `wheels` means `r2/wheels`, if that is there.
+///
+/// For a module that always commands the same actuators a [`Command`](crate::Command) port is better. A command is
+/// offered to the gate when the tick has ended well, and must be renewed in each tick, else it ends with the first tick
+/// that doesn't; so it does when the module fails, hangs, waits, is switched off or unloaded. For the lease it is one
+/// more commander: see the gate's rules in slate-safety.
+///
+/// ```
+/// use slate_module::aspect::{Actuators, Aspect};
+/// use slate_module::prelude::*;
+///
+/// /// A speed of a motor.
+/// #[interface]
+/// pub struct Speed {
+///     /// Radians per second.
+///     #[unit("rad/s")] pub speed: f64,
+/// }
+///
+/// #[ports]
+/// pub struct Io {
+///     temperature: Input<Speed>,
+///     actuators: Aspect<Actuators>,
+/// }
+///
+/// /// Runs the fan while it is warm, and stops everything when it is hot.
+/// pub struct Warden;
+///
+/// #[module(stage = Act)]
+/// impl Module for Warden {
+///     type Io = Io;
+///     type Params = ();
+///     type State = ();
+///
+///     fn tick(_: &mut (), io: &Io, _: &(), now: &Tick) -> Outcome {
+///         if io.temperature.speed > 80.0 {
+///             io.actuators.stop_all("too hot");
+///         } else if io.temperature.speed > 60.0 {
+///             if let Err(reason) = io.actuators.offer("fan", Priority::Plan, &Speed { speed: 30.0 }) {
+///                 now.warn(format_args!("{reason}"));
+///                 return Outcome::Degraded;
+///             }
+///         }
+///         Outcome::Ok
+///     }
+/// }
+/// # fn main() {}
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Actuators {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// Lists the actuators, a line each.
+    pub names: unsafe extern "C" fn(*mut (), *const Sink) -> i32,
+    /// How the gate of an actuator stands; the sink gets who has the lease.
+    pub state: unsafe extern "C" fn(*mut (), Bytes, *mut ActuatorState, *const Sink) -> i32,
+    /// Stops an actuator, or all for an empty name, with that reason.
+    pub stop: unsafe extern "C" fn(*mut (), Bytes, Bytes, *const Sink) -> i32,
+    /// Offers a command of that schema and priority to an actuator.
+    pub offer: unsafe extern "C" fn(*mut (), Bytes, u64, u32, Bytes, *const Sink) -> i32,
+}
+
+// SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
+unsafe impl Service for Actuators {
+    const DESCRIPTOR: &'static Descriptor = &service(
+        "actuators 1",
+        "Looks at actuators, stops them, and commands those that are chosen at run time.",
+    );
+}
+
+/// How the gate of an actuator stands.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ActuatorState {
+    /// One of [`ActuatorState::DISARMED`] and the others.
+    pub mode: u32,
+    /// How urgent the last command of the lease's holder was, as in [`Priority`]; 0 when nobody has a lease.
+    pub priority: u32,
+    /// Whether this module has the lease.
+    pub is_mine: u32,
+    /// Not used.
+    pub reserved: u32,
+}
+
+impl ActuatorState {
+    /// No command passes until the gate is armed.
+    pub const DISARMED: u32 = 0;
+    /// Commands pass.
+    pub const ARMED: u32 = 1;
+    /// No command passes until the stop is reset and the gate is armed.
+    pub const STOPPED: u32 = 2;
+
+    /// Whether commands pass.
+    pub fn is_armed(&self) -> bool {
+        self.mode == Self::ARMED
+    }
+
+    /// Whether it is stopped.
+    pub fn is_stopped(&self) -> bool {
+        self.mode == Self::STOPPED
+    }
+
+    /// Whether somebody has the lease.
+    pub fn is_leased(&self) -> bool {
+        self.priority != 0
+    }
+
+    /// Whether this module has the lease.
+    pub fn is_mine(&self) -> bool {
+        self.is_mine != 0
+    }
+}
+
+impl Actuators {
+    /// The names of all actuators, in alphabetical order.
+    pub fn names(&self) -> Vec<String> {
+        // SAFETY: everything lives during the call.
+        let (_, text) = answered(|sink| unsafe { (self.names)(self.context, sink) });
+        text.lines().map(str::to_owned).collect()
+    }
+
+    /// How the gate of an actuator stands now, and who has the lease: the path of a command, such as
+    /// `execute/wheels`, or of a module with this aspect; empty when nobody has it.
+    ///
+    /// # Errors
+    /// When there is no such actuator.
+    pub fn state(&self, actuator: &str) -> Result<(ActuatorState, String), Refusal> {
+        let mut state = ActuatorState::default();
+        // SAFETY: everything lives during the call.
+        let (code, text) =
+            answered(|sink| unsafe { (self.state)(self.context, Bytes::of(actuator), &raw mut state, sink) });
+        if code == DONE { Ok((state, text)) } else { Err(Refusal(text)) }
+    }
+
+    /// Stops an actuator at once, and not only when the tick has ended: it gets its safe command until somebody resets
+    /// and arms it, which no module can. It stays stopped also when this tick then fails.
+    ///
+    /// # Errors
+    /// When there is no such actuator.
+    pub fn stop(&self, actuator: &str, reason: &str) -> Result<(), Refusal> {
+        // SAFETY: everything lives during the call.
+        let (code, text) = answered(|sink| unsafe {
+            (self.stop)(self.context, Bytes::of(actuator), Bytes::of(reason), sink)
+        });
+        if code == DONE { Ok(()) } else { Err(Refusal(text)) }
+    }
+
+    /// Stops all actuators at once, as [`stop`](Actuators::stop) does with one.
+    pub fn stop_all(&self, reason: &str) {
+        // SAFETY: everything lives during the call. There is nothing to refuse.
+        answered(|sink| unsafe { (self.stop)(self.context, Bytes::NONE, Bytes::of(reason), sink) });
+    }
+
+    /// Offers a command to an actuator at the end of this tick; of several to one actuator the last one counts. Whether
+    /// it passes is the gate's matter, and seen in its [`state`](Actuators::state) from the next tick on.
+    ///
+    /// # Errors
+    /// When there is no such actuator, its configuration does not name this module, or it has another interface.
+    pub fn offer<T: Interface + Copy>(
+        &self,
+        actuator: &str,
+        priority: Priority,
+        command: &T,
+    ) -> Result<(), Refusal> {
+        let bytes = Bytes { data: std::ptr::from_ref(command).cast(), length: size_of::<T>() };
+        let (schema, priority) = (T::DESCRIPTOR.hash, priority as u32);
+        // SAFETY: everything lives during the call.
+        let (code, text) = answered(|sink| unsafe {
+            (self.offer)(self.context, Bytes::of(actuator), schema, priority, bytes, sink)
+        });
+        if code == DONE { Ok(()) } else { Err(Refusal(text)) }
+    }
+}

@@ -1,0 +1,300 @@
+use slate_blackboard::interface::{Descriptor, Text};
+
+use super::blackboard::{ABSENT, answered};
+use super::{Service, service};
+use crate::Refusal;
+use crate::table::{Bytes, DONE, Sink};
+
+/// Sockets that the host owns and closes with the module. No call waits.
+///
+/// A socket is named by its address, as with the blackboard's paths: it is opened when it is named first, and from then
+/// on it is there. So a module keeps nothing of it in its state. Addresses are texts such as `192.168.0.7:9000` or
+/// `[::1]:9000`; only [`connect`](Network::connect) takes a name in place of the number.
+///
+/// What a tick sends goes out when the tick has ended well. What a tick receives was there at that moment of the wall
+/// clock, also in lockstep: a run that receives something can be repeated only when that was recorded, so write it to an
+/// output.
+///
+/// ```
+/// use slate_module::aspect::{Aspect, Network};
+/// use slate_module::prelude::*;
+///
+/// #[ports]
+/// pub struct Io {
+///     network: Aspect<Network>,
+/// }
+///
+/// #[params]
+/// pub struct Params {
+///     #[param(default = "0.0.0.0:9000", doc = "where it listens")]
+///     address: Text<64>,
+/// }
+///
+/// /// Sends every datagram back.
+/// pub struct Echo;
+///
+/// impl Echo {
+///     fn serve(io: &Io, params: &Params) -> Result<(), Refusal> {
+///         let socket = io.network.udp(params.address.as_str())?;
+///         let mut buffer = [0; 1500];
+///         while let Some((length, from)) = socket.receive(&mut buffer)? {
+///             socket.send(from.as_str(), &buffer[..length])?;
+///         }
+///         Ok(())
+///     }
+/// }
+///
+/// #[module(stage = SensorAcquire)]
+/// impl Module for Echo {
+///     type Io = Io;
+///     type Params = Params;
+///     type State = ();
+///
+///     fn tick(_: &mut (), io: &Io, params: &Params, now: &Tick) -> Outcome {
+///         if let Err(reason) = Echo::serve(io, params) {
+///             now.warn(format_args!("{reason}"));
+///             return Outcome::Degraded;
+///         }
+///         Outcome::Ok
+///     }
+/// }
+/// # fn main() {}
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Network {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// A socket of that address for datagrams.
+    pub udp: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
+    /// A connection to that address; [`ABSENT`] while it is not made.
+    pub connect: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
+    /// A listener at that address.
+    pub listen: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
+    /// The connection of that place that somebody made to a listener; [`ABSENT`] behind the last one.
+    pub accepted: unsafe extern "C" fn(*mut (), u64, usize, *mut u64) -> i32,
+    /// Sends bytes to an address, which is left out for a connection.
+    pub send: unsafe extern "C" fn(*mut (), u64, Bytes, Bytes, *const Sink) -> i32,
+    /// Puts what has come into that room, with its length and, of a datagram, where it is from; [`ABSENT`] when nothing
+    /// has.
+    pub receive: unsafe extern "C" fn(
+        *mut (),
+        u64,
+        *mut u8,
+        usize,
+        *mut usize,
+        *mut NetworkAddress,
+        *const Sink,
+    ) -> i32,
+    /// The own address of a socket, or the other end's.
+    pub address: unsafe extern "C" fn(*mut (), u64, bool, *mut NetworkAddress, *const Sink) -> i32,
+    /// Closes a socket, after what was sent.
+    pub close: unsafe extern "C" fn(*mut (), u64),
+}
+
+// SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
+unsafe impl Service for Network {
+    const DESCRIPTOR: &'static Descriptor =
+        &service("network 1", "Sends and receives over UDP and TCP; no call waits.");
+}
+
+/// An address of the network: a number and a port, such as `192.168.0.7:9000`.
+pub type NetworkAddress = Text<64>;
+
+/// Bytes of a connection that wait to be sent at most.
+pub const SEND_LIMIT: usize = 256 * 1024;
+/// Sockets that a module may have at a time.
+pub const SOCKET_LIMIT: usize = 64;
+
+impl Network {
+    /// The socket for datagrams at an address of this computer, such as `0.0.0.0:9000`; port 0 means any that is free. It
+    /// may send to the address of all, `255.255.255.255`.
+    ///
+    /// # Errors
+    /// When it is no address, it is taken, or the module has too many sockets.
+    pub fn udp(&self, address: &str) -> Result<Datagrams<'_>, Refusal> {
+        Ok(Datagrams { network: self, socket: self.open(self.udp, address)?.unwrap_or_default() })
+    }
+
+    /// The connection to an address, such as `base.local:7000`, or nothing while it is not made. That may take seconds
+    /// and happens beside the ticks; after it failed, or the connection ended, it is tried again by a call one second
+    /// later.
+    ///
+    /// # Errors
+    /// Why it could not be made, until it is tried again.
+    pub fn connect(&self, address: &str) -> Result<Option<Connection<'_>>, Refusal> {
+        let socket = self.open(self.connect, address)?;
+        Ok(socket.map(|socket| Connection { network: self, socket }))
+    }
+
+    /// The listener at an address of this computer, which others connect to.
+    ///
+    /// # Errors
+    /// As for [`udp`](Network::udp).
+    pub fn listen(&self, address: &str) -> Result<Listener<'_>, Refusal> {
+        Ok(Listener { network: self, socket: self.open(self.listen, address)?.unwrap_or_default() })
+    }
+
+    fn open(
+        &self,
+        open: unsafe extern "C" fn(*mut (), Bytes, *mut u64, *const Sink) -> i32,
+        address: &str,
+    ) -> Result<Option<u64>, Refusal> {
+        let mut socket = 0;
+        // SAFETY: everything lives during the call.
+        let (code, reason) =
+            answered(|sink| unsafe { open(self.context, Bytes::of(address), &raw mut socket, sink) });
+        match code {
+            DONE => Ok(Some(socket)),
+            ABSENT => Ok(None),
+            _ => Err(Refusal(reason)),
+        }
+    }
+
+    fn send(&self, socket: u64, to: &str, data: &[u8]) -> Result<(), Refusal> {
+        let data = Bytes { data: data.as_ptr(), length: data.len() };
+        // SAFETY: everything lives during the call.
+        let (code, reason) =
+            answered(|sink| unsafe { (self.send)(self.context, socket, Bytes::of(to), data, sink) });
+        if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
+    }
+
+    fn receive(&self, socket: u64, room: &mut [u8]) -> Result<Option<(usize, NetworkAddress)>, Refusal> {
+        let (mut length, mut from) = (0, NetworkAddress::default());
+        let (start, size) = (room.as_mut_ptr(), room.len());
+        // SAFETY: everything lives during the call.
+        let (code, reason) = answered(|sink| unsafe {
+            (self.receive)(self.context, socket, start, size, &raw mut length, &raw mut from, sink)
+        });
+        match code {
+            DONE => Ok(Some((length, from))),
+            ABSENT => Ok(None),
+            _ => Err(Refusal(reason)),
+        }
+    }
+
+    fn address(&self, socket: u64, other: bool) -> Result<NetworkAddress, Refusal> {
+        let mut address = NetworkAddress::default();
+        // SAFETY: everything lives during the call.
+        let (code, reason) =
+            answered(|sink| unsafe { (self.address)(self.context, socket, other, &raw mut address, sink) });
+        if code == DONE { Ok(address) } else { Err(Refusal(reason)) }
+    }
+
+    fn close(&self, socket: u64) {
+        // SAFETY: the host knows its sockets by number.
+        unsafe { (self.close)(self.context, socket) }
+    }
+}
+
+/// A socket for datagrams (UDP).
+#[derive(Clone, Copy, Debug)]
+pub struct Datagrams<'a> {
+    network: &'a Network,
+    socket: u64,
+}
+
+impl Datagrams<'_> {
+    /// Sends a datagram at the end of this tick, to an address such as `192.168.0.7:9000`. It may get lost, as datagrams
+    /// do: also here, when the system has no room for it.
+    ///
+    /// # Errors
+    /// When it is no address, the datagram is too long (65507 bytes), or too much waits for the end of this tick
+    /// ([`SEND_LIMIT`]).
+    pub fn send(&self, to: &str, data: &[u8]) -> Result<(), Refusal> {
+        self.network.send(self.socket, to, data)
+    }
+
+    /// The next datagram that has come: its length and where it is from. What is longer than the buffer is cut.
+    ///
+    /// # Errors
+    /// What the system says, such as that nobody listens where a datagram was sent.
+    pub fn receive(&self, buffer: &mut [u8]) -> Result<Option<(usize, NetworkAddress)>, Refusal> {
+        self.network.receive(self.socket, buffer)
+    }
+
+    /// The own address, with the port that was free.
+    ///
+    /// # Errors
+    /// When it was closed.
+    pub fn address(&self) -> Result<NetworkAddress, Refusal> {
+        self.network.address(self.socket, false)
+    }
+
+    /// Closes it at the end of this tick.
+    pub fn close(self) {
+        self.network.close(self.socket);
+    }
+}
+
+/// A connection (TCP).
+#[derive(Clone, Copy, Debug)]
+pub struct Connection<'a> {
+    network: &'a Network,
+    socket: u64,
+}
+
+impl Connection<'_> {
+    /// Sends all of these bytes, or none. They go out from the end of this tick on, as fast as the other end takes them,
+    /// and only in this module's ticks.
+    ///
+    /// # Errors
+    /// When too much waits ([`SEND_LIMIT`]), or the connection has ended.
+    pub fn send(&self, data: &[u8]) -> Result<(), Refusal> {
+        self.network.send(self.socket, "", data)
+    }
+
+    /// Puts bytes that have come into a buffer, and says how many they are: none for now is 0.
+    ///
+    /// # Errors
+    /// When the connection has ended, and all that came before was received.
+    pub fn receive(&self, buffer: &mut [u8]) -> Result<usize, Refusal> {
+        Ok(self.network.receive(self.socket, buffer)?.map_or(0, |(length, _)| length))
+    }
+
+    /// The other end's address.
+    ///
+    /// # Errors
+    /// When it was closed.
+    pub fn address(&self) -> Result<NetworkAddress, Refusal> {
+        self.network.address(self.socket, true)
+    }
+
+    /// Closes it at the end of this tick.
+    pub fn close(self) {
+        self.network.close(self.socket);
+    }
+}
+
+/// Where others connect to (TCP).
+#[derive(Clone, Copy, Debug)]
+pub struct Listener<'a> {
+    network: &'a Network,
+    socket: u64,
+}
+
+impl<'a> Listener<'a> {
+    /// The connections that others have made, oldest first. One that has ended is among them until a call has said so.
+    pub fn connections(&self) -> impl Iterator<Item = Connection<'a>> + use<'a> {
+        let (network, listener) = (self.network, self.socket);
+        (0..).map_while(move |place| {
+            let mut socket = 0;
+            // SAFETY: everything lives during the call.
+            let code = unsafe { (network.accepted)(network.context, listener, place, &raw mut socket) };
+            (code == DONE).then_some(Connection { network, socket })
+        })
+    }
+
+    /// The own address, with the port that was free.
+    ///
+    /// # Errors
+    /// When it was closed.
+    pub fn address(&self) -> Result<NetworkAddress, Refusal> {
+        self.network.address(self.socket, false)
+    }
+
+    /// Closes it and its connections at the end of this tick.
+    pub fn close(self) {
+        self.network.close(self.socket);
+    }
+}

@@ -1,0 +1,251 @@
+use std::ops::Mul;
+
+use slate_blackboard::interface::Descriptor;
+
+use super::blackboard::{ABSENT, answered};
+use super::{Service, service};
+use crate::table::{Bytes, DONE, Sink};
+use crate::{Refusal, math};
+
+/// Where frames are in each other, now or some seconds ago: a frame tree with time, fed with all properties of the
+/// interface `Transform` (of slate-interfaces) on the agent's blackboard.
+///
+/// Frames are named as in ROS's REP-105, such as `map`, `odom` and `base_link`. Who knows where a frame is in its parent
+/// says so with an ordinary `Output<Transform>`. A tick sees the transforms that were written before it began. A property
+/// that vanishes leaves its frames where they were.
+///
+/// ```
+/// use slate_module::aspect::{Aspect, Transforms};
+/// use slate_module::prelude::*;
+///
+/// /// A place that a laser sees.
+/// #[interface]
+/// pub struct Place {
+///     /// Metres, ahead.
+///     #[unit("m")] pub x: f64,
+///     /// Metres, to the left.
+///     #[unit("m")] pub y: f64,
+/// }
+///
+/// #[ports]
+/// pub struct Io {
+///     seen: Input<Place>,
+///     on_the_map: Output<Place>,
+///     transforms: Aspect<Transforms>,
+/// }
+///
+/// /// Tells where on the map something is that the laser sees.
+/// pub struct Locator;
+///
+/// #[module(stage = SensorProcess)]
+/// impl Module for Locator {
+///     type Io = Io;
+///     type Params = ();
+///     type State = ();
+///
+///     fn tick(_: &mut (), io: &Io, _: &(), now: &Tick) -> Outcome {
+///         match io.transforms.lookup("map", "laser", io.seen.stamp().time) {
+///             Ok(laser) => {
+///                 let [x, y, _] = laser.point([io.seen.x, io.seen.y, 0.0]);
+///                 io.on_the_map.set(Place { x, y });
+///                 Outcome::Ok
+///             }
+///             Err(reason) => {
+///                 now.warn(format_args!("{reason}"));
+///                 Outcome::Degraded
+///             }
+///         }
+///     }
+/// }
+/// # fn main() {}
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Transforms {
+    /// Given back to each call.
+    pub context: *mut (),
+    /// Where a frame (the second) was in another one (the first) at a time, nanoseconds; [`LATEST`] is the newest at
+    /// which it is known.
+    pub lookup: unsafe extern "C" fn(*mut (), Bytes, Bytes, u64, *mut RigidTransform, *const Sink) -> i32,
+    /// The newest time at which a frame is known in another one; [`ABSENT`] when none of the two moves in the other.
+    pub latest_common_time: unsafe extern "C" fn(*mut (), Bytes, Bytes, *mut u64, *const Sink) -> i32,
+    /// Lists all frames, a line each.
+    pub frames: unsafe extern "C" fn(*mut (), *const Sink) -> i32,
+}
+
+/// In place of a time: the newest one.
+pub const LATEST: u64 = u64::MAX;
+
+// SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
+unsafe impl Service for Transforms {
+    const DESCRIPTOR: &'static Descriptor =
+        &service("transforms 1", "Tells where frames are in each other, now or some seconds ago.");
+}
+
+/// A place and an orientation in another frame: what takes coordinates in the one to coordinates in the other.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidTransform {
+    /// Where the origin is: x, y, z, metres.
+    pub translation: [f64; 3],
+    /// How the axes are turned: a quaternion x, y, z, w of length 1.
+    pub rotation: [f64; 4],
+}
+
+impl Default for RigidTransform {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl RigidTransform {
+    /// The same place.
+    pub const IDENTITY: Self = Self { translation: [0.0; 3], rotation: [0.0, 0.0, 0.0, 1.0] };
+
+    /// A place in the plane: metres, and radians counter-clockwise.
+    pub fn planar(x: f64, y: f64, yaw: f64) -> Self {
+        let (sin, cos) = (math::sin(yaw / 2.0), math::cos(yaw / 2.0));
+        Self { translation: [x, y, 0.0], rotation: [0.0, 0.0, sin, cos] }
+    }
+
+    /// Where a point is, metres.
+    pub fn point(&self, point: [f64; 3]) -> [f64; 3] {
+        add(self.translation, self.vector(point))
+    }
+
+    /// Which way a direction points, or a speed goes: it is turned and not moved.
+    pub fn vector(&self, vector: [f64; 3]) -> [f64; 3] {
+        let [x, y, z, w] = self.rotation;
+        let twice = cross([x, y, z], vector).map(|part| 2.0 * part);
+        add(add(vector, twice.map(|part| w * part)), cross([x, y, z], twice))
+    }
+
+    /// The way back.
+    pub fn inverse(&self) -> Self {
+        let [x, y, z, w] = self.rotation;
+        let turned = Self { translation: [0.0; 3], rotation: [-x, -y, -z, w] };
+        Self { translation: turned.vector(self.translation).map(|part| -part), ..turned }
+    }
+
+    /// The heading in the plane, radians, counter-clockwise from the x axis.
+    pub fn yaw(&self) -> f64 {
+        let [x, y, z, w] = self.rotation;
+        math::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    }
+}
+
+/// The other pose as seen from this frame's parent: `map_to_base * base_to_laser`.
+impl Mul for RigidTransform {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        let ([ax, ay, az, aw], [bx, by, bz, bw]) = (self.rotation, other.rotation);
+        Self {
+            translation: self.point(other.translation),
+            rotation: [
+                aw * bx + ax * bw + ay * bz - az * by,
+                aw * by - ax * bz + ay * bw + az * bx,
+                aw * bz + ax * by - ay * bx + az * bw,
+                aw * bw - ax * bx - ay * by - az * bz,
+            ],
+        }
+    }
+}
+
+fn add([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> [f64; 3] {
+    [ax + bx, ay + by, az + bz]
+}
+
+fn cross([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> [f64; 3] {
+    [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
+}
+
+impl Transforms {
+    /// Where `source` was in `target` at a time in nanoseconds: what takes coordinates in `source` to coordinates in
+    /// `target`. Between two known times the translation goes straight and the rotation evenly; there is no
+    /// extrapolation.
+    ///
+    /// # Errors
+    /// When a frame is not known, they are not connected, or an edge between them is not known at that time. While a
+    /// robot starts that is usual.
+    pub fn lookup(&self, target: &str, source: &str, time: u64) -> Result<RigidTransform, Refusal> {
+        let mut place = RigidTransform::IDENTITY;
+        let (target, source) = (Bytes::of(target), Bytes::of(source));
+        // SAFETY: everything lives during the call.
+        let (code, reason) = answered(|sink| unsafe {
+            (self.lookup)(self.context, target, source, time, &raw mut place, sink)
+        });
+        if code == DONE { Ok(place) } else { Err(Refusal(reason)) }
+    }
+
+    /// Where `source` was in `target` at the newest time at which all between them is known.
+    ///
+    /// # Errors
+    /// As for [`lookup`](Transforms::lookup).
+    pub fn lookup_latest(&self, target: &str, source: &str) -> Result<RigidTransform, Refusal> {
+        self.lookup(target, source, LATEST)
+    }
+
+    /// The newest time at which `source` is known in `target`, nanoseconds; none when nothing between them moves, so that
+    /// any time will do.
+    ///
+    /// # Errors
+    /// When a frame is not known, or they are not connected.
+    pub fn latest_common_time(&self, target: &str, source: &str) -> Result<Option<u64>, Refusal> {
+        let mut time = 0;
+        let (target, source) = (Bytes::of(target), Bytes::of(source));
+        // SAFETY: everything lives during the call.
+        let (code, reason) = answered(|sink| unsafe {
+            (self.latest_common_time)(self.context, target, source, &raw mut time, sink)
+        });
+        match code {
+            DONE => Ok(Some(time)),
+            ABSENT => Ok(None),
+            _ => Err(Refusal(reason)),
+        }
+    }
+
+    /// The names of all frames, in alphabetical order.
+    pub fn frames(&self) -> Vec<String> {
+        // SAFETY: everything lives during the call.
+        let (_, text) = answered(|sink| unsafe { (self.frames)(self.context, sink) });
+        text.lines().map(str::to_owned).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    fn near(a: [f64; 3], b: [f64; 3]) -> bool {
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
+    }
+
+    #[test]
+    fn a_quarter_turn_to_the_left_takes_ahead_to_the_left() {
+        let left = RigidTransform::planar(1.0, 2.0, FRAC_PI_2);
+        assert!(near(left.point([3.0, 0.0, 0.5]), [1.0, 5.0, 0.5]));
+        assert!(near(left.vector([3.0, 0.0, 0.5]), [0.0, 3.0, 0.5]));
+        assert!((left.yaw() - FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn there_and_back_is_where_it_was() {
+        let tilt = RigidTransform { translation: [0.0, 0.0, 1.0], rotation: [0.5, 0.5, 0.5, 0.5] };
+        let there = RigidTransform::planar(1.0, -2.0, 0.7) * tilt;
+        assert!(near((there * there.inverse()).point([1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]));
+        assert!(near((there.inverse() * there).point([1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]));
+    }
+
+    #[test]
+    fn a_product_is_one_after_the_other() {
+        let (a, b) = (
+            RigidTransform::planar(1.0, -2.0, 0.7),
+            RigidTransform { translation: [3.0, 4.0, 5.0], rotation: [0.5, -0.5, 0.5, 0.5] },
+        );
+        let point = [0.1, 0.2, 0.3];
+        assert!(near((a * b).point(point), a.point(b.point(point))));
+    }
+}

@@ -1,0 +1,131 @@
+use std::net::SocketAddr;
+
+use slate_module::aspect::{ABSENT, Network, NetworkAddress};
+use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+
+use super::super::calls::{name, say};
+use super::{Kind, Received, Service};
+
+/// The calls, yet without a service.
+pub(super) const TABLE: Network =
+    Network { context: std::ptr::null_mut(), udp, connect, listen, accepted, send, receive, address, close };
+
+fn shown(address: &SocketAddr) -> NetworkAddress {
+    NetworkAddress::new(&address.to_string())
+}
+
+/// # Safety
+/// As of the calls below.
+unsafe fn open(context: *mut (), kind: Kind, address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
+    // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
+    unsafe {
+        match (*context.cast::<Service>()).open(kind, name(address)) {
+            Ok(Some(number)) => {
+                socket.write(number);
+                DONE
+            }
+            Ok(None) => ABSENT,
+            Err(reason) => {
+                say(sink, &reason);
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn udp(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
+    // SAFETY: passed on.
+    unsafe { open(context, Kind::Datagrams, address, socket, sink) }
+}
+
+unsafe extern "C" fn connect(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
+    // SAFETY: passed on.
+    unsafe { open(context, Kind::Connection, address, socket, sink) }
+}
+
+unsafe extern "C" fn listen(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
+    // SAFETY: passed on.
+    unsafe { open(context, Kind::Listener, address, socket, sink) }
+}
+
+unsafe extern "C" fn accepted(context: *mut (), listener: u64, place: usize, socket: *mut u64) -> i32 {
+    // SAFETY: as for `open`.
+    unsafe {
+        match (*context.cast::<Service>()).accepted(listener, place) {
+            Some(number) => {
+                socket.write(number);
+                DONE
+            }
+            None => ABSENT,
+        }
+    }
+}
+
+unsafe extern "C" fn send(context: *mut (), socket: u64, to: Bytes, data: Bytes, sink: *const Sink) -> i32 {
+    // SAFETY: as for `open`.
+    unsafe {
+        match (*context.cast::<Service>()).send(socket, name(to), data.as_slice()) {
+            Ok(()) => DONE,
+            Err(reason) => {
+                say(sink, &reason);
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn receive(
+    context: *mut (),
+    socket: u64,
+    room: *mut u8,
+    size: usize,
+    length: *mut usize,
+    from: *mut NetworkAddress,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: as for `open`; the module lends that much room.
+    unsafe {
+        let room: &mut [u8] = if size == 0 { &mut [] } else { std::slice::from_raw_parts_mut(room, size) };
+        match (*context.cast::<Service>()).receive(socket, room) {
+            Received::Bytes(count, sender) => {
+                length.write(count);
+                if let Some(sender) = sender {
+                    from.write(shown(&sender));
+                }
+                DONE
+            }
+            Received::Nothing => ABSENT,
+            Received::Refused(reason) => {
+                say(sink, &reason);
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn address(
+    context: *mut (),
+    socket: u64,
+    other: bool,
+    address: *mut NetworkAddress,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: as for `open`.
+    unsafe {
+        match (*context.cast::<Service>()).address(socket, other) {
+            Ok(found) => {
+                address.write(shown(&found));
+                DONE
+            }
+            Err(reason) => {
+                say(sink, &reason);
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn close(context: *mut (), socket: u64) {
+    // SAFETY: as for `open`.
+    unsafe { (*context.cast::<Service>()).close(socket) }
+}

@@ -1,0 +1,168 @@
+use std::collections::VecDeque;
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::time::Duration;
+
+use slate_module::aspect::SEND_LIMIT;
+
+use super::{Received, is_for_later};
+use crate::digest::Digest;
+
+/// How long each address that a name stands for is tried.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A connection, with what waits to be sent.
+pub(super) struct Connection {
+    stream: TcpStream,
+    other: SocketAddr,
+    outgoing: VecDeque<u8>,
+    /// How much of that is of this tick.
+    fresh: usize,
+    /// Why it has ended.
+    ended: Option<String>,
+    /// Whether the module knows that it has ended.
+    told: bool,
+    /// Whether this tick closes it.
+    asked: bool,
+    closing: bool,
+}
+
+impl Connection {
+    /// # Errors
+    /// When it has ended already.
+    pub fn new(stream: TcpStream) -> io::Result<Self> {
+        stream.set_nonblocking(true)?;
+        // A command must not wait for the next one.
+        stream.set_nodelay(true)?;
+        let other = stream.peer_addr()?;
+        Ok(Self {
+            stream,
+            other,
+            outgoing: VecDeque::new(),
+            fresh: 0,
+            ended: None,
+            told: false,
+            asked: false,
+            closing: false,
+        })
+    }
+
+    pub fn other(&self) -> SocketAddr {
+        self.other
+    }
+
+    pub fn send(&mut self, data: &[u8]) -> Result<(), String> {
+        if self.ended.is_some() {
+            return Err(self.end());
+        }
+        if self.outgoing.len() + data.len() > SEND_LIMIT {
+            return Err(format!(
+                "{} bytes wait to be sent to {} already, and at most {SEND_LIMIT} may",
+                self.outgoing.len(),
+                self.other
+            ));
+        }
+        self.outgoing.extend(data);
+        self.fresh += data.len();
+        Ok(())
+    }
+
+    pub fn receive(&mut self, room: &mut [u8]) -> Received {
+        if room.is_empty() {
+            return Received::Nothing;
+        }
+        match self.stream.read(room) {
+            Ok(0) => self.ended("closed by the other end".into()),
+            Ok(length) => return Received::Bytes(length, None),
+            Err(error) if is_for_later(&error) && self.ended.is_none() => return Received::Nothing,
+            Err(error) => self.ended(error.to_string()),
+        }
+        Received::Refused(self.end())
+    }
+
+    fn ended(&mut self, reason: String) {
+        let other = self.other;
+        self.ended.get_or_insert_with(|| format!("the connection with {other} has ended: {reason}"));
+    }
+
+    /// Tells the module why it has ended.
+    fn end(&mut self) -> String {
+        self.told = true;
+        self.ended.clone().unwrap_or_default()
+    }
+
+    /// Closes it at the end of this tick.
+    pub fn close(&mut self) {
+        self.asked = true;
+    }
+
+    /// Sends as much as the other end takes. False when it was closed, and all is sent.
+    pub fn commit(&mut self, index: u32, digest: Option<&mut Digest>) -> bool {
+        if self.fresh > 0 {
+            let start = self.outgoing.len() - self.fresh;
+            if let Some(digest) = digest {
+                let (head, tail) = self.outgoing.as_slices();
+                digest.add(index, &head[start.min(head.len())..]);
+                digest.add(index, &tail[start.saturating_sub(head.len())..]);
+            }
+            self.fresh = 0;
+        }
+        self.closing |= std::mem::take(&mut self.asked);
+        while !self.outgoing.is_empty() && self.ended.is_none() {
+            match self.stream.write(self.outgoing.as_slices().0) {
+                Ok(length) => drop(self.outgoing.drain(..length)),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) if is_for_later(&error) => break,
+                Err(error) => self.ended(error.to_string()),
+            }
+        }
+        !self.closing || !(self.outgoing.is_empty() || self.ended.is_some())
+    }
+
+    pub fn abandon(&mut self) {
+        self.outgoing.truncate(self.outgoing.len() - self.fresh);
+        (self.fresh, self.asked) = (0, false);
+    }
+
+    /// Whether nothing comes of it any more: why it has ended, which the module knows.
+    pub fn over(&self) -> Option<&str> {
+        self.ended.as_deref().filter(|_| self.told)
+    }
+}
+
+/// A connection in the making, which takes a thread, as looking a name up and connecting wait.
+pub(super) struct Attempt(Receiver<io::Result<TcpStream>>);
+
+impl Attempt {
+    pub fn new(address: &str) -> Result<Self, String> {
+        let (result, receiver) = sync_channel(1);
+        let text = address.to_owned();
+        let thread = std::thread::Builder::new().name("connect".into()).spawn(move || {
+            // When nobody waits for it any more, it is closed.
+            let _ = result.send(connect(&text));
+        });
+        thread.map_err(|error| format!("{address} can't be connected to: {error}"))?;
+        Ok(Self(receiver))
+    }
+
+    /// The connection, or why it can't be made; nothing as long as it is not settled.
+    pub fn result(&self) -> Option<io::Result<TcpStream>> {
+        match self.0.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(io::ErrorKind::Other.into())),
+        }
+    }
+}
+
+fn connect(address: &str) -> io::Result<TcpStream> {
+    let mut last = io::Error::new(io::ErrorKind::NotFound, "the name stands for no address");
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, PATIENCE) {
+            Ok(stream) => return Ok(stream),
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}

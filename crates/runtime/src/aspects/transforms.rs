@@ -1,0 +1,230 @@
+//! The aspect [`Transforms`]: a frame tree for each module, fed with what the board has.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_blackboard::channel::{Policy, QueueReader, Start};
+use slate_blackboard::interface::{Descriptor, Interface};
+use slate_blackboard::{Access, Board, Event, Observer, Property, Store};
+use slate_interfaces::Transform;
+use slate_module::aspect::{ABSENT, LATEST, RigidTransform, Transforms};
+use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+use slate_transforms::{FrameTree, SetError};
+
+use super::calls::{every_path, name, say};
+use super::{HostService, Means};
+
+/// Events of the board that wait for a module at most; with more, it looks at all properties again.
+const EVENTS: usize = 256;
+/// Properties that are read at most.
+const SOURCES: usize = 256;
+/// Values that a property of transforms keeps at least, so that a slow module misses none of a fast one.
+const DEPTH: usize = 64;
+/// Modules that may look at it beside those that are linked to it.
+const MODULES: u16 = 16;
+
+/// What a property needs so that frame trees can follow it.
+pub(crate) fn followed(descriptor: &Descriptor, mut store: Store) -> Store {
+    if descriptor.hash == Transform::DESCRIPTOR.hash {
+        store.depth = store.depth.max(DEPTH);
+        store.budget.queues = store.budget.queues.saturating_add(MODULES);
+    }
+    store
+}
+
+struct Service {
+    table: Transforms,
+    board: Arc<Board>,
+    frames: FrameTree,
+    /// By path, so that they are always read in the same order.
+    sources: BTreeMap<Arc<str>, Source>,
+    changes: Observer,
+    /// Events that were lost; none are known before the first look.
+    missed: Option<u64>,
+    /// What could not be used last, for the answer to who misses a frame.
+    unused: Option<(Arc<str>, Unused)>,
+}
+
+struct Source {
+    property: Arc<Property>,
+    reader: QueueReader,
+}
+
+/// Why a property does not get into the tree.
+enum Unused {
+    Refused(SetError),
+    NoReader(String),
+    TooMany,
+}
+
+// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+unsafe impl Send for Service {}
+
+pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
+    let mut service = Box::new(Service {
+        table: Transforms { context: std::ptr::null_mut(), lookup, latest_common_time, frames },
+        board: Arc::clone(&means.board),
+        frames: FrameTree::default(),
+        sources: BTreeMap::new(),
+        changes: means.board.observe(&every_path(), EVENTS, None),
+        missed: None,
+        unused: None,
+    });
+    service.table.context = (&raw mut *service).cast();
+    service
+}
+
+impl HostService for Service {
+    fn table(&self) -> *const u8 {
+        (&raw const self.table).cast()
+    }
+
+    fn prepare(&mut self, _: u64) {
+        self.follow();
+        for (path, Source { reader, .. }) in &mut self.sources {
+            // More than what is kept is not there, whatever the writer does meanwhile. Readers that skip are never
+            // evicted.
+            for _ in 0..DEPTH {
+                if !reader.pull().is_ok_and(|count| count > 0) {
+                    break;
+                }
+                for loan in reader.window() {
+                    // SAFETY: the property is of this interface.
+                    let transform = unsafe { Transform::from_raw(loan.as_ptr(), loan.items()) };
+                    if let Err(error) = self.frames.apply(transform) {
+                        self.unused = Some((Arc::clone(path), Unused::Refused(error)));
+                    }
+                }
+            }
+            reader.release();
+        }
+    }
+}
+
+impl Service {
+    /// Follows what appears, and no longer what vanishes.
+    fn follow(&mut self) {
+        let missed = self.changes.missed();
+        let all = self.missed != Some(missed);
+        self.missed = Some(missed);
+        while let Some(event) = self.changes.next() {
+            match event {
+                Event::Appeared(path) if !all => {
+                    if let Ok((property, field)) = self.board.find(&path)
+                        && field.is_empty()
+                    {
+                        self.open(&property);
+                    }
+                }
+                Event::Vanished(path) => drop(self.sources.remove(&path)),
+                _ => {}
+            }
+        }
+        if all {
+            let properties = self.board.matching_type(Transform::DESCRIPTOR.name, &every_path());
+            // What vanished unseen is not read any more; what stays is not opened again, as that makes events too.
+            self.sources
+                .retain(|_, source| properties.iter().any(|other| Arc::ptr_eq(other, &source.property)));
+            properties.iter().for_each(|property| self.open(property));
+        }
+    }
+
+    fn open(&mut self, property: &Arc<Property>) {
+        // An input that nobody is linked to tells of no frame.
+        if property.descriptor().hash != Transform::DESCRIPTOR.hash || property.access() != Access::Output {
+            return;
+        }
+        let path: Arc<str> = property.path().into();
+        let Some(channel) = property.channel().filter(|_| !self.sources.contains_key(&path)) else { return };
+        if self.sources.len() >= SOURCES {
+            self.unused = Some((path, Unused::TooMany));
+            return;
+        }
+        match channel.queue(Policy::Skip, Start::Oldest) {
+            Ok(reader) => {
+                drop(self.sources.insert(path, Source { property: Arc::clone(property), reader }));
+            }
+            Err(error) => self.unused = Some((path, Unused::NoReader(error.to_string()))),
+        }
+    }
+
+    /// Why a lookup fails, with what may have led to it.
+    fn reason(&self, error: &dyn std::fmt::Display) -> String {
+        match &self.unused {
+            None => error.to_string(),
+            Some((path, Unused::Refused(cause))) => format!("{error}; of /{path} was refused: {cause}"),
+            Some((path, Unused::NoReader(cause))) => format!("{error}; /{path} can't be read: {cause}"),
+            Some((path, Unused::TooMany)) => {
+                format!("{error}; /{path} is not read, as {SOURCES} properties are read already")
+            }
+        }
+    }
+
+    fn lookup(&self, target: &str, source: &str, time: u64) -> Result<RigidTransform, String> {
+        let found = match time {
+            LATEST => self.frames.lookup_latest(target, source),
+            time => self.frames.lookup(target, source, time),
+        };
+        let place = found.map_err(|error| self.reason(&error))?;
+        let (at, turn) = (place.translation.vector, place.rotation.coords);
+        Ok(RigidTransform { translation: at.into(), rotation: turn.into() })
+    }
+}
+
+unsafe extern "C" fn lookup(
+    context: *mut (),
+    target: Bytes,
+    source: Bytes,
+    time: u64,
+    place: *mut RigidTransform,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
+    unsafe {
+        match (*context.cast::<Service>()).lookup(name(target), name(source), time) {
+            Ok(found) => {
+                place.write(found);
+                DONE
+            }
+            Err(reason) => {
+                say(sink, &reason);
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn latest_common_time(
+    context: *mut (),
+    target: Bytes,
+    source: Bytes,
+    time: *mut u64,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: as for `lookup`.
+    unsafe {
+        let service = &*context.cast::<Service>();
+        match service.frames.latest_common_time(name(target), name(source)) {
+            Ok(Some(latest)) => {
+                time.write(latest);
+                DONE
+            }
+            Ok(None) => ABSENT,
+            Err(error) => {
+                say(sink, &service.reason(&error));
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn frames(context: *mut (), sink: *const Sink) -> i32 {
+    // SAFETY: as for `lookup`.
+    unsafe {
+        for frame in (*context.cast::<Service>()).frames.frames() {
+            say(sink, frame);
+            say(sink, "\n");
+        }
+    }
+    DONE
+}

@@ -1,0 +1,98 @@
+//! A service of a plugin that is a shared library.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use slate_module::Plugin;
+
+use crate::common::number;
+use crate::light::Lamp;
+use crate::{agent, complaint, condition, full, steps, ticks};
+
+/// The plugin `torch`, built when it is asked for first.
+fn torch() -> &'static Path {
+    static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
+    LIBRARY.get_or_init(|| {
+        let crates = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("aspects-torch");
+        fs::create_dir_all(folder.join("src")).unwrap();
+        // Two runs of the tests at a time take turns.
+        let lock = File::create(folder.join("lock")).unwrap();
+        lock.lock().unwrap();
+        let manifest = format!(
+            "[workspace]\n[package]\nname = \"torch\"\nversion = \"1.0.0\"\nedition = \"2024\"\n\
+             [lib]\ncrate-type = [\"cdylib\"]\n[dependencies]\nslate-plugin = {{ path = \"{}\" }}\n\
+             [profile.dev]\ndebug = false\nincremental = false\n",
+            crates.join("plugin").display()
+        );
+        fs::write(folder.join("Cargo.toml"), manifest).unwrap();
+        fs::write(folder.join("src/lib.rs"), include_str!("fixtures/torch.rs")).unwrap();
+        // The versions that Slate itself is built with are on this machine for sure.
+        fs::copy(crates.join("../Cargo.lock"), folder.join("Cargo.lock")).unwrap();
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let output = Command::new(cargo)
+            .args(["build", "--offline", "--quiet", "--manifest-path"])
+            .arg(folder.join("Cargo.toml"))
+            .arg("--target-dir")
+            .arg(folder.join("target"))
+            .env_remove("RUSTFLAGS")
+            .env_remove("CARGO_BUILD_TARGET")
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        folder.join("target/debug/libtorch.so")
+    })
+}
+
+/// A torch of the library, whose tick is the last of a cycle, and a lamp that is linked in.
+fn robot(more: &str) -> String {
+    let file = torch().display();
+    format!(
+        "[plugins.torch]\nfile = \"{file}\"\n{more}\n[modules.torch]\nstage = \"PostLoop\"\n[modules.lamp]\n"
+    )
+}
+
+fn plugins() -> Vec<Plugin> {
+    vec![Plugin::linked::<Lamp>()]
+}
+
+#[test]
+fn who_needs_a_service_waits_while_the_code_of_its_provider_is_exchanged() {
+    let mut agent = agent(&robot(""), &plugins());
+    steps(&mut agent, 3);
+    assert_eq!((ticks(&agent, "lamp"), number(&agent, "lamp/brightness/value")), (2, 1001.0));
+    for again in 0..3 {
+        let reload = agent.composer().reload("torch", None).unwrap();
+        assert!(reload.in_place);
+        assert_eq!(reload.modules, [("torch".to_owned(), Ok(()))]);
+        steps(&mut agent, 1);
+        assert_eq!(condition(&agent, "lamp"), "WAITING", "until the new code provides it");
+        assert_eq!(number(&agent, "lamp/brightness/value"), -1.0);
+        steps(&mut agent, 1);
+        assert_eq!(condition(&agent, "lamp"), "WORKING");
+        assert_eq!(number(&agent, "lamp/brightness/value"), 1002.0 + f64::from(again), "the new one");
+    }
+}
+
+#[test]
+fn the_code_of_a_service_stays_as_long_as_it_is_used() {
+    let mut agent = agent(&robot(""), &plugins());
+    steps(&mut agent, 3);
+    let error = full(&agent.composer().unload("torch").unwrap_err());
+    assert!(error.contains("`lamp` needs `light_meter 1`, which nothing provides"), "{error}");
+    steps(&mut agent, 1);
+    assert_eq!(ticks(&agent, "lamp"), 3);
+    agent.composer().unload("lamp").unwrap();
+    let unloaded = agent.composer().unload("torch").unwrap();
+    assert_eq!(unloaded[0].0, "torch");
+    steps(&mut agent, 1);
+}
+
+#[test]
+fn a_service_of_a_plugin_that_is_not_loaded_is_named() {
+    let text = complaint(&robot("load = false"), &plugins());
+    assert!(text.contains("`lamp` needs `light_meter 1`, which nothing provides"), "{text}");
+    assert!(text.contains("load a plugin that provides it; not loaded: torch"), "{text}");
+}
