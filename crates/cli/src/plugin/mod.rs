@@ -171,7 +171,7 @@ fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
         let [ticks, differences, skipped, panics] = counts;
         rows.push([module.clone(), ticks, differences, skipped, panics, first]);
     }
-    output::columns(rows.into_iter());
+    output::columns(rows);
     Ok(())
 }
 
