@@ -4,6 +4,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use slate::runtime::{Mode, Rate};
 
 use crate::config::ConfigVerb;
+use crate::connection::AgentOption;
 use crate::module::ModuleVerb;
 use crate::plugin::PluginVerb;
 use crate::trace::TraceOptions;
@@ -38,6 +39,18 @@ pub enum Verb {
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),
+    /// Stops all actuators of a running agent, until `reset` and `arm`. It is no emergency stop.
+    Stop {
+        /// Why; it is kept and shown.
+        #[arg(default_value = "by a person at the terminal")]
+        reason: String,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Ends a stop of the actuators of a running agent.
+    Reset(AgentOption),
+    /// Lets commands through to the actuators of a running agent.
+    Arm(AgentOption),
 }
 
 #[derive(Debug, Args)]

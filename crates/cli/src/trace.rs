@@ -10,13 +10,20 @@ use crate::output;
 #[derive(Debug, Args)]
 pub struct TraceOptions {
     /// How long to record, seconds.
-    #[arg(long, default_value_t = 5.0)]
+    #[arg(long, default_value_t = 5.0, value_parser = seconds)]
     pub seconds: f64,
     /// The file, which <https://ui.perfetto.dev> opens.
     #[arg(long, default_value = "trace.json")]
     pub out: PathBuf,
     #[command(flatten)]
     pub agent: AgentOption,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 && seconds <= 3600.0 => Ok(seconds),
+        _ => Err("expected seconds, more than 0 and at most 3600".into()),
+    }
 }
 
 /// Records what the modules of a running agent do when.

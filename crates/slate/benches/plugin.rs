@@ -3,6 +3,7 @@
     clippy::unwrap_used,
     clippy::disallowed_methods,
     unsafe_code,
+    clippy::let_unit_value,
     reason = "a benchmark makes the host's calls by hand and reads the clock"
 )]
 

@@ -161,7 +161,7 @@ fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
     let head = ["module", "steps", "different", "skipped", "panics", "first difference"].map(String::from);
     let mut rows = vec![head];
     for module in modules {
-        let Some(reading) = client.read(&format!("/{module}/shadow"))? else { continue };
+        let Ok(Some(reading)) = client.read(&format!("/{module}/shadow")) else { continue };
         let number = |field: &str| reading.value[field].as_u64().unwrap_or(0);
         let first = match number("first_difference") {
             0 => String::new(),
@@ -170,6 +170,10 @@ fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
         let counts = ["ticks", "differences", "skipped", "panics"].map(|field| number(field).to_string());
         let [ticks, differences, skipped, panics] = counts;
         rows.push([module.clone(), ticks, differences, skipped, panics, first]);
+    }
+    if rows.len() == 1 {
+        output::line(format_args!("no new code runs beside {name}; name a library's file to begin"));
+        return Ok(());
     }
     output::columns(rows);
     Ok(())

@@ -201,6 +201,21 @@ impl Client {
         self.call(&Call::TraceExport { file: file.into(), from, to })
     }
 
+    /// Stops all actuators until `reset` and `arm`.
+    pub fn stop(&mut self, reason: &str) -> Result<(), ClientError> {
+        self.call(&Call::Stop { reason: reason.into() })
+    }
+
+    /// Ends a stop of the actuators.
+    pub fn reset(&mut self) -> Result<(), ClientError> {
+        self.call(&Call::Reset {})
+    }
+
+    /// Lets commands through to the actuators.
+    pub fn arm(&mut self) -> Result<(), ClientError> {
+        self.call(&Call::Arm {})
+    }
+
     /// The modules.
     pub fn modules(&mut self) -> Result<Vec<ModuleEntry>, ClientError> {
         self.call(&Call::ModuleList {})

@@ -148,6 +148,28 @@ impl Desk {
         let known = |database: &&Database| {
             database.current().modules().iter().any(|module| module.name.value == name)
         };
+        let modules = self.composer.modules();
+        let Some(module) = modules.iter().find(|module| module.name == name) else {
+            let names = modules.iter().map(|module| module.name.as_str());
+            let near = slate_blackboard::nearest_names(name, names).join(" or ");
+            let help = if near.is_empty() {
+                "see the list of modules".into()
+            } else {
+                format!("did you mean {near}?")
+            };
+            return Err(refusal(format!("no module is called `{name}`"), &help));
+        };
+        if !on && self.composer.is_time_source(name) {
+            let message = format!("`{name}` is the time source, and without it the world stands still");
+            return Err(refusal(message, "end the agent instead"));
+        }
+        if on && module.condition == "FAULTED" {
+            let message = format!("`{name}` has failed for good, so switching it on does nothing");
+            return Err(refusal(
+                message,
+                &format!("reload its plugin: slate plugin reload {}", module.plugin),
+            ));
+        }
         match self.database.as_ref().filter(known) {
             Some(database) => {
                 let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
