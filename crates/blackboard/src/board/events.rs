@@ -117,13 +117,19 @@ impl Ring {
 /// All who observe a board.
 #[derive(Debug)]
 pub(super) struct Observers {
+    /// Counts what the host has set.
+    settings: Arc<AtomicU64>,
     /// Locked by those who cause events, and by those who begin to observe; not to get events.
     rings: Mutex<Vec<Weak<Ring>>>,
 }
 
 impl Observers {
     pub fn new() -> Self {
-        Self { rings: Mutex::new(Vec::new()) }
+        Self { settings: Arc::new(AtomicU64::new(0)), rings: Mutex::new(Vec::new()) }
+    }
+
+    pub fn settings(&self) -> Settings {
+        Settings(Arc::clone(&self.settings))
     }
 
     fn rings(&self) -> impl DerefMut<Target = Vec<Weak<Ring>>> {
@@ -146,6 +152,19 @@ impl Observers {
     }
 }
 
+/// Counts the changes of all properties of a board that the host sets: with one look, a module sees that none of its
+/// own can have changed.
+#[derive(Clone, Debug)]
+pub struct Settings(Arc<AtomicU64>);
+
+impl Settings {
+    /// The changes so far. Who sees a number sees what was set until then.
+    #[inline]
+    pub fn count(&self) -> u64 {
+        self.0.load(order::ACQUIRE)
+    }
+}
+
 /// Where the events of one property come from.
 #[derive(Debug)]
 pub(super) struct Source {
@@ -162,6 +181,11 @@ impl Source {
 
     pub fn path(&self) -> &str {
         &self.path
+    }
+
+    /// The host has set the property.
+    pub fn set(&self) {
+        self.observers.settings.fetch_add(1, order::RELEASE);
     }
 
     pub fn appear(&self) {

@@ -8,7 +8,7 @@ use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, PoisonError};
 
 pub use error::{BoardError, nearest_names};
-pub use events::{Event, Observer};
+pub use events::{Event, Observer, Settings};
 pub use pattern::{Pattern, PatternError};
 pub use property::{Access, Carrier, Property, Watching};
 
@@ -190,6 +190,11 @@ impl Board {
             Some(Entry::Alias(_)) => Ok(()),
             None => Err(unknown(path, &entries)),
         }
+    }
+
+    /// Counts the changes of the properties that the host sets.
+    pub fn settings(&self) -> Settings {
+        self.observers.settings()
     }
 
     /// Gets the events, from now on, of the properties whose paths are meant: at most `limit` (at least 1) wait for it,

@@ -151,6 +151,7 @@ impl Property {
     }
 
     fn notify(&self) {
+        self.source.set();
         locked(&self.listeners).iter().for_each(|wake| wake.notify(1));
     }
 

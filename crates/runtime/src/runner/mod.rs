@@ -11,6 +11,7 @@ mod supervision;
 use std::cell::Cell;
 use std::sync::Arc;
 
+use slate_blackboard::Settings;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::commit::CommitWord;
 use slate_blackboard::interface::{Value, View};
@@ -77,6 +78,13 @@ pub(crate) struct Runner {
     pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
     pub enabled: Latest,
+    /// What the host has set in all modules, and how much of it this one has seen.
+    pub settings: Settings,
+    pub settings_seen: Option<u64>,
+    /// Whether another module switches this one.
+    pub is_switched: bool,
+    /// Whether the parameters may have changed.
+    pub params_changed: bool,
     /// What `enabled` said last.
     pub on: bool,
     /// Writes `/module/state`.
@@ -175,7 +183,13 @@ impl Runner {
 
     /// Whether the module may run: `enabled` is enforced here.
     pub fn is_enabled(&mut self) -> bool {
-        if self.enabled.refresh() {
+        // Two properties less to look at, which nearly never change.
+        let settings = Some(self.settings.count());
+        let changed = settings != self.settings_seen;
+        if changed {
+            (self.settings_seen, self.params_changed) = (settings, true);
+        }
+        if (changed || self.is_switched) && self.enabled.refresh() {
             let value = self.enabled.value();
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
@@ -238,6 +252,7 @@ impl Runner {
     /// A fresh instance with the present parameters.
     pub fn create(&mut self) -> Result<*mut (), Refusal> {
         self.params.refresh();
+        self.params_changed = true;
         let params = self.params.value();
         let bytes = params.as_ref().map_or(&[][..], |loan| loan.bytes());
         self.setup.with(|setup| self.kind.create(setup, bytes))

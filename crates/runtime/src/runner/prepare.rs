@@ -67,11 +67,13 @@ impl Runner {
             self.slots[provider.slot].flags.set(if provider.is_provided() { Flags::SET } else { 0 });
         }
         self.services.iter_mut().for_each(|service| service.prepare(now));
-        if self.params.refresh() {
-            self.frame.params_version += 1;
-        }
-        if let Some(loan) = self.params.value() {
-            self.frame.params = loan.as_ptr();
+        if std::mem::take(&mut self.params_changed) {
+            if self.params.refresh() {
+                self.frame.params_version += 1;
+            }
+            if let Some(loan) = self.params.value() {
+                self.frame.params = loan.as_ptr();
+            }
         }
         self.frame.now = now;
         self.frame.elapsed = if self.frame.number == 0 { 0 } else { now - self.last_tick };
