@@ -247,6 +247,7 @@ impl Runner {
     /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         self.panics = 0;
+        self.panics_in_a_row = 0;
         if self.health.condition() == Condition::Faulted {
             self.set_condition(Condition::Working, self.last_tick);
         }
