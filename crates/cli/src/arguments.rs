@@ -4,8 +4,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use slate::runtime::{Mode, Rate};
 
 use crate::config::ConfigVerb;
+use crate::connection::AgentOption;
 use crate::module::ModuleVerb;
 use crate::plugin::PluginVerb;
+use crate::trace::TraceOptions;
 
 /// The greatest seed that a configuration can hold.
 pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
@@ -32,9 +34,23 @@ pub enum Verb {
     /// Lists the modules of a running agent, and switches them on and off.
     #[command(subcommand)]
     Module(ModuleVerb),
+    /// Records what the modules of a running agent do when, for Perfetto.
+    Trace(TraceOptions),
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),
+    /// Stops all actuators of a running agent, until `reset` and `arm`. It is no emergency stop.
+    Stop {
+        /// Why; it is kept and shown.
+        #[arg(default_value = "by a person at the terminal")]
+        reason: String,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Ends a stop of the actuators of a running agent.
+    Reset(AgentOption),
+    /// Lets commands through to the actuators of a running agent.
+    Arm(AgentOption),
 }
 
 #[derive(Debug, Args)]

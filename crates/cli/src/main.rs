@@ -14,6 +14,8 @@ mod output;
 mod plugin;
 mod run;
 mod scene;
+mod stop;
+mod trace;
 
 use std::process::ExitCode;
 
@@ -39,9 +41,14 @@ fn main() -> ExitCode {
         Verb::Examples => examples::list(),
         Verb::Plugin(verb) => plugin::plugin(verb),
         Verb::Module(verb) => module::module(verb),
+        Verb::Trace(options) => trace::trace(options),
         Verb::Config(verb) => config::config(verb),
+        Verb::Stop { reason, agent } => stop::stop(agent, reason),
+        Verb::Reset(agent) => stop::reset(agent),
+        Verb::Arm(agent) => stop::arm(agent),
     };
     match result {
+        Ok(_) if output::is_lost() => ExitCode::from(2),
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(failure) => {

@@ -2,14 +2,24 @@
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether something could not be written.
+static LOST: AtomicBool = AtomicBool::new(false);
 
 /// Prints a line. Who reads it may have gone, as `head` does; then nobody misses the rest.
 pub fn line(text: impl Display) {
     if let Err(error) = writeln!(std::io::stdout(), "{text}")
         && error.kind() != ErrorKind::BrokenPipe
+        && !LOST.swap(true, Ordering::Relaxed)
     {
         eprintln!("stdout can't be written: {error}");
     }
+}
+
+/// Whether something could not be written, so that whoever relies on it must know.
+pub fn is_lost() -> bool {
+    LOST.load(Ordering::Relaxed)
 }
 
 /// Prints a value as JSON, in a line.

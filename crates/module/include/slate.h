@@ -104,6 +104,10 @@ enum SlateDirection
     SLATE_DIRECTION_INBOX,
     // Sends messages.
     SLATE_DIRECTION_OUTBOX,
+    // Uses a service of the host or of another module.
+    SLATE_DIRECTION_ASPECT,
+    // Provides a service to other modules.
+    SLATE_DIRECTION_PROVIDER,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -1,5 +1,5 @@
 //! The calls by which a host drives modules: a C interface, the same for code that is linked in, loaded, isolated, or
-//! written in another language. `include/slate.h` is made from this file and [`frame`](crate::frame).
+//! written in another language. `include/slate.h` is made from this file and [`Frame`].
 
 use crate::Frame;
 

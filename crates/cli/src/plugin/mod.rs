@@ -4,7 +4,7 @@ mod new;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use slate::runtime::remote::PluginEntry;
+use slate::runtime::remote::{PluginEntry, Reloaded};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -60,6 +60,26 @@ pub enum PluginVerb {
         #[command(flatten)]
         agent: AgentOption,
     },
+    /// Runs new code beside that of a plugin: it makes the same steps, and what it writes is compared and thrown away.
+    /// Without a file, shows how the new code compares.
+    Shadow {
+        /// Its name.
+        name: String,
+        /// The library with the new code.
+        file: Option<PathBuf>,
+        /// Ends the new code.
+        #[arg(long, conflicts_with = "file")]
+        end: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Lets the new code beside a plugin take over, with the states that it has by now.
+    Promote {
+        /// Its name.
+        name: String,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
 }
 
 /// Does what is asked; true, as what is refused is a failure.
@@ -78,6 +98,12 @@ pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
             }
         }
         PluginVerb::Reload { name, file, agent } => reload(agent, name, file.as_deref())?,
+        PluginVerb::Shadow { name, end: true, agent, .. } => {
+            agent.connect()?.end_shadow(name)?;
+            output::line(format_args!("{name} runs alone again"));
+        }
+        PluginVerb::Shadow { name, file, agent, .. } => shadow(agent, name, file.as_deref())?,
+        PluginVerb::Promote { name, agent } => say(&agent.connect()?.promote(name)?),
     }
     Ok(true)
 }
@@ -118,7 +144,44 @@ fn load(agent: &AgentOption, plugin: &str) -> Result<(), Failure> {
 
 fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {
     let file = file.map(absolute).transpose()?;
-    let reloaded = agent.connect()?.reload(name, file.as_deref())?;
+    say(&agent.connect()?.reload(name, file.as_deref())?);
+    Ok(())
+}
+
+fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {
+    let mut client = agent.connect()?;
+    if let Some(file) = file {
+        for (module, path) in client.shadow(name, &absolute(file)?)? {
+            output::line(format_args!("{module}: new code runs beside it, see {path}"));
+        }
+        return Ok(());
+    }
+    let plugins = client.plugins()?;
+    let modules = plugins.iter().filter(|plugin| plugin.name == name).flat_map(|plugin| &plugin.modules);
+    let head = ["module", "steps", "different", "skipped", "panics", "first difference"].map(String::from);
+    let mut rows = vec![head];
+    for module in modules {
+        let Ok(Some(reading)) = client.read(&format!("/{module}/shadow")) else { continue };
+        let number = |field: &str| reading.value[field].as_u64().unwrap_or(0);
+        let first = match number("first_difference") {
+            0 => String::new(),
+            tick => format!("{} in tick {tick}", reading.value["port"].as_str().unwrap_or_default()),
+        };
+        let counts = ["ticks", "differences", "skipped", "panics"].map(|field| number(field).to_string());
+        let [ticks, differences, skipped, panics] = counts;
+        rows.push([module.clone(), ticks, differences, skipped, panics, first]);
+    }
+    if rows.len() == 1 {
+        output::line(format_args!("no new code runs beside {name}; name a library's file to begin"));
+        return Ok(());
+    }
+    output::columns(rows);
+    Ok(())
+}
+
+/// What a reload came to.
+fn say(reloaded: &Reloaded) {
+    let name = &reloaded.plugin;
     let how =
         if reloaded.in_place { "between two ticks" } else { "with other ports, so its modules were away" };
     output::line(format_args!("{name} is exchanged {how}; its old library is {}", reloaded.old_library));
@@ -128,7 +191,6 @@ fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
             Some(reason) => output::line(format_args!("{module}: begins afresh: {reason}")),
         }
     }
-    Ok(())
 }
 
 /// The agent has another current folder.

@@ -14,7 +14,11 @@ const FILES: [(&str, &str); 4] = [
 ];
 
 /// No package can be called so.
-const RESERVED: [&str; 57] = [
+const RESERVED: [&str; 60] = [
+    // What the configuration of the new crate names.
+    "simulator",
+    "referee",
+    "wheels",
     "abstract",
     "alloc",
     "as",

@@ -44,6 +44,13 @@ impl Composer {
     }
 }
 
+impl Composer {
+    /// What ran when; as [`Agent::trace`].
+    pub fn trace(&self) -> AgentTrace {
+        AgentTrace::new(Arc::clone(&self.shared))
+    }
+}
+
 impl Agent {
     /// The points at which threads outside the main loop fall in with it: `/cycle/start` and `/cycle/end`, and for each
     /// stage such as `Act`, `/stage/Act/start` and `/stage/Act/end`. The loop emits a point from when somebody has asked

@@ -136,8 +136,8 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
 
 /// Waits for the beginning of a cycle, unless it has begun; nothing when the time source did not return.
 fn begin(shared: &Shared) -> Option<Turn> {
-    // SAFETY: this thread holds the token; the reference ends before the time source is asked.
     let (inside, last) = {
+        // SAFETY: this thread holds the token; the reference ends before the time source is asked.
         let core = unsafe { shared.core() };
         if let Some(forget) = core.position.asking.take() {
             let text = format!("{} did not return; the default holds", forget(core));
@@ -218,8 +218,8 @@ enum Stages {
 
 /// Ends a stage, and begins the one that comes next.
 fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
-    // SAFETY: this thread holds the token; the reference ends before the policy is asked.
     let (after, count, asks) = {
+        // SAFETY: this thread holds the token; the reference ends before the policy is asked.
         let core = unsafe { shared.core() };
         if core.position.open {
             core.position.open = false;

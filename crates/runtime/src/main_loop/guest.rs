@@ -56,8 +56,8 @@ pub(super) type Forget = fn(&mut Core) -> &'static str;
 /// Asks a guest. The caller holds the loop's token and no reference to the core, and looks at nothing of the loop after
 /// [`Asked::Lost`].
 pub(super) fn ask<R: Role, A>(shared: &Shared, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A> {
-    // SAFETY: the caller holds the token; the reference ends before the call, which may lose it.
     let (code, seat) = {
+        // SAFETY: the caller holds the token; the reference ends before the call, which may lose it.
         let core = unsafe { shared.core() };
         let Some(guest) = R::guest(core) else { return Asked::Nobody };
         let seat = guest.seat.as_ref().map(Arc::as_ptr);

@@ -77,8 +77,6 @@ impl Parts {
             let seats = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
             seats.map(move |seat| (Arc::clone(seat), Some(Arc::clone(&name))))
         });
-        // Calls of an isolated module end by themselves, as its process is ended.
-        let all = staged.chain(self.threaded.iter().map(|seat| (Arc::clone(seat), None)));
-        all.filter(|(seat, _)| !seat.is_isolated)
+        staged.chain(self.threaded.iter().map(|seat| (Arc::clone(seat), None)))
     }
 }

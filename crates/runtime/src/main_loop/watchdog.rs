@@ -75,6 +75,10 @@ impl Watchdog {
         }
         for (watch, seen) in watched.iter().zip(seen) {
             let seat = &watch.seat;
+            if seat.is_isolated {
+                // Its calls end by themselves, as its process is ended.
+                continue;
+            }
             if seen.late && !seat.is_late() {
                 self.report_return(seat, seen);
             }

@@ -175,6 +175,47 @@ impl Client {
         self.call(&Call::PluginReload { name: name.into(), file: file.map(Into::into) })
     }
 
+    /// Runs the code of the library at an absolute path beside that of a plugin; the modules, each with the path of the
+    /// property that tells how it compares.
+    pub fn shadow(&mut self, name: &str, file: &Path) -> Result<Vec<(String, String)>, ClientError> {
+        self.call(&Call::PluginShadow { name: name.into(), file: file.into() })
+    }
+
+    /// Ends the new code beside a plugin.
+    pub fn end_shadow(&mut self, name: &str) -> Result<(), ClientError> {
+        self.call(&Call::PluginEndShadow { name: name.into() })
+    }
+
+    /// Lets the new code beside a plugin take over.
+    pub fn promote(&mut self, name: &str) -> Result<Reloaded, ClientError> {
+        self.call(&Call::PluginPromote { name: name.into() })
+    }
+
+    /// Begins or ends recording what runs when; the present time as the trace has it, nanoseconds.
+    pub fn record_trace(&mut self, on: bool) -> Result<u64, ClientError> {
+        self.call(&Call::TraceRecord { on })
+    }
+
+    /// Writes what ran between two times into a file at an absolute path; how many spans it has.
+    pub fn export_trace(&mut self, file: &Path, from: u64, to: u64) -> Result<u64, ClientError> {
+        self.call(&Call::TraceExport { file: file.into(), from, to })
+    }
+
+    /// Stops all actuators until `reset` and `arm`.
+    pub fn stop(&mut self, reason: &str) -> Result<(), ClientError> {
+        self.call(&Call::Stop { reason: reason.into() })
+    }
+
+    /// Ends a stop of the actuators.
+    pub fn reset(&mut self) -> Result<(), ClientError> {
+        self.call(&Call::Reset {})
+    }
+
+    /// Lets commands through to the actuators.
+    pub fn arm(&mut self) -> Result<(), ClientError> {
+        self.call(&Call::Arm {})
+    }
+
     /// The modules.
     pub fn modules(&mut self) -> Result<Vec<ModuleEntry>, ClientError> {
         self.call(&Call::ModuleList {})

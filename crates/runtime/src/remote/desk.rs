@@ -1,5 +1,7 @@
 //! Does what tools ask for.
 
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use serde::Serialize;
@@ -11,7 +13,7 @@ use super::protocol::{
     SettingEntry, UnloadedPlugin,
 };
 use crate::configuration::{Database, Report, SaveTo, Value};
-use crate::{Composer, PluginError};
+use crate::{Composer, PluginError, Reload};
 
 /// What calls act on.
 pub(super) struct Desk {
@@ -49,6 +51,25 @@ impl Desk {
                 )
             }
             Call::PluginReload { name, file } => self.reload(&name, file.as_deref()),
+            Call::PluginShadow { name, file } => {
+                let modules = self.composer.shadow(&name, absolute(&file)?)?;
+                let entry = |module: String| (format!("/{module}/shadow"), module);
+                result(
+                    modules.into_iter().map(entry).map(|(path, module)| (module, path)).collect::<Vec<_>>(),
+                )
+            }
+            Call::PluginEndShadow { name } => result(self.composer.end_shadow(&name)?),
+            Call::PluginPromote { name } => reloaded(self.composer.promote(&name)?),
+            Call::TraceRecord { on } => {
+                let trace = self.composer.trace();
+                if on {
+                    trace.start();
+                } else {
+                    trace.stop();
+                }
+                result(trace.now())
+            }
+            Call::TraceExport { file, from, to } => self.export_trace(absolute(&file)?, from, to),
             Call::ModuleList {} => self.modules(),
             Call::ModuleEnable { name } => self.enable(&name, true),
             Call::ModuleDisable { name } => self.enable(&name, false),
@@ -94,13 +115,20 @@ impl Desk {
     }
 
     fn reload(&self, name: &str, file: Option<&Path>) -> Done {
-        let reload = self.composer.reload(name, file.map(absolute).transpose()?)?;
-        result(Reloaded {
-            plugin: reload.plugin,
-            modules: reload.modules.into_iter().map(|(name, state)| (name, state.err())).collect(),
-            in_place: reload.in_place,
-            old_library: reload.old_library.into(),
-        })
+        reloaded(self.composer.reload(name, file.map(absolute).transpose()?)?)
+    }
+
+    fn export_trace(&self, file: &Path, from: u64, to: u64) -> Done {
+        let failed = |error: std::io::Error| {
+            refusal(
+                format!("{} can't be written: {error}", file.display()),
+                "name a file in a folder that exists",
+            )
+        };
+        let mut writer = BufWriter::new(File::create(file).map_err(failed)?);
+        let exported = self.composer.trace().export(from, to, &mut writer).map_err(failed)?;
+        writer.flush().map_err(failed)?;
+        result(exported.spans)
     }
 
     fn modules(&self) -> Done {
@@ -120,6 +148,28 @@ impl Desk {
         let known = |database: &&Database| {
             database.current().modules().iter().any(|module| module.name.value == name)
         };
+        let modules = self.composer.modules();
+        let Some(module) = modules.iter().find(|module| module.name == name) else {
+            let names = modules.iter().map(|module| module.name.as_str());
+            let near = slate_blackboard::nearest_names(name, names).join(" or ");
+            let help = if near.is_empty() {
+                "see the list of modules".into()
+            } else {
+                format!("did you mean {near}?")
+            };
+            return Err(refusal(format!("no module is called `{name}`"), &help));
+        };
+        if !on && self.composer.is_time_source(name) {
+            let message = format!("`{name}` is the time source, and without it the world stands still");
+            return Err(refusal(message, "end the agent instead"));
+        }
+        if on && module.condition == "FAULTED" {
+            let message = format!("`{name}` has failed for good, so switching it on does nothing");
+            return Err(refusal(
+                message,
+                &format!("reload its plugin: slate plugin reload {}", module.plugin),
+            ));
+        }
         match self.database.as_ref().filter(known) {
             Some(database) => {
                 let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
@@ -209,6 +259,15 @@ impl Desk {
             time: stamp.time,
         }))
     }
+}
+
+fn reloaded(reload: Reload) -> Done {
+    result(Reloaded {
+        plugin: reload.plugin,
+        modules: reload.modules.into_iter().map(|(name, state)| (name, state.err())).collect(),
+        in_place: reload.in_place,
+        old_library: reload.old_library.into(),
+    })
 }
 
 fn result(value: impl Serialize) -> Done {

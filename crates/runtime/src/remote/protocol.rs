@@ -53,6 +53,43 @@ pub enum Call {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         file: Option<PathBuf>,
     },
+    /// Runs new code beside that of a plugin, which is compared and thrown away: the modules, each with the path of the
+    /// property that tells how it compares.
+    #[serde(rename = "plugin/shadow")]
+    PluginShadow {
+        /// Its name.
+        name: String,
+        /// The library with the new code, by its absolute path.
+        file: PathBuf,
+    },
+    /// Ends the new code beside a plugin; nothing.
+    #[serde(rename = "plugin/end_shadow")]
+    PluginEndShadow {
+        /// Its name.
+        name: String,
+    },
+    /// Lets the new code beside a plugin take over: [`Reloaded`].
+    #[serde(rename = "plugin/promote")]
+    PluginPromote {
+        /// Its name.
+        name: String,
+    },
+    /// Begins or ends recording what runs when: the present time as the trace has it, nanoseconds.
+    #[serde(rename = "trace/record")]
+    TraceRecord {
+        /// Whether it records.
+        on: bool,
+    },
+    /// Writes what ran between two times into a file that Perfetto opens: how many spans it has.
+    #[serde(rename = "trace/export")]
+    TraceExport {
+        /// The file, by its absolute path.
+        file: PathBuf,
+        /// Nanoseconds.
+        from: u64,
+        /// Nanoseconds.
+        to: u64,
+    },
     /// All modules: a list of [`ModuleEntry`].
     #[serde(rename = "module/list")]
     ModuleList {},

@@ -246,7 +246,6 @@ impl Runner {
     /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
     /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
-        self.panics = 0;
         self.panics_in_a_row = 0;
         if self.health.condition() == Condition::Faulted {
             self.set_condition(Condition::Working, self.last_tick);

@@ -44,9 +44,14 @@ impl Runner {
     /// After the end of an isolated instance, before anything else: its actuators wait for somebody to arm them.
     pub(super) fn disarm(&mut self, now: u64) {
         if self.supervised.as_ref().is_some_and(|supervised| !supervised.rearm) {
-            self.outputs.iter().filter_map(|output| output.actuator.as_ref()).for_each(|(actuator, _)| {
+            for (actuator, _) in self.outputs.iter().filter_map(|output| output.actuator.as_ref()) {
                 actuator.disarm(now);
-            });
+                let name = actuator.name();
+                self.log.write(
+                    Level::Error,
+                    &format!("its actuator {name} is disarmed: `slate arm` lets it go on"),
+                );
+            }
         }
     }
 

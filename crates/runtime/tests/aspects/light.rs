@@ -73,7 +73,7 @@ impl Light {
         Box::new(Self { lux, hold, reading: AtomicU64::new(0), watch })
     }
 
-    pub fn meter(self: &Box<Self>) -> LightMeter {
+    pub fn meter(&self) -> LightMeter {
         unsafe extern "C" fn read(light: *const Light) -> f64 {
             // SAFETY: the owner of the service keeps it.
             let light = unsafe { &*light };
@@ -83,7 +83,7 @@ impl Light {
             light.reading.fetch_sub(1, Ordering::SeqCst);
             light.lux
         }
-        LightMeter { context: &raw const **self, read }
+        LightMeter { context: self, read }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Many faults at a time: errors, panics and steps that do not return in time, over a hundred modules; and ten modules that
 //! must not notice.
 #![allow(dead_code, reason = "the test and the benchmark use different parts of it")]
+#![allow(clippy::panic, reason = "it is there to panic")]
 
 use std::fmt::Write;
 use std::sync::Once;

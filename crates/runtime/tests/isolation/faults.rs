@@ -14,7 +14,7 @@ pub const TESTS: [Test; 9] = [
     ("an abort ends one process", || ends("abort", "abort")),
     ("a stack overflow ends one process", || ends("stack overflow", "ended by signal")),
     ("an exit ends one process", || ends("exit", "ended with exit code 0")),
-    ("an endless loop is ended", || ends("endless loop", "did not return within 400ms")),
+    ("an endless loop is ended", || ends("endless loop", "did not return within 1s")),
     ("a lack of memory ends one process", || ends("out of memory", "ended by signal")),
     ("a panic ends one process", || ends("panic", "panicked")),
     ("a fault while it waits is noticed too", killed_while_it_waits),
@@ -33,7 +33,7 @@ pub fn text(fault_name: &str, at: u64, more: &str) -> String {
     format!(
         r#"
 loop.period = "10ms"
-loop.hang = "400ms"
+loop.hang = "1s"
 [modules.villain]
 isolated = true
 isolation.memory = "100MB"
@@ -63,6 +63,8 @@ pub struct Sample {
     pub number: u64,
     pub beats: f64,
     pub condition: String,
+    /// Since when, of the agent's time.
+    pub since: u64,
     /// When the villain committed a tick last.
     pub committed: u64,
     pub command: f64,
@@ -89,6 +91,7 @@ pub fn watch(agent: &mut Agent, mut done: impl FnMut(&Sample) -> bool + Send + '
             number: cycle.number,
             beats: number("pulse/beat/value"),
             condition: word("villain/state/condition"),
+            since: read("villain/state").map_or(0, |(_, stamp)| stamp.time),
             committed: read("villain/number").map_or(0, |(_, stamp)| stamp.time),
             command: number("wheel/command/value"),
             other: number("other/command/value"),
@@ -122,7 +125,7 @@ fn ends(fault_name: &str, said: &str) {
         assert_eq!(pair[1].number, pair[0].number + 1);
         let gap = pair[1].at - pair[0].at;
         // Far below what is waited for a module that does not return, and what a busy machine may take.
-        assert!(gap < Duration::from_millis(200), "a cycle took {gap:?}");
+        assert!(gap < Duration::from_millis(500), "a cycle took {gap:?}");
         assert!(pair[1].other > pair[0].other, "the other actuator follows its commander");
     }
     // Its actuator followed it, and was safe as soon as its time to live was over.
@@ -138,8 +141,8 @@ fn ends(fault_name: &str, said: &str) {
     assert!(last.last_end.contains(said), "{}", last.last_end);
     assert_eq!(last.condition, "WORKING", "it starts anew");
     assert_ne!(last.process, samples[0].process);
-    let away = last.at - samples[fell].at;
-    assert!(away >= Duration::from_millis(90), "after a while: {away:?}");
+    let away = Duration::from_nanos(last.since - samples[fell].since);
+    assert!(away >= Duration::from_millis(100), "after a while: {away:?}");
     // And drives again once somebody arms it.
     assert!(agent.arm());
     let samples = watch(&mut agent, |sample| sample.command == 1.0);

@@ -18,7 +18,7 @@ pub fn enter() {
         return;
     }
     let fault = std::env::args().nth(2).unwrap();
-    let text = faults::text(&fault, 5, "").replace("400ms", "60s");
+    let text = faults::text(&fault, 5, "").replace("1s", "60s");
     let mut agent = faults::agent(&text);
     let mut said = false;
     watch(&mut agent, move |sample| {

@@ -26,6 +26,9 @@ use std::process::ExitCode;
 type Test = (&'static str, fn());
 
 fn main() -> ExitCode {
+    // Looking up the names of a backtrace takes longer than a step may.
+    // SAFETY: there is no other thread yet.
+    unsafe { std::env::set_var("RUST_BACKTRACE", "0") };
     slate_runtime::isolation::enter(&modules::plugins());
     host::enter();
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -25,7 +25,7 @@ fn lockstep(fault_name: &str, at: u64, period: &str) -> Agent {
         r#"
 time.source = "pulse"
 loop.period = "{period}"
-loop.hang = "100ms"
+loop.hang = "1s"
 [modules.pulse]
 [modules.villain]
 isolated = true
@@ -91,7 +91,7 @@ loop.period = "10ms"
 [modules.pulse]
 [modules.counter]
 isolated = true
-params = { hang_at = 5, hang_ms = 500 }
+params = { hang_at = 5, hang_ms = 1000 }
 "#;
     let mut agent = Agent::load(&configuration(text), &plugins(), Options::default()).unwrap();
     let mut last = None::<Instant>;
@@ -99,16 +99,16 @@ params = { hang_at = 5, hang_ms = 500 }
     let end = agent.run(Box::new(move |cycle| {
         let now = Instant::now();
         longest = longest.max(last.replace(now).map_or(Duration::ZERO, |last| now - last));
-        assert!(longest < Duration::from_millis(250), "the loop waited for {longest:?}");
+        assert!(longest < Duration::from_millis(500), "the loop waited for {longest:?}");
         let (value, _) = cycle.board.read("pulse/beat/value").unwrap().unwrap();
         assert_eq!(value.as_f64(), Some(cycle.number as f64));
-        if cycle.number == 90 { Control::Stop } else { Control::Continue }
+        if cycle.number == 150 { Control::Stop } else { Control::Continue }
     }));
     assert_eq!(end.unwrap(), End::Stopped);
     let (ticks, misses, panics) = agent.counts("counter").unwrap();
     assert_eq!(panics, 0);
     assert!(misses >= 30, "{misses}");
-    assert!(ticks + misses <= 90 && ticks > 5, "{ticks} and {misses}");
+    assert!(ticks + misses <= 150 && ticks > 5, "{ticks} and {misses}");
 }
 
 fn stay_armed() {

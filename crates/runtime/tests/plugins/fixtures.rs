@@ -91,7 +91,7 @@ impl Libraries {
 
 /// Builds a plugin in C as its author would.
 pub fn gcc(source: &str, more: &[String], library: &Path) {
-    let output = Command::new("gcc")
+    let output = Command::new("cc")
         .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC", "-fvisibility=hidden"])
         .args(more)
         .arg("-I")

@@ -283,6 +283,11 @@ impl Composer {
         self.shared.board.write(&format!("{module}/enabled/value"), &value, self.shared.clock.now()).map(drop)
     }
 
+    /// Whether a module is the agent's clock.
+    pub(crate) fn is_time_source(&self, module: &str) -> bool {
+        self.composition().configuration.time_source().is_some_and(|source| source.value == module)
+    }
+
     /// The plugins that are loaded, and those of the configuration that are not.
     pub fn plugins(&self) -> Vec<PluginStatus> {
         let composition = self.composition();

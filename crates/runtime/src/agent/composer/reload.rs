@@ -44,7 +44,7 @@ impl Composer {
             return Err(PluginError::Shadow {
                 name: name.into(),
                 reason: "new code runs beside it".into(),
-                help: "promote that, or end it first".into(),
+                help: format!("`slate plugin promote {name}`, or `slate plugin shadow {name} --end`"),
             });
         }
         let origin = composition.origins.get(name).cloned();

@@ -34,7 +34,8 @@ impl Composer {
             return Err(unknown(&composition, name));
         }
         if composition.trials.contains_key(name) {
-            return Err(trial(name, "new code runs beside it already", "promote that, or end it first"));
+            let help = format!("`slate plugin promote {name}`, or `slate plugin shadow {name} --end`");
+            return Err(trial(name, "new code runs beside it already", &help));
         }
         let (new, _, residence) = plugin::load(file)?;
         if new.name() != name {
