@@ -221,28 +221,12 @@ impl Board {
     /// [`BoardError::Unknown`] with the nearest names.
     pub fn find(&self, path: &str) -> Result<(Arc<Property>, String), BoardError> {
         let entries = self.entries();
-        let mut path = path.to_owned();
-        // An alias leads to a property, not to another alias, but an application may chain them by mistake.
-        for _ in 0..8 {
-            let mut end = path.len();
-            loop {
-                match entries.get(&path[..end]) {
-                    Some(Entry::Property(property)) => {
-                        let field = path[end..].trim_start_matches('/').to_owned();
-                        return Ok((Arc::clone(property), field));
-                    }
-                    Some(Entry::Alias(target)) => {
-                        path = format!("{target}{}", &path[end..]);
-                        break;
-                    }
-                    None => match path[..end].rfind('/') {
-                        Some(slash) => end = slash,
-                        None => return Err(unknown(&path, &entries)),
-                    },
-                }
-            }
-        }
-        Err(unknown(&path, &entries))
+        look_up(path, &entries).map_err(|path| unknown(&path, &entries))
+    }
+
+    /// As [`find`](Board::find), and nothing when there is no such property: it looks for no others that may be meant.
+    pub fn get(&self, path: &str) -> Option<(Arc<Property>, String)> {
+        look_up(path, &self.entries()).ok()
     }
 
     /// The property of a URL of this agent, and the field that it names.
@@ -322,6 +306,32 @@ impl Board {
             })
             .collect()
     }
+}
+
+/// The property at a path and the rest of the path; or the path to which aliases lead, if there is none.
+fn look_up(path: &str, entries: &Entries) -> Result<(Arc<Property>, String), String> {
+    let mut path = path.to_owned();
+    // An alias leads to a property, not to another alias, but an application may chain them by mistake.
+    for _ in 0..8 {
+        let mut end = path.len();
+        loop {
+            match entries.get(&path[..end]) {
+                Some(Entry::Property(property)) => {
+                    let field = path[end..].trim_start_matches('/').to_owned();
+                    return Ok((Arc::clone(property), field));
+                }
+                Some(Entry::Alias(target)) => {
+                    path = format!("{target}{}", &path[end..]);
+                    break;
+                }
+                None => match path[..end].rfind('/') {
+                    Some(slash) => end = slash,
+                    None => return Err(path),
+                },
+            }
+        }
+    }
+    Err(path)
 }
 
 fn unknown(path: &str, entries: &Entries) -> BoardError {

@@ -261,9 +261,9 @@ impl Agent {
     /// How often a module has ticked, missed its deadline and panicked.
     pub fn counts(&self, module: &str) -> Option<(u64, u64, u64)> {
         let composition = self.composer.composition();
-        let health = &composition.present.get(module)?.seat.health;
+        let seat = &composition.present.get(module)?.seat;
         let load = |counter: &std::sync::atomic::AtomicU64| counter.load(Ordering::Relaxed);
-        Some((load(&health.ticks), load(&health.misses), load(&health.panics)))
+        Some((seat.ticks(), load(&seat.health.misses), load(&seat.health.panics)))
     }
 
     /// A fingerprint of everything that modules wrote in lockstep so far; nothing on the wall clock.

@@ -85,7 +85,7 @@ impl HostService for Service {
             // Some of them may have vanished unseen.
             let board = &self.board;
             self.readers.retain(|path, open| {
-                board.find(path).is_ok_and(|(property, _)| Arc::ptr_eq(&property, &open.property))
+                board.get(path).is_some_and(|(property, _)| Arc::ptr_eq(&property, &open.property))
             });
         }
     }
@@ -181,7 +181,7 @@ impl Service {
     }
 
     fn open_reader(&self, path: &str) -> Result<OpenReader, Not> {
-        let (property, field) = self.board.find(path).map_err(|_| Not::There)?;
+        let (property, field) = self.board.get(path).ok_or(Not::There)?;
         if !field.is_empty() {
             return Err(format!("/{path} is a field; open /{} and look at it", property.path()).into());
         }
@@ -218,7 +218,7 @@ impl Service {
         let descriptor = decode_interface(interface).map_err(|refusal| refusal.0)?;
         let own = path.strip_prefix(&*self.module).is_some_and(|rest| rest.starts_with('/'));
         // Every module has parameters.
-        let is_module = |name: &str| self.board.find(&format!("{name}/params")).is_ok();
+        let is_module = |name: &str| self.board.get(&format!("{name}/params")).is_some();
         if !own
             && let Some(owner) =
                 path.match_indices('/').map(|(end, _)| &path[..end]).find(|name| is_module(name))

@@ -110,7 +110,7 @@ impl Service {
         while let Some(event) = self.changes.next() {
             match event {
                 Event::Appeared(path) if !all => {
-                    if let Ok((property, field)) = self.board.find(&path)
+                    if let Some((property, field)) = self.board.get(&path)
                         && field.is_empty()
                     {
                         self.open(&property);

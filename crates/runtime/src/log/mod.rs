@@ -28,6 +28,8 @@ use std::time::Duration;
 use slate_blackboard::{Board, BoardError};
 use slate_module::Level;
 
+use crate::clock::Clock;
+
 pub use levels::Levels;
 pub use record::Record;
 pub(crate) use source::ModuleLog;
@@ -103,7 +105,7 @@ impl Logger {
         let name = Arc::from("agent");
         let source = Arc::new(Source::new(&name, settings.levels.of(&name)));
         // The agent may log from any thread and about what is late, so it never waits.
-        let agent = ModuleLog::new(messages.clone(), Arc::clone(&counts), Arc::clone(&source), false);
+        let agent = ModuleLog::new(messages.clone(), Arc::clone(&counts), Arc::clone(&source), false, None);
         Ok(Self {
             agent: Some(agent),
             thread: Some(thread),
@@ -187,8 +189,14 @@ impl Logger {
         Ok(())
     }
 
-    /// The log of a module; `lossless` waits for a full buffer rather than drop a line.
-    pub(crate) fn module(&self, name: &Arc<str>, lossless: bool) -> Option<Box<ModuleLog>> {
+    /// The log of a module, whose lines carry the time of that clock; `lossless` waits for a full buffer rather than drop
+    /// a line.
+    pub(crate) fn module(
+        &self,
+        name: &Arc<str>,
+        lossless: bool,
+        clock: &Arc<Clock>,
+    ) -> Option<Box<ModuleLog>> {
         let messages = self.messages.clone()?;
         let mut modules = self.modules();
         let level = modules.levels.of(name);
@@ -196,7 +204,8 @@ impl Logger {
         let source =
             modules.sources.entry(Arc::clone(name)).or_insert_with(|| Arc::new(Source::new(name, level)));
         let source = Arc::clone(source);
-        Some(Box::new(ModuleLog::new(messages, Arc::clone(&self.counts), source, lossless)))
+        let clock = Some(Arc::clone(clock));
+        Some(Box::new(ModuleLog::new(messages, Arc::clone(&self.counts), source, lossless, clock)))
     }
 
     fn send(&self, message: Message) {

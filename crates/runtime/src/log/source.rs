@@ -8,6 +8,7 @@ use slate_module::{Host, Level};
 use super::buffer::Sender;
 use super::tail::Tail;
 use super::{Counts, LogTarget, Record};
+use crate::clock::Clock;
 
 /// How many lines all modules together may have in the buffer beside their own.
 pub(super) const COMMON: u32 = 1024;
@@ -131,12 +132,18 @@ impl Line {
     }
 }
 
+/// No time that a line carries.
+const NOW: u64 = u64::MAX;
+
 /// The log of one module, as its frame's host knows it.
 pub(crate) struct ModuleLog {
     lines: Sender,
     counts: Arc<Counts>,
     source: Arc<Source>,
     lossless: bool,
+    /// Says when a line was written; nothing for those who say it themselves.
+    clock: Option<Arc<Clock>>,
+    /// What lines carry in place of the present time; [`NOW`] for nothing.
     time: AtomicU64,
     /// Whether lines are kept, as the step is made beside others; they follow when it is committed.
     holding: AtomicBool,
@@ -145,13 +152,20 @@ pub(crate) struct ModuleLog {
 
 impl ModuleLog {
     /// The log of that module; `lossless` waits for a full buffer rather than drop a line.
-    pub(super) fn new(lines: Sender, counts: Arc<Counts>, source: Arc<Source>, lossless: bool) -> Self {
+    pub(super) fn new(
+        lines: Sender,
+        counts: Arc<Counts>,
+        source: Arc<Source>,
+        lossless: bool,
+        clock: Option<Arc<Clock>>,
+    ) -> Self {
         Self {
             lines,
             counts,
             source,
             lossless,
-            time: AtomicU64::new(0),
+            clock,
+            time: AtomicU64::new(NOW),
             holding: AtomicBool::new(false),
             held: Mutex::default(),
         }
@@ -162,14 +176,22 @@ impl ModuleLog {
         Host { context: std::ptr::from_ref(self).cast(), log: take }
     }
 
-    /// The time that the next lines carry.
+    /// The time that the next lines carry, for steps that are made later than they would have been.
     pub fn set_time(&self, time: u64) {
         self.time.store(time, Ordering::Relaxed);
     }
 
     /// Writes a line.
     pub fn write(&self, level: Level, text: &str) {
-        self.write_at(self.time.load(Ordering::Relaxed), level, text.as_bytes());
+        self.write_now(level, text.as_bytes());
+    }
+
+    fn write_now(&self, level: Level, bytes: &[u8]) {
+        let time = match self.time.load(Ordering::Relaxed) {
+            NOW => self.clock.as_ref().map_or(0, |clock| clock.now()),
+            time => time,
+        };
+        self.write_at(time, level, bytes);
     }
 
     /// Before a step that is made beside others: in lockstep, keeps lines until [`release`](ModuleLog::release), so
@@ -237,5 +259,5 @@ unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, lengt
         // SAFETY: the text lives during the call.
         length => unsafe { std::slice::from_raw_parts(text, length) },
     };
-    log.write_at(log.time.load(Ordering::Relaxed), Level::from_number(level), text);
+    log.write_now(Level::from_number(level), text);
 }

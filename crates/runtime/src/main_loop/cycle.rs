@@ -127,7 +127,7 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
                 turn.mark = 0;
             }
             let runner = seat.runner();
-            runner.time(duration, stands_for);
+            seat.time(runner, duration, stands_for);
             runner.commit(turn.now, code, core.digest.as_mut());
         }
     }

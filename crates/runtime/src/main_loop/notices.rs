@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use slate_module::Level;
 
@@ -56,7 +55,7 @@ impl Notices {
         let mut took: Vec<_> = seats
             .iter()
             .filter(|seat| began != 0 && seat.started() >= began)
-            .map(|seat| (seat.is_given_up(), seat.health.duration.load(Ordering::Relaxed), &seat.name))
+            .map(|seat| (seat.is_given_up(), seat.duration(), &seat.name))
             .collect();
         took.sort_by(|a, b| b.cmp(a));
         let mut text = format!(

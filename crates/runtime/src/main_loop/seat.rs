@@ -22,9 +22,15 @@ const RETURNED: u32 = 4;
 ///
 /// While a step runs, the runner belongs to the thread that makes it. When the watchdog gives the step up, the runner
 /// belongs to the host again, and the late thread touches nothing once it returns.
+///
+/// In this order, as for [`Runner`].
+#[repr(C, align(64))]
 pub(crate) struct Seat {
-    pub name: Arc<str>,
-    pub health: Arc<Health>,
+    state: AtomicU32,
+    /// Whether a worker makes the step, so that the loop goes on without it.
+    helped: AtomicBool,
+    /// Whether the module's own thread ends.
+    retired: AtomicBool,
     /// Whether every step is timed.
     pub has_deadline: bool,
     /// Whether it runs in a process of its own.
@@ -33,26 +39,29 @@ pub(crate) struct Seat {
     pub alone: bool,
     /// Whether it has a turn in every cycle.
     in_every_cycle: bool,
+    /// Whether the loop says when it is the module's turn, which its own thread waits for.
+    is_kicked: bool,
+    /// Steps begun.
+    ticks: AtomicU64,
+    /// Counts steps and other calls begun, so that the watchdog can tell a long one from many short ones.
+    begun: AtomicU64,
+    /// When the last of them began, monotonic; 0 when it was not timed.
+    started: AtomicU64,
+    /// Wall-clock nanoseconds of the last step that was timed.
+    duration: AtomicU64,
+    /// When the last step that was given up returned, monotonic.
+    returned: AtomicU64,
+    /// How often the loop has said that it is the module's turn.
+    kicks: AtomicU64,
+    runner: UnsafeCell<Runner>,
+    pub name: Arc<str>,
+    pub health: Arc<Health>,
     /// Shows how long its steps take.
     pub publication: Publication,
     /// Where its steps are recorded, from when a trace was first asked for. Written by whoever drives the seat.
     track: OnceLock<(Track, Label)>,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
-    state: AtomicU32,
-    /// Counts steps begun, so that the watchdog can tell a long step from many short ones.
-    begun: AtomicU64,
-    /// When the last step began, monotonic; 0 when it was not timed.
-    started: AtomicU64,
-    /// When the last step that was given up returned, monotonic.
-    returned: AtomicU64,
-    /// Whether a worker makes the step, so that the loop goes on without it.
-    helped: AtomicBool,
-    /// Whether the module's own thread ends.
-    retired: AtomicBool,
-    /// How often the loop has said that it is the module's turn; nothing for modules that do not wait for that.
-    kicks: Option<AtomicU64>,
-    runner: UnsafeCell<Runner>,
 }
 
 // SAFETY: `state` says which thread may use the runner and write to the track, as described above.
@@ -60,27 +69,27 @@ unsafe impl Sync for Seat {}
 
 impl Seat {
     pub fn new(mut runner: Runner) -> Self {
+        runner.look_for_company();
         Self {
-            in_every_cycle: runner.trigger == Trigger::Stage,
-            publication: Publication::new(runner.histogram.take()),
-            track: OnceLock::new(),
-            started: AtomicU64::new(0),
-            returned: AtomicU64::new(0),
-            name: Arc::clone(&runner.name),
-            health: Arc::clone(&runner.health),
-            is_isolated: runner.supervised.is_some(),
-            alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
-            has_deadline: runner.deadline.is_some(),
-            wake: Arc::clone(&runner.wake),
             state: AtomicU32::new(IDLE),
-            begun: AtomicU64::new(0),
             helped: AtomicBool::new(false),
             retired: AtomicBool::new(false),
-            kicks: runner
-                .supervised
-                .as_ref()
-                .is_some_and(|supervised| supervised.is_kicked)
-                .then(AtomicU64::default),
+            has_deadline: runner.deadline.is_some(),
+            is_isolated: runner.supervised.is_some(),
+            alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
+            in_every_cycle: runner.trigger == Trigger::Stage,
+            is_kicked: runner.supervised.as_ref().is_some_and(|supervised| supervised.is_kicked),
+            ticks: AtomicU64::new(0),
+            begun: AtomicU64::new(0),
+            started: AtomicU64::new(0),
+            duration: AtomicU64::new(0),
+            returned: AtomicU64::new(0),
+            kicks: AtomicU64::new(0),
+            name: Arc::clone(&runner.name),
+            health: Arc::clone(&runner.health),
+            publication: Publication::new(runner.histogram.take()),
+            track: OnceLock::new(),
+            wake: Arc::clone(&runner.wake),
             runner: UnsafeCell::new(runner),
         }
     }
@@ -99,8 +108,13 @@ impl Seat {
     /// Before a step, which a worker makes (`helped`) or whoever drives the seat; `started` is the monotonic time, or 0
     /// when the step is not timed.
     pub fn begin(&self, helped: bool, started: u64) {
+        count(&self.ticks);
+        self.begin_call(helped, started);
+    }
+
+    fn begin_call(&self, helped: bool, started: u64) {
         self.started.store(started, Ordering::Relaxed);
-        self.begun.store(self.begun.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+        count(&self.begun);
         self.helped.store(helped, Ordering::Relaxed);
         self.state.store(RUNNING, Ordering::Release);
     }
@@ -132,7 +146,7 @@ impl Seat {
     /// Makes a call of the module outside its step, watched like one; nothing when it was given up. The seat is claimed
     /// (and stays so) or belongs to the loop.
     pub fn call<R>(&self, claimed: bool, call: impl FnOnce() -> R) -> Option<R> {
-        self.begin(false, monotonic());
+        self.begin_call(false, monotonic());
         let result = call();
         let ended = if claimed { self.end_claimed() } else { self.end() };
         ended.then_some(result)
@@ -140,20 +154,21 @@ impl Seat {
 
     /// Whether the loop says when the module runs, which it does in a thread of its own.
     pub fn is_kicked(&self) -> bool {
-        self.kicks.is_some()
+        self.is_kicked
     }
 
     /// Says that it is the turn of a module that waits for that; false for all others.
     pub fn kick(&self) -> bool {
-        let Some(kicks) = &self.kicks else { return false };
-        kicks.store(kicks.load(Ordering::Relaxed) + 1, Ordering::Release);
-        self.wake.notify(1);
-        true
+        if self.is_kicked {
+            self.kicks.store(self.kicks.load(Ordering::Relaxed) + 1, Ordering::Release);
+            self.wake.notify(1);
+        }
+        self.is_kicked
     }
 
     /// How often it has been the module's turn; nothing when the loop does not say.
     pub fn kicks(&self) -> Option<u64> {
-        self.kicks.as_ref().map(|kicks| kicks.load(Ordering::Acquire))
+        self.is_kicked.then(|| self.kicks.load(Ordering::Acquire))
     }
 
     /// Lets the module's own thread end.
@@ -251,6 +266,24 @@ impl Seat {
         runner.publish_safe(now);
         self.state.store(LATE, Ordering::Release);
         true
+    }
+
+    /// Steps begun.
+    pub fn ticks(&self) -> u64 {
+        self.ticks.load(Ordering::Relaxed)
+    }
+
+    /// After a step, as [`Runner::time`] does.
+    pub fn time(&self, runner: &mut Runner, duration: Option<u64>, stands_for: u32) {
+        if let Some(duration) = duration {
+            self.duration.store(duration, Ordering::Relaxed);
+        }
+        runner.time(duration, stands_for);
+    }
+
+    /// Wall-clock nanoseconds of the last step that was timed.
+    pub fn duration(&self) -> u64 {
+        self.duration.load(Ordering::Relaxed)
     }
 
     /// When the last step began, monotonic; 0 when it was not timed.

@@ -72,7 +72,6 @@ fn work(shared: &Shared, run: u64, seat: &Seat) {
             let runner = seat.runner();
             let now = shared.clock.now();
             if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
-                runner.log.set_time(now);
                 runner.prepare(now);
                 (Some(runner.call()), Duration::ZERO)
             } else {
@@ -105,7 +104,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
 fn patience(runner: &Runner, now: u64) -> Duration {
-    if matches!(runner.health.condition(), Condition::Inactive | Condition::Waiting | Condition::Faulted) {
+    if matches!(runner.condition(), Condition::Inactive | Condition::Waiting | Condition::Faulted) {
         return LOOK;
     }
     if runner.supervised.is_some() {
@@ -137,7 +136,7 @@ fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     }
     // SAFETY: the step was not given up, and the seat is claimed.
     let runner = unsafe { seat.runner() };
-    runner.time(Some(duration), 1);
+    seat.time(runner, Some(duration), 1);
     runner.commit(shared.clock.now(), code, None);
     seat.unclaim();
 }

@@ -79,7 +79,7 @@ impl Workers {
         if self.workers.is_empty() || modules.len() < 2 || modules.iter().any(|seat| seat.alone) {
             return false;
         }
-        let work: u64 = modules.iter().map(|seat| seat.health.duration.load(Ordering::Relaxed)).sum();
+        let work: u64 = modules.iter().map(|seat| seat.duration()).sum();
         self.always || work > 2 * WORTH_WAKING
     }
 
@@ -113,7 +113,7 @@ impl Workers {
                 // SAFETY: the step has ended and was not given up.
                 let runner = unsafe { seat.runner() };
                 runner.log.release();
-                runner.time(Some(duration), 1);
+                seat.time(runner, Some(duration), 1);
                 runner.commit(now, code, digest.as_deref_mut());
             }
         }
@@ -131,7 +131,6 @@ pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option
     if !runner.is_due(nominal) {
         return None;
     }
-    runner.log.set_time(now);
     if beside {
         runner.log.hold();
     }

@@ -10,7 +10,30 @@ use crate::digest::Digest;
 impl Runner {
     /// Checks and commits what a step wrote. `code` is what the step returned.
     pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
-        self.hand_to_shadow();
+        if self.has_company {
+            self.hand_to_shadow();
+            self.answer();
+        }
+        let condition = match code {
+            0 => Condition::Working,
+            1 => Condition::Degraded,
+            2 => Condition::Failed,
+            _ => return self.recover(now),
+        };
+        self.set_condition(condition, now);
+        if !self.has_company {
+            return;
+        }
+        if condition == Condition::Failed {
+            self.services.iter_mut().for_each(|service| service.abandon());
+            self.publish_safe(now);
+        } else {
+            self.publish(now, digest);
+        }
+    }
+
+    /// Answers the messages that the step saw.
+    fn answer(&mut self) {
         for inbox in &mut self.inboxes {
             for (i, entry) in inbox.entries.iter().enumerate() {
                 let reason = entry.answer.get();
@@ -20,19 +43,6 @@ impl Runner {
             // The senders can use the slots at once, and not only after the next step.
             inbox.entries.clear();
             inbox.receiver.release();
-        }
-        let condition = match code {
-            0 => Condition::Working,
-            1 => Condition::Degraded,
-            2 => Condition::Failed,
-            _ => return self.recover(now),
-        };
-        self.set_condition(condition, now);
-        if condition == Condition::Failed {
-            self.services.iter_mut().for_each(|service| service.abandon());
-            self.publish_safe(now);
-        } else {
-            self.publish(now, digest);
         }
     }
 
@@ -98,7 +108,7 @@ impl Runner {
 
     /// Gives every output its safe value, and ends its commands.
     pub fn publish_safe(&mut self, now: u64) {
-        let late = self.health.condition() == Condition::Late;
+        let late = self.condition() == Condition::Late;
         self.commit.begin();
         for output in &mut self.outputs {
             if let Some((actuator, commander)) = &output.actuator {
@@ -166,7 +176,6 @@ impl Runner {
     pub fn time(&mut self, duration: Option<u64>, stands_for: u32) {
         let measured = &mut self.measured;
         if let Some(duration) = duration {
-            self.health.duration.store(duration, Ordering::Relaxed);
             if stands_for > 0 {
                 self.health.histogram.record(duration, stands_for);
             }

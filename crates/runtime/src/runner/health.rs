@@ -61,14 +61,10 @@ pub(crate) struct ModuleTiming {
 #[derive(Debug)]
 pub(crate) struct Health {
     condition: AtomicU8,
-    /// Ticks made.
-    pub ticks: AtomicU64,
     /// Ticks that took longer than the deadline, or came too late.
     pub misses: AtomicU64,
     /// Panics caught.
     pub panics: AtomicU64,
-    /// Wall-clock nanoseconds of the last tick that was timed.
-    pub duration: AtomicU64,
     /// Wall-clock nanoseconds of all ticks that were timed.
     pub histogram: LiveHistogram,
 }
@@ -111,17 +107,15 @@ impl Health {
     pub fn new() -> Self {
         Self {
             condition: AtomicU8::new(Condition::Unloaded as u8),
-            ticks: AtomicU64::new(0),
             misses: AtomicU64::new(0),
             panics: AtomicU64::new(0),
-            duration: AtomicU64::new(0),
             histogram: LiveHistogram::default(),
         }
     }
 
     /// A module begins, with everything at zero.
     pub fn begin(&self) {
-        for counter in [&self.ticks, &self.misses, &self.panics, &self.duration] {
+        for counter in [&self.misses, &self.panics] {
             counter.store(0, Ordering::Relaxed);
         }
         self.histogram.clear();

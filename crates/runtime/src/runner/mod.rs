@@ -54,11 +54,38 @@ impl OwnSetup {
 }
 
 /// A module, its state, its ports and its frame.
+///
+/// In this order, so that what every step of a module with few ports looks at shares few cache lines: the time of a
+/// loop with many short modules is the time that their lines take to come.
+#[repr(C)]
 pub(crate) struct Runner {
+    /// How the module is; nothing before it was said for the first time.
+    pub condition: Option<Condition>,
+    /// What `enabled` said last.
+    pub on: bool,
+    /// Whether another module switches this one.
+    pub is_switched: bool,
+    /// Whether the parameters may have changed.
+    pub params_changed: bool,
+    /// Whether it has ports, services or new code beside it.
+    pub has_company: bool,
+    /// What the host has set in all modules, and how much of it this one has seen.
+    pub settings: Settings,
+    pub settings_seen: Option<u64>,
+    pub trigger: Trigger,
+    pub last_tick: u64,
+    /// When the next tick of a periodic module is due.
+    pub due: u64,
+    /// What watches over it when it is isolated.
+    pub supervised: Option<Box<Supervised>>,
+    /// The step of `kind`.
+    pub tick: StepCode,
+    pub instance: *mut (),
+    pub frame: Box<Frame>,
+    pub measured: Measured,
+    pub deadline: Option<u64>,
     pub name: Arc<str>,
     pub kind: ModuleKind,
-    pub trigger: Trigger,
-    pub deadline: Option<u64>,
     pub health: Arc<Health>,
     pub inputs: Vec<InputPort>,
     /// The readers of `inputs`, apart from them so that a group can be pinned in one go.
@@ -78,30 +105,18 @@ pub(crate) struct Runner {
     pub services: Vec<Box<dyn HostService>>,
     pub params: Latest,
     pub enabled: Latest,
-    /// What the host has set in all modules, and how much of it this one has seen.
-    pub settings: Settings,
-    pub settings_seen: Option<u64>,
-    /// Whether another module switches this one.
-    pub is_switched: bool,
-    /// Whether the parameters may have changed.
-    pub params_changed: bool,
-    /// What `enabled` said last.
-    pub on: bool,
     /// Writes `/module/state`.
     pub state: Writer,
     /// Writes `/module/timing`.
     pub timing: Writer,
     /// Writes `/module/histogram`; taken by who shows it.
     pub histogram: Option<Writer>,
-    pub measured: Measured,
     pub commit: CommitWord,
     /// Wakes this module's own thread, if it has one.
     pub wake: Arc<Wake>,
     pub log: Box<ModuleLog>,
     /// What the instance is made with, also anew after a panic.
     pub setup: OwnSetup,
-    pub instance: *mut (),
-    pub frame: Box<Frame>,
     pub slots: Box<[PortSlot]>,
     /// Behind `frame.random`.
     #[allow(dead_code, reason = "the frame points to it")]
@@ -111,17 +126,15 @@ pub(crate) struct Runner {
     pub host: Box<Host>,
     /// A value of all zeros behind inputs that were never written.
     pub zeros: Arc<Memory>,
-    pub last_tick: u64,
-    /// When the next tick of a periodic module is due.
-    pub due: u64,
     /// Panics until now.
     pub panics: u32,
     /// Panics without many ticks between them, and the tick of the last one.
     pub panics_in_a_row: u32,
     pub last_panic: u64,
-    /// What watches over it when it is isolated.
-    pub supervised: Option<Supervised>,
 }
+
+/// The code of a step.
+pub(crate) type StepCode = unsafe extern "C" fn(*mut (), *const Frame) -> i32;
 
 /// What was measured since `/module/timing` was written last.
 #[derive(Debug, Default)]
@@ -147,7 +160,7 @@ const PANIC_ROW: u64 = 100;
 impl Runner {
     /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
     pub fn call(&self) -> StepCall {
-        StepCall { tick: self.kind.table().tick, instance: self.instance, frame: &raw const *self.frame }
+        StepCall { tick: self.tick, instance: self.instance, frame: &raw const *self.frame }
     }
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
@@ -194,14 +207,13 @@ impl Runner {
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
         // Also while it is switched off, so that it keeps no service that nobody provides any more.
-        let served = self.has_services();
-        let condition = self.health.condition();
+        let served = !self.has_company || self.has_services();
+        let condition = self.condition();
         if !self.on || !served {
             let rest = if self.on { Condition::Waiting } else { Condition::Inactive };
             if condition.is_working() || condition == Condition::Failed {
                 self.set_condition(rest, self.last_tick);
                 self.publish_safe(self.last_tick);
-                self.services.iter_mut().for_each(|service| service.abandon());
                 // What others use of it may use what it misses now.
                 self.withdraw();
                 self.services.iter_mut().for_each(|service| service.abandon());
@@ -233,11 +245,26 @@ impl Runner {
         all
     }
 
+    /// How the module is.
+    pub fn condition(&self) -> Condition {
+        self.condition.unwrap_or(Condition::Working)
+    }
+
+    /// Looks whether there is anything but the step itself to take care of.
+    pub fn look_for_company(&mut self) {
+        self.has_company = !(self.slots.is_empty() && self.services.is_empty() && self.shadow.is_none());
+    }
+
     /// Changes how the module is, and shows it.
+    #[inline]
     pub fn set_condition(&mut self, condition: Condition, now: u64) {
-        if self.health.condition() == condition && self.state.last().sequence > 0 {
-            return;
+        if self.condition != Some(condition) {
+            self.change_condition(condition, now);
         }
+    }
+
+    fn change_condition(&mut self, condition: Condition, now: u64) {
+        self.condition = Some(condition);
         self.health.set(condition);
         let state = ModuleState {
             ticks: self.frame.number,
@@ -262,9 +289,10 @@ impl Runner {
     /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         self.panics_in_a_row = 0;
-        if self.health.condition() == Condition::Faulted {
+        if self.condition() == Condition::Faulted {
             self.set_condition(Condition::Working, self.last_tick);
         }
+        self.tick = kind.table().tick;
         let kind = std::mem::replace(&mut self.kind, kind);
         self.withdraw();
         self.services.iter_mut().for_each(|service| service.begin(&self.kind));
@@ -340,7 +368,7 @@ impl Drop for Retired {
 /// A step that is ready to be made.
 #[derive(Clone, Copy)]
 pub(crate) struct StepCall {
-    tick: unsafe extern "C" fn(*mut (), *const Frame) -> i32,
+    tick: StepCode,
     instance: *mut (),
     frame: *const Frame,
 }

@@ -1,5 +1,3 @@
-use std::sync::atomic::Ordering;
-
 use slate_blackboard::channel::Loan;
 use slate_blackboard::commit::pin;
 use slate_module::{Entry, Flags};
@@ -12,6 +10,27 @@ const PIN_TRIES: u32 = 4;
 impl Runner {
     /// Pins the inputs and fills the frame for a step at `now`.
     pub fn prepare(&mut self, now: u64) {
+        if self.has_company {
+            self.prepare_ports(now);
+        }
+        if std::mem::take(&mut self.params_changed) {
+            if self.params.refresh() {
+                self.frame.params_version += 1;
+            }
+            if let Some(loan) = self.params.value() {
+                self.frame.params = loan.as_ptr();
+            }
+        }
+        self.frame.now = now;
+        self.frame.elapsed = if self.frame.number == 0 { 0 } else { now - self.last_tick };
+        self.frame.number += 1;
+        self.last_tick = now;
+        if self.has_company {
+            self.show_shadow();
+        }
+    }
+
+    fn prepare_ports(&mut self, now: u64) {
         for group in &self.groups {
             match &mut self.readers[group.first..group.end] {
                 [one] => {
@@ -67,20 +86,6 @@ impl Runner {
             self.slots[provider.slot].flags.set(if provider.is_provided() { Flags::SET } else { 0 });
         }
         self.services.iter_mut().for_each(|service| service.prepare(now));
-        if std::mem::take(&mut self.params_changed) {
-            if self.params.refresh() {
-                self.frame.params_version += 1;
-            }
-            if let Some(loan) = self.params.value() {
-                self.frame.params = loan.as_ptr();
-            }
-        }
-        self.frame.now = now;
-        self.frame.elapsed = if self.frame.number == 0 { 0 } else { now - self.last_tick };
-        self.frame.number += 1;
-        self.last_tick = now;
-        self.health.ticks.store(self.frame.number, Ordering::Relaxed);
-        self.show_shadow();
     }
 
     fn fill_inputs(&mut self, now: u64) {

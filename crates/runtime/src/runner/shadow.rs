@@ -443,6 +443,12 @@ fn differ(port: &Carried, old: &mut PortCopy, new: &mut PortCopy) -> bool {
 }
 
 impl Runner {
+    /// From the next step on runs new code beside this one.
+    pub fn begin_shadow(&mut self, shadow: Shadow) {
+        self.shadow = Some(shadow);
+        self.look_for_company();
+    }
+
     /// Keeps what the step will see for the new code beside this one.
     pub(super) fn show_shadow(&mut self) {
         if let Some(shadow) = &mut self.shadow {

@@ -35,7 +35,6 @@ impl Runner {
         // SAFETY: the instances of an isolated module are proxies, and this one is not in use.
         let alive = unsafe { (*self.instance.cast::<Proxy>()).is_alive() };
         if !alive {
-            self.log.set_time(now);
             self.recover(now);
         }
         alive
@@ -75,7 +74,6 @@ impl Runner {
 
     /// Makes another instance in a process of its own.
     fn rise(&mut self, now: u64) -> bool {
-        self.log.set_time(now);
         if let Some(supervised) = &mut self.supervised {
             supervised.restarts += 1;
         }

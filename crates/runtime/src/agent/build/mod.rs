@@ -167,7 +167,7 @@ impl<'a> Builder<'a, '_> {
 
     /// The property at exactly that path.
     fn property(&self, path: &str) -> Option<Arc<Property>> {
-        let (property, field) = self.ground.board.find(path).ok()?;
+        let (property, field) = self.ground.board.get(path)?;
         (field.is_empty() && property.path() == path).then_some(property)
     }
 

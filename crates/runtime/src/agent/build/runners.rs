@@ -43,7 +43,7 @@ impl Builder<'_, '_> {
         let name: Arc<str> = Arc::from(surveyed.module.name.value.as_str());
         let post = self.ground.post(&name);
         post.health.begin();
-        let log = self.ground.logger.module(&name, self.ground.lockstep)?;
+        let log = self.ground.logger.module(&name, self.ground.lockstep, &self.ground.means.clock)?;
         let host = Box::new(log.host());
         let random = Box::new(Cell::new(Random::new(self.configuration.seed().value, &name)));
         let triggers = |port: &PortDescription| match &surveyed.trigger {
@@ -59,8 +59,8 @@ impl Builder<'_, '_> {
             .map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind));
         let slots: Box<[PortSlot]> =
             surveyed.description.ports.iter().map(|port| empty_slot(port, zeros)).collect();
-        let params = self.ground.board.find(&format!("{name}/params")).ok()?.0.channel()?.latest().ok()?;
-        let enabled = self.ground.board.find(&format!("{name}/enabled")).ok()?.0.channel()?.latest().ok()?;
+        let params = self.ground.board.get(&format!("{name}/params"))?.0.channel()?.latest().ok()?;
+        let enabled = self.ground.board.get(&format!("{name}/enabled"))?.0.channel()?.latest().ok()?;
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
             self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
@@ -79,6 +79,20 @@ impl Builder<'_, '_> {
             host: &raw const *host,
         });
         let mut runner = Runner {
+            condition: None,
+            on: true,
+            is_switched: self.joint(m, Wire::Enabled).is_some(),
+            params_changed: true,
+            has_company: true,
+            settings: self.ground.board.settings(),
+            settings_seen: None,
+            last_tick: 0,
+            due: 0,
+            supervised: supervised.map(Box::new),
+            tick: kind.table().tick,
+            instance: std::ptr::null_mut(),
+            frame,
+            measured: Measured::default(),
             name,
             kind,
             trigger: surveyed.trigger.clone(),
@@ -97,31 +111,20 @@ impl Builder<'_, '_> {
             shadow: None,
             params,
             enabled,
-            settings: self.ground.board.settings(),
-            settings_seen: None,
-            is_switched: self.joint(m, Wire::Enabled).is_some(),
-            params_changed: true,
-            on: true,
             state,
             timing,
             histogram: Some(histogram),
-            measured: Measured::default(),
             commit: post.commit,
             wake: post.wake,
             log,
-            instance: std::ptr::null_mut(),
             setup: surveyed.setup.clone(),
-            frame,
             slots,
             random,
             host,
             zeros: Arc::clone(zeros),
-            last_tick: 0,
-            due: 0,
             panics: 0,
             panics_in_a_row: 0,
             last_panic: 0,
-            supervised,
         };
         self.inputs(m, &mut runner, &triggers)?;
         for (p, port) in surveyed.description.ports.iter().enumerate() {

@@ -329,7 +329,7 @@ impl Composer {
                     .map(|p| p.name().into())
                     .unwrap_or_default(),
                 condition: health.condition().name(),
-                ticks: health.ticks.load(Ordering::Relaxed),
+                ticks: present.seat.ticks(),
                 misses: health.misses.load(Ordering::Relaxed),
                 panics: health.panics.load(Ordering::Relaxed),
             }

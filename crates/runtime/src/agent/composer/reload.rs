@@ -115,7 +115,7 @@ impl Composer {
         module: &str,
         fitting: &Fitting,
     ) -> Result<Retired, PluginError> {
-        let property = self.shared.board.find(&format!("{module}/params")).ok();
+        let property = self.shared.board.get(&format!("{module}/params"));
         let property =
             property.filter(|(property, _)| property.descriptor().hash == fitting.description.params.hash);
         let newest = property.and_then(|(property, _)| property.newest().ok().flatten());

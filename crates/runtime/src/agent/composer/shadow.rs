@@ -78,7 +78,7 @@ impl Composer {
                 self.shared.board.add_channel(&path, doc, ShadowState::DESCRIPTOR, store, Access::Output);
             let property = added.map_err(|error| failed(&error))?;
             let writer = property.channel().and_then(|channel| channel.writer().ok());
-            let log = self.shared.logger.module(&Arc::from(path.as_str()), false);
+            let log = self.shared.logger.module(&Arc::from(path.as_str()), false, &self.shared.clock);
             let (Some(writer), Some(log)) = (writer, log) else {
                 return Err(failed(&"it can't get its handles"));
             };
@@ -96,7 +96,7 @@ impl Composer {
                 let shadow = Shadow::start(&of, &description, new, writer, log);
                 // SAFETY: as above.
                 let runner = unsafe { seat.runner() };
-                Some(shadow.map(|shadow| runner.shadow = Some(shadow)).map(|()| carried))
+                Some(shadow.map(|shadow| runner.begin_shadow(shadow)).map(|()| carried))
             });
             match started {
                 Some(Ok(Ok(()))) => {}

@@ -154,7 +154,7 @@ impl Service {
             body,
             inlet: inlet_of_thread,
             outlet: outlet_of_thread,
-            log: self.logger.module(&self.module, false),
+            log: self.logger.module(&self.module, false, &self.clock),
             clock: Arc::clone(&self.clock),
             synchronization: Arc::clone(&self.synchronization),
             module: Arc::clone(&self.module),

@@ -185,7 +185,6 @@ unsafe extern "C" fn write(context: *mut (), level: u32, line: Bytes) {
     // SAFETY: as for `is_set`, and the text lives during the call.
     let (side, line) = unsafe { (side(context), text(line)) };
     if let Some(log) = &side.log {
-        log.set_time(side.clock.now());
         log.write(Level::from_number(level), &line);
     }
 }
