@@ -2,6 +2,8 @@
 //!
 //! [`session`] is the protocol of two agents.
 
+pub mod carrier;
 pub mod encoding;
+pub mod peers;
 pub mod schema;
 pub mod session;

@@ -50,6 +50,15 @@ impl Session {
         }
     }
 
+    /// Takes no values for a subscription that was accepted, as what is offered is not what is wanted. It is asked for
+    /// again after every connection.
+    pub fn refrain(&mut self, id: u32) {
+        if let Some(reading) = self.readings.get_mut(&id) {
+            reading.epoch = 0;
+            self.control(&Control::Unsubscribe { id });
+        }
+    }
+
     pub(super) fn send_subscription(&mut self, id: u32) {
         let Some(reading) = self.readings.get(&id) else { return };
         let (path, options, seen) = (reading.path.clone(), reading.options, reading.seen);
@@ -89,9 +98,9 @@ impl Session {
     }
 
     /// The property that the other agent has subscribed to has no writer any more.
-    pub fn writer_left(&mut self, id: u32) {
+    pub fn writer_left(&mut self, id: u32, generation: u64) {
         if self.servings.contains_key(&id) {
-            self.control(&Control::WriterLeft { id });
+            self.control(&Control::WriterLeft { id, generation });
         }
     }
 
@@ -242,9 +251,11 @@ impl Session {
                     application.event(Event::Declined { id, reason: reason.into() });
                 }
             }
-            Control::WriterLeft { id } => {
-                if self.readings.contains_key(&id) {
-                    application.event(Event::WriterLeft { id });
+            Control::WriterLeft { id, generation } => {
+                // A value of the next writer may have overtaken this.
+                let old = |reading: &Reading| reading.seen.is_none_or(|seen| seen.generation <= generation);
+                if self.readings.get(&id).is_some_and(old) {
+                    application.event(Event::WriterLeft { id, generation });
                 }
             }
             Control::Send { ticket, path, schema, items, bytes } => {

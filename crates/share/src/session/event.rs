@@ -89,6 +89,8 @@ pub enum Event {
     WriterLeft {
         /// The subscription.
         id: u32,
+        /// Which writer that was.
+        generation: u64,
     },
     /// The other agent subscribes: to be accepted, or to wait, or to be refused.
     Subscribed {
@@ -158,6 +160,11 @@ pub trait Application {
 
     /// A value came for a subscription: newer than all before.
     fn sample(&mut self, id: u32, sample: &Sample, content: &[u8]);
+
+    /// A value came in memory that both agents see, and is not shown: its place can be given back.
+    fn discard(&mut self, sample: &Sample, content: &[u8]) {
+        let _ = (sample, content);
+    }
 
     /// Whether there is a value for a subscription of the other agent that was not taken.
     fn has_news(&mut self, id: u32) -> bool;

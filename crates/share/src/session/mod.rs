@@ -139,6 +139,16 @@ impl Session {
         }
     }
 
+    /// Who this agent is.
+    pub fn own(&self) -> &Identity {
+        &self.connection.own
+    }
+
+    /// What the session takes at most.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
     /// Who the other agent is, while it is connected.
     pub fn other(&self) -> Option<&Identity> {
         self.connection.other.as_ref().filter(|_| self.connection.together).map(|other| &other.identity)
@@ -385,6 +395,12 @@ impl Session {
         fragment: &Fragment<'_>,
         application: &mut dyn Application,
     ) -> bool {
+        if fragment.count == 1 && fragment.stream != 0 && !self.readings.contains_key(&fragment.stream) {
+            // The subscription has ended.
+            if let Some((sample, _, content)) = Sample::read(fragment.bytes.0) {
+                discard(&sample, content, application);
+            }
+        }
         if fragment.stream == 0 {
             return self.with_control(now, application, |stream, deliver| stream.receive(fragment, deliver));
         }
@@ -426,6 +442,8 @@ impl Session {
             Some((sample, epoch, content)) if sample.length as usize <= limit => {
                 if reading.is_news(&sample, epoch) {
                     application.sample(id, &sample, content);
+                } else {
+                    discard(&sample, content, application);
                 }
             }
             _ => sense = false,
@@ -441,6 +459,12 @@ impl Session {
             serving.stream.report(report, now);
         }
         true
+    }
+}
+
+fn discard(sample: &Sample, content: &[u8], application: &mut dyn Application) {
+    if sample.encoding == Encoding::Placed {
+        application.discard(sample, content);
     }
 }
 

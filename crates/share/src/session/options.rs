@@ -111,7 +111,7 @@ impl Default for Limits {
             control: 4 << 20,
             window: 256 << 10,
             silence: 300_000_000,
-            heartbeat: 100_000_000,
+            heartbeat: 50_000_000,
         }
     }
 }

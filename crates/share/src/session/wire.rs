@@ -11,7 +11,8 @@ use super::{Answer, Options};
 /// The protocol's version; agents of different versions refuse each other.
 pub const VERSION: u8 = 1;
 
-const MAGIC: u8 = b'S';
+/// Values travel as they are in memory, so agents on machines of another byte order do not understand each other.
+const MAGIC: u8 = if cfg!(target_endian = "little") { b'S' } else { b's' };
 
 /// Stands in the place of the version when the rest is a refusal in words.
 const REFUSAL: u8 = 0;
@@ -164,7 +165,7 @@ pub(super) enum Control<'a> {
     Begin { id: u32, epoch: u32 },
     Waiting { id: u32, reason: &'a str },
     Refused { id: u32, reason: &'a str },
-    WriterLeft { id: u32 },
+    WriterLeft { id: u32, generation: u64 },
     Send { ticket: u64, path: &'a str, schema: u64, items: u64, #[serde(borrow)] bytes: Bytes<'a> },
     Answer { ticket: u64, answer: Answer },
     Ask { request: u32, pattern: &'a str, values: bool },
