@@ -1,16 +1,22 @@
 //! Other agents on this agent's board.
 
+mod door;
 mod export;
+mod handle;
 mod import;
 mod inspection;
+mod line;
 mod messages;
 mod peer;
+mod state;
 
 use slate_blackboard::interface::Descriptor;
 
+pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
 pub use inspection::RemoteProperty;
 pub use peer::Peer;
+pub use state::{PeerState, ReadState, ServedState};
 
 use crate::session::{Answer, Options};
 
