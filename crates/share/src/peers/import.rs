@@ -111,6 +111,7 @@ impl Import {
         if let Some(mirror) = &mut self.mirror {
             // Whether there is a writer at the origin shows even if it has written nothing new.
             mirror.left = 0;
+            mirror.time = 0;
             mirror.take_writer();
         }
         self.status = Status::Served;

@@ -41,9 +41,8 @@ impl Reading {
     /// Another offer is in force: its values follow `after`.
     pub fn accept(&mut self, instance: u64, epoch: u32, after: u64) {
         self.epoch = epoch;
-        let goes_on = |seen: &Seen| seen.instance == instance && seen.sequence <= after;
-        let generation = self.seen.filter(goes_on).map_or(0, |seen| seen.generation);
-        self.count_until(after, generation, instance);
+        // Numbers go on from writer to writer, so they alone say what is newer.
+        self.count_until(after, 0, instance);
     }
 
     /// Counts what lies between the value shown last and `sequence` of the same origin.
