@@ -13,7 +13,12 @@ mod image;
 const SMALLEST: usize = 256;
 
 /// Appends the content of a value of that interface, smaller where that is wanted and pays.
-pub fn encode(descriptor: &'static Descriptor, bytes: &[u8], compression: Compression, content: &mut Vec<u8>) -> Encoding {
+pub fn encode(
+    descriptor: &'static Descriptor,
+    bytes: &[u8],
+    compression: Compression,
+    content: &mut Vec<u8>,
+) -> Encoding {
     if bytes.len() >= SMALLEST {
         #[cfg(feature = "jpeg")]
         if let Compression::Jpeg(quality) = compression

@@ -41,7 +41,9 @@ pub fn interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
     let descriptor = decode_interface(bytes)?;
     match descriptor.fields.iter().find(|field| is_endless(&field.kind)) {
         None => Ok(descriptor),
-        Some(field) => Err(Refusal(format!("field `{}` of {} has items of no size", field.name, descriptor.name))),
+        Some(field) => {
+            Err(Refusal(format!("field `{}` of {} has items of no size", field.name, descriptor.name)))
+        }
     }
 }
 
@@ -102,7 +104,8 @@ fn kind(here: &Kind, there: &Kind, path: &str) -> Option<String> {
         }
         (Kind::Enumeration(own), Kind::Enumeration(other)) => {
             let carriers = (own.carrier.describe(), other.carrier.describe());
-            let values = own.constants.iter().zip(other.constants).find(|(own, other)| own.value != other.value);
+            let values =
+                own.constants.iter().zip(other.constants).find(|(own, other)| own.value != other.value);
             if carriers.0 != carriers.1 {
                 Some(format!("`{path}` is carried by {} here and by {} there", carriers.0, carriers.1))
             } else if own.name != other.name {

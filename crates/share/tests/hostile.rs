@@ -10,10 +10,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Blob, Number, add, output};
 use proptest::prelude::*;
+use slate_blackboard::Board;
 use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::wake::Wake;
-use slate_blackboard::Board;
 use slate_share::peers::{Peer, Want};
 use slate_share::session::{Application, Compression, Event, Identity, Limits, Options, Sample, Session};
 
@@ -140,14 +140,16 @@ fn damage() -> impl Strategy<Value = Damage> {
     prop_oneof![
         (any::<usize>(), 1..=255_u8).prop_map(|(at, bits)| Damage::Flip(at, bits)),
         any::<usize>().prop_map(Damage::Cut),
-        (any::<usize>(), prop::collection::vec(any::<u8>(), 1..12)).prop_map(|(at, bytes)| Damage::Put(at, bytes)),
+        (any::<usize>(), prop::collection::vec(any::<u8>(), 1..12))
+            .prop_map(|(at, bytes)| Damage::Put(at, bytes)),
         (any::<usize>(), any::<usize>()).prop_map(|(at, length)| Damage::Repeat(at, length)),
     ]
 }
 
 fn harm(packet: &mut Vec<u8>, damage: &Damage) {
     // The head says whose packet it is; what is behind it is more worth the damage.
-    let place = |at: usize, length: usize| if length > 18 { 18 + at % (length - 18) } else { at % length.max(1) };
+    let place =
+        |at: usize, length: usize| if length > 18 { 18 + at % (length - 18) } else { at % length.max(1) };
     match damage {
         Damage::Flip(at, bits) => {
             let at = place(*at, packet.len());

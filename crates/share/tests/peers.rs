@@ -150,12 +150,14 @@ fn another_schema_is_refused_with_the_field_that_differs() {
     write(&mut writer, 3);
     let want = Want::new("drive/speed", Options::default()).expect(&OTHER, 0);
     let id = arm.peers.subscribe("base", want).unwrap();
-    let reason = "/drive/speed is not what is expected here: `value` is u64 in m here and u64 without unit there";
+    let reason =
+        "/drive/speed is not what is expected here: `value` is u64 in m here and u64 without unit there";
     wait_for("the reason", || arm.peers.status("base", id) == Some(Status::Refused(reason.into())));
     assert_eq!(arm.number("agents/base/drive/speed"), None);
     let id = arm.peers.subscribe("base", Want::new("drive/speed/value", Options::default())).unwrap();
     wait_for("the hint", || {
-        let hint = "/drive/speed/value is `value` of /drive/speed: subscribe to that, and read the field here";
+        let hint =
+            "/drive/speed/value is `value` of /drive/speed: subscribe to that, and read the field here";
         arm.peers.status("base", id) == Some(Status::Refused(hint.into()))
     });
 }
@@ -270,7 +272,9 @@ fn an_endpoint_is_for_one_agent_and_its_user_alone() {
     assert!(matches!(error, CarrierError::InUse { .. }));
     assert_eq!(
         error.to_string(),
-        format!("endpoint `{endpoint}` is in use by another agent: stop that one, or listen at another endpoint")
+        format!(
+            "endpoint `{endpoint}` is in use by another agent: stop that one, or listen at another endpoint"
+        )
     );
     drop(base);
     assert!(!folder.path("base").exists());
@@ -301,7 +305,9 @@ struct Gain {
 #[test]
 fn what_the_host_sets_is_shared_too_and_at_once() {
     let folder = Folder::new();
-    let base = Agent::start(slate_share::peers::Setup { poll: None, ..setup("base") }.listen(&folder.endpoint("base")));
+    let base = Agent::start(
+        slate_share::peers::Setup { poll: None, ..setup("base") }.listen(&folder.endpoint("base")),
+    );
     let arm = Agent::start(setup("arm"));
     arm.peers.connect("base", &folder.endpoint("base")).unwrap();
     let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 2, queues: 0, window: 0 } };

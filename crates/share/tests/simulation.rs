@@ -127,8 +127,7 @@ impl Agent {
         let peers = others
             .map(|other| {
                 let wake = Arc::new(Wake::new());
-                let mut peer =
-                    Peer::new(&board, identity.clone(), &name(other), Limits::default(), &wake);
+                let mut peer = Peer::new(&board, identity.clone(), &name(other), Limits::default(), &wake);
                 let mut want = |path: &str, options| {
                     let want = Want::new(path, options).expect(Count::DESCRIPTOR, 0).depth(1024);
                     peer.subscribe(want).unwrap()
@@ -259,7 +258,10 @@ impl World {
                 let estimate = other.peer.session().estimate().unwrap();
                 let offset = origin.skew as i64 - agent.skew as i64;
                 let error = (estimate.offset - offset).unsigned_abs();
-                assert!(error <= estimate.round_trip / 2 + MILLISECOND, "{what}: {estimate:?}, it is {offset}");
+                assert!(
+                    error <= estimate.round_trip / 2 + MILLISECOND,
+                    "{what}: {estimate:?}, it is {offset}"
+                );
                 assert!(other.peer.session().counters().malformed == 0, "{what}: {:?}", other.peer.session());
                 assert!(other.peer.session().progress(other.value).unwrap().received > 0);
             }

@@ -40,9 +40,14 @@ pub(super) struct Source {
 #[derive(Debug)]
 enum Reader {
     Newest(Latest),
-    Every { reader: QueueReader, place: usize },
+    Every {
+        reader: QueueReader,
+        place: usize,
+    },
     /// No handle is left, so it looks on as a tool does.
-    Probe { sequence: u64 },
+    Probe {
+        sequence: u64,
+    },
 }
 
 /// Why a subscription is not served.
@@ -70,14 +75,18 @@ impl Export {
             )));
         }
         let Some(channel) = property.channel() else {
-            return Err(Unserved::Declined(format!("/{} takes messages and has no values to read", self.path)));
+            return Err(Unserved::Declined(format!(
+                "/{} takes messages and has no values to read",
+                self.path
+            )));
         };
         let interface = encode_interface(property.descriptor())
             .map_err(|reason| Unserved::Declined(format!("/{}: {reason}", self.path)))?;
         let (published, kept);
         let reader = match self.options.content {
             Content::All => {
-                let reader = channel.queue(Policy::Skip, Start::Oldest).map_err(|error| self.no_reader(error))?;
+                let reader =
+                    channel.queue(Policy::Skip, Start::Oldest).map_err(|error| self.no_reader(error))?;
                 published = channel.published();
                 kept = published.saturating_sub(reader.lag());
                 Reader::Every { reader, place: 0 }
@@ -152,8 +161,7 @@ impl Source {
             let item = descriptor.tail().map_or(0, slate_blackboard::interface::Kind::size);
             // Without what rounds it up to its alignment.
             let exact = bytes.get(..descriptor.size + items * item)?;
-            let placed =
-                exact.len() >= PLACED && memory.is_some_and(|memory| memory.place(exact, content));
+            let placed = exact.len() >= PLACED && memory.is_some_and(|memory| memory.place(exact, content));
             let encoding =
                 if placed { Encoding::Placed } else { encode(descriptor, exact, compression, content) };
             Some(Sample { stamp, items: items as u32, length: exact.len() as u32, encoding })

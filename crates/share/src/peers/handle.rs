@@ -353,7 +353,9 @@ impl Peers {
     }
 
     fn line(&self, agent: &str) -> Result<Arc<Line>, PeerError> {
-        self.common.line(agent).ok_or_else(|| PeerError::Unknown { agent: agent.into(), known: self.agents() })
+        self.common
+            .line(agent)
+            .ok_or_else(|| PeerError::Unknown { agent: agent.into(), known: self.agents() })
     }
 }
 

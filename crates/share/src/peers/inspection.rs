@@ -153,7 +153,9 @@ impl Answers {
         *size += bytes.len();
         if *size > LARGEST_ANSWER {
             self.parts.remove(&request);
-            return Some(Err(format!("the answer is larger than {LARGEST_ANSWER} bytes: ask for fewer paths")));
+            return Some(Err(format!(
+                "the answer is larger than {LARGEST_ANSWER} bytes: ask for fewer paths"
+            )));
         }
         while !bytes.is_empty() {
             let Ok((entry, rest)) = postcard::take_from_bytes::<Entry<'_>>(bytes) else {

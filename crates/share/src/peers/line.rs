@@ -158,49 +158,44 @@ impl Line {
                 unsent = false;
                 last.clone_from(&link);
             }
-            let mut full = false;
-            let deadline = {
-                let mut peer = locked(&self.peer);
-                let now = common.now();
-                // What happened until now has been dealt with; if it is gone now, that is because it is silent.
-                self.report(common, &mut peer);
-                peer.tick(now);
-                let gone = self.report(common, &mut peer);
-                if now >= states_at {
-                    states_at = now + STATES;
-                    states.update(&peer, &locked(&self.reason), now);
-                }
-                let deadline = peer.deadline(now).min(states_at);
-                let polls = common.poll.filter(|_| peer.serves());
-                drop(peer);
-                if gone && let Some(link) = &link {
-                    // Nothing is heard over it, so a new one may be better.
-                    self.drop_link(common, link, "it is silent");
-                    continue;
-                }
-                polls.map_or(deadline, |poll| deadline.min(now + poll))
-            };
+            // First what waits: the rest costs time, and can be done while it is on its way.
+            let mut room = true;
             if let Some(link) = &link {
                 match self.send_all(common, link, &mut packet, &mut unsent) {
-                    Ok(room) => full = !room,
+                    Ok(sent) => room = sent,
                     Err(error) => {
                         self.drop_link(common, link, &format!("the link broke: {error}"));
                         continue;
                     }
                 }
-                if full && link.wait_for_room(Duration::from_millis(5)).is_err() {
-                    self.drop_link(common, link, "the link broke");
-                }
             }
-            if !full {
-                let left = if link.is_some() {
-                    // Sending may have taken a while, or made something else due.
-                    locked(&self.peer).deadline(common.now()).min(deadline).saturating_sub(common.now())
-                } else {
-                    LOOK.as_nanos() as u64
-                };
-                if left > 0 {
-                    self.wake.wait_timeout(Duration::from_nanos(left).min(LOOK));
+            let mut peer = locked(&self.peer);
+            let now = common.now();
+            // What happened until now has been dealt with; if it is gone now, that is because it is silent.
+            self.report(common, &mut peer);
+            peer.tick(now);
+            let gone = self.report(common, &mut peer);
+            if now >= states_at {
+                states_at = now + STATES;
+                states.update(&peer, &locked(&self.reason), now);
+            }
+            let polls = common.poll.filter(|_| peer.serves()).map_or(u64::MAX, |poll| now + poll);
+            let deadline = peer.deadline(now).min(states_at).min(polls);
+            drop(peer);
+            match &link {
+                None => drop(self.wake.wait_timeout(LOOK)),
+                // Nothing is heard over it, so a new one may be better.
+                Some(link) if gone => self.drop_link(common, link, "it is silent"),
+                Some(link) if !room => {
+                    if link.wait_for_room(Duration::from_millis(5)).is_err() {
+                        self.drop_link(common, link, "the link broke");
+                    }
+                }
+                Some(_) => {
+                    let left = deadline.saturating_sub(common.now());
+                    if left > 0 {
+                        self.wake.wait_timeout(Duration::from_nanos(left).min(LOOK));
+                    }
                 }
             }
         }
@@ -243,16 +238,17 @@ impl Line {
                     let mut peer = locked(&self.peer);
                     let now = common.now();
                     peer.receive(now, &packet[..length], link.memory());
+                    if peer.take_shown()
+                        && let Some(updated) = &common.updated
+                    {
+                        updated.notify(1);
+                    }
                     if peer.session().other().is_some() {
                         pause = SOON;
                     }
                     self.report(common, &mut peer);
-                    let shown = peer.take_shown();
                     let answers = peer.deadline(now) <= now;
                     drop(peer);
-                    if shown && let Some(updated) = &common.updated {
-                        updated.notify(1);
-                    }
                     if answers {
                         self.wake.notify(1);
                     }
@@ -277,7 +273,8 @@ impl Line {
 
     fn dial(&self, common: &Common, pause: &mut Duration) {
         let endpoint = locked(&self.endpoint).clone();
-        let dialled = endpoint.map(|endpoint| common.carrier(&endpoint).and_then(|carrier| carrier.dial(&endpoint)));
+        let dialled =
+            endpoint.map(|endpoint| common.carrier(&endpoint).and_then(|carrier| carrier.dial(&endpoint)));
         match dialled {
             Some(Ok(link)) => {
                 let mut current = locked(&self.link);

@@ -12,9 +12,7 @@ use super::inspection::{Answers, Question};
 use super::messages::{Incoming, Messages};
 use super::{Happening, Want};
 use crate::carrier::SharedMemory;
-use crate::session::{
-    Application, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session,
-};
+use crate::session::{Application, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session};
 
 /// How often a property is looked for that is not there; other names of properties come without an event.
 const RETRY: u64 = 200_000_000;
@@ -81,7 +79,11 @@ impl Application for Work<'_> {
     }
 
     fn has_news(&mut self, id: u32) -> bool {
-        self.desk.exports.get(&id).and_then(|export| export.source.as_ref()).is_some_and(|source| source.has_news())
+        self.desk
+            .exports
+            .get(&id)
+            .and_then(|export| export.source.as_ref())
+            .is_some_and(|source| source.has_news())
     }
 
     fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
@@ -373,7 +375,8 @@ impl Peer {
                     let serves = |export: &Export| {
                         export.source.as_ref().is_some_and(|source| source.property().path() == &*path)
                     };
-                    let ids = self.desk.exports.iter().filter(|(_, export)| serves(export)).map(|(id, _)| *id);
+                    let ids =
+                        self.desk.exports.iter().filter(|(_, export)| serves(export)).map(|(id, _)| *id);
                     ids.for_each(|id| self.session.writer_left(id, generation));
                 }
                 _ => {}

@@ -263,8 +263,11 @@ impl Session {
                 application.event(Event::Message { ticket, path, schema, items, bytes });
             }
             Control::Answer { ticket, answer } => {
-                let known =
-                    if answer.is_final() { self.tickets.remove(&ticket) } else { self.tickets.contains(&ticket) };
+                let known = if answer.is_final() {
+                    self.tickets.remove(&ticket)
+                } else {
+                    self.tickets.contains(&ticket)
+                };
                 if known {
                     application.event(Event::Answered { ticket, answer });
                 }

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::wire::{Sample, Seen};
 use super::Options;
+use super::wire::{Sample, Seen};
 
 /// What a property that was subscribed to is.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -264,7 +264,9 @@ impl Session {
                     true
                 }
                 Frame::Fragment(fragment) => self.receive_fragment(now, &fragment, application),
-                Frame::Announcement(announcement) => self.receive_announcement(now, &announcement, application),
+                Frame::Announcement(announcement) => {
+                    self.receive_announcement(now, &announcement, application)
+                }
                 Frame::Report(report) => self.receive_report(now, &report),
             };
             if !fine {

@@ -32,15 +32,15 @@ impl Session {
             }
             self.connection.greet_at = now + GREETING;
             let own = &self.connection.own;
-            let hello =
-                Hello { agent: &own.agent, instance: own.instance, attempt: self.connection.attempt };
+            let hello = Hello { agent: &own.agent, instance: own.instance, attempt: self.connection.attempt };
             append(&Frame::Hello(hello), packet);
             return self.count(packet);
         }
         if self.owes_beat || now >= self.beat_at {
             self.owes_beat = false;
             let quick = !self.clock.is_settled();
-            self.beat_at = now + if quick { QUICK_BEAT.min(self.limits.heartbeat) } else { self.limits.heartbeat };
+            self.beat_at =
+                now + if quick { QUICK_BEAT.min(self.limits.heartbeat) } else { self.limits.heartbeat };
             append(&Frame::Beat(self.clock.beat(now)), packet);
         }
         self.append_reports(now, largest, packet);
@@ -172,13 +172,7 @@ impl Session {
 }
 
 /// Appends what fits of a stream; says whether that was all.
-fn append_fragments(
-    stream: &mut Outbound,
-    id: u32,
-    now: u64,
-    largest: usize,
-    packet: &mut Vec<u8>,
-) -> bool {
+fn append_fragments(stream: &mut Outbound, id: u32, now: u64, largest: usize, packet: &mut Vec<u8>) -> bool {
     while stream.has_fragment() {
         if packet.len() + FRAGMENT_HEAD + stream.next_length() > largest {
             return false;

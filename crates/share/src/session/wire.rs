@@ -159,17 +159,60 @@ pub(super) struct Report {
 /// A message in the control stream.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Control<'a> {
-    Subscribe { id: u32, path: &'a str, options: Options, seen: Option<Seen> },
-    Unsubscribe { id: u32 },
-    Accepted { id: u32, epoch: u32, #[serde(borrow)] offer: PortableOffer<'a> },
-    Begin { id: u32, epoch: u32 },
-    Waiting { id: u32, reason: &'a str },
-    Refused { id: u32, reason: &'a str },
-    WriterLeft { id: u32, generation: u64 },
-    Send { ticket: u64, path: &'a str, schema: u64, items: u64, #[serde(borrow)] bytes: Bytes<'a> },
-    Answer { ticket: u64, answer: Answer },
-    Ask { request: u32, pattern: &'a str, values: bool },
-    Part { request: u32, #[serde(borrow)] bytes: Bytes<'a>, last: bool },
+    Subscribe {
+        id: u32,
+        path: &'a str,
+        options: Options,
+        seen: Option<Seen>,
+    },
+    Unsubscribe {
+        id: u32,
+    },
+    Accepted {
+        id: u32,
+        epoch: u32,
+        #[serde(borrow)]
+        offer: PortableOffer<'a>,
+    },
+    Begin {
+        id: u32,
+        epoch: u32,
+    },
+    Waiting {
+        id: u32,
+        reason: &'a str,
+    },
+    Refused {
+        id: u32,
+        reason: &'a str,
+    },
+    WriterLeft {
+        id: u32,
+        generation: u64,
+    },
+    Send {
+        ticket: u64,
+        path: &'a str,
+        schema: u64,
+        items: u64,
+        #[serde(borrow)]
+        bytes: Bytes<'a>,
+    },
+    Answer {
+        ticket: u64,
+        answer: Answer,
+    },
+    Ask {
+        request: u32,
+        pattern: &'a str,
+        values: bool,
+    },
+    Part {
+        request: u32,
+        #[serde(borrow)]
+        bytes: Bytes<'a>,
+        last: bool,
+    },
 }
 
 /// The newest value that a subscriber has shown, from an earlier connection.

@@ -106,7 +106,13 @@ impl Agent {
     }
 }
 
-pub fn add(board: &Board, path: &str, descriptor: &'static Descriptor, capacity: usize, depth: usize) -> Arc<Property> {
+pub fn add(
+    board: &Board,
+    path: &str,
+    descriptor: &'static Descriptor,
+    capacity: usize,
+    depth: usize,
+) -> Arc<Property> {
     let store = Store { capacity, depth, budget: Budget { latest: 16, queues: 16, window: 64 } };
     board.add_channel(path, "For a test.", descriptor, store, Access::Output).unwrap()
 }

@@ -131,7 +131,12 @@ impl Hub {
 
     /// Runs for a while, writing a value each period; the longest a healthy agent was not heard of, and the longest
     /// that a write took.
-    fn run(&mut self, time: Duration, writer: &mut slate_blackboard::channel::Writer, ill: &str) -> (Duration, Duration) {
+    fn run(
+        &mut self,
+        time: Duration,
+        writer: &mut slate_blackboard::channel::Writer,
+        ill: &str,
+    ) -> (Duration, Duration) {
         let start = Instant::now();
         let mut heard: Vec<_> = self.readers.iter().map(|_| Instant::now()).collect();
         let (mut gap, mut longest) = (Duration::ZERO, Duration::ZERO);

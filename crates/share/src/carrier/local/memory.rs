@@ -3,7 +3,10 @@
 //! A slot's word is 0 while it is free, else the number of the value in it. The end that fills it looks for a free one
 //! and sets the number; the other one sets 0 when it has taken the value. Nothing of it has a name, and each link has
 //! its own, so when a process dies nothing is left but what the other one drops with the link.
-#![allow(unsafe_code, reason = "memory that another process sees too is mapped here and nowhere else in this crate")]
+#![allow(
+    unsafe_code,
+    reason = "memory that another process sees too is mapped here and nowhere else in this crate"
+)]
 
 use std::collections::BTreeMap;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};

@@ -55,7 +55,8 @@ impl Place {
             let user = rustix::process::geteuid().as_raw();
             let others_write = found.mode() & 0o022 != 0 && found.mode() & 0o1000 == 0;
             if !found.is_dir() || others_write || found.uid() != user && found.mode() & 0o1000 == 0 {
-                let reason = format!("{} is not a folder that only its owner {user} writes to", parent.display());
+                let reason =
+                    format!("{} is not a folder that only its owner {user} writes to", parent.display());
                 return Err(bad(reason));
             }
         }
