@@ -118,7 +118,9 @@ impl Serving {
 
     /// There is no other value.
     pub fn nothing(&mut self, now: u64) {
-        if std::mem::take(&mut self.batch) {
+        // A period without a value has passed like any other.
+        let passed = matches!(self.options.mode, Mode::Periodic(_));
+        if std::mem::take(&mut self.batch) || passed {
             self.go_on(now);
         }
     }

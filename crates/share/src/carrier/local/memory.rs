@@ -9,6 +9,7 @@
 )]
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -137,16 +138,17 @@ impl Regions {
         if class > *CLASSES.end() {
             return false;
         }
-        if !self.0.contains_key(&class) {
-            let Some((region, file)) = Region::own(class) else { return false };
-            if !hand_over(class, file.as_fd()) {
-                return false;
+        let region = match self.0.entry(class) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => {
+                let Some((region, file)) = Region::own(class) else { return false };
+                if !hand_over(class, file.as_fd()) {
+                    return false;
+                }
+                place.insert(region)
             }
-            self.0.insert(class, region);
-        }
-        let Some((slot, number)) = self.0.get_mut(&class).and_then(|region| region.put(bytes)) else {
-            return false;
         };
+        let Some((slot, number)) = region.put(bytes) else { return false };
         reference.extend([class, slot]);
         reference.extend(number.to_le_bytes());
         true
