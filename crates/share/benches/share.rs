@@ -131,7 +131,7 @@ fn latency(size: usize) -> f64 {
     let mut child = start("latency", &folder.endpoint("base"), "out/blob");
     wait_for("a reader", || property.readers() == 1);
     thread::sleep(Duration::from_millis(300));
-    let wakes = base.peers.wakes();
+    let notifier = base.peers.notifier();
     let bytes = size.max(56);
     for _ in 0..SAMPLES {
         thread::sleep(PAUSE);
@@ -143,7 +143,7 @@ fn latency(size: usize) -> f64 {
         }
         writer.publish(bytes, 0).unwrap();
         // As the main loop does after a tick; the value is in the board by now.
-        wakes.iter().for_each(|wake| wake.notify(1));
+        notifier.notify();
     }
     thread::sleep(Duration::from_millis(200));
     drop(child.stdin.take());

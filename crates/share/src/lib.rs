@@ -1,6 +1,32 @@
 //! Properties between agents: a module that is linked to another agent's property does not know that it is elsewhere.
 //!
-//! [`session`] is the protocol of two agents.
+//! An agent subscribes to another one's property, and gets a mirror of it on its own board, at `agents/<agent>/<path>`,
+//! which its modules read like any other. Each subscription says when values are sent, whether all of them or the
+//! newest, and whether what is lost on the way comes again. No tick and no other agent ever waits for a slow or dead
+//! one: each has two threads and streams of its own, and values stay in the property's own queue until they can be
+//! sent.
+//!
+//! [`session`] is the protocol of two agents, without sockets, clocks or threads. A [`carrier`] brings its packets from
+//! one to the other; [`carrier::local`] does so on one machine. [`peers`] ties both to a board.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use slate_blackboard::Board;
+//! use slate_share::peers::{Peers, Setup, Want};
+//! use slate_share::session::{Identity, Options};
+//!
+//! // The host's clock, and a number for this start of the agent.
+//! let clock = Arc::new(|| 0);
+//! let identity = Identity { agent: "arm".into(), instance: 1 };
+//! let board = Arc::new(Board::new("arm"));
+//! let peers = Peers::start(&board, Setup::new(identity, clock))?;
+//!
+//! peers.connect("base", "local:base")?;
+//! let every_50_ms = Options::default().periodic(50_000_000);
+//! peers.subscribe("base", Want::new("localizer/pose", every_50_ms))?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod carrier;
 pub mod encoding;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Policy, QueueReader, Start, Writer};
-use slate_blackboard::interface::{Value, View};
+use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Store};
 use slate_module::{Interface, interface};
@@ -94,12 +94,8 @@ impl Seen {
     fn look(&mut self) {
         while self.reader.pull().unwrap() > 0 {
             for loan in self.reader.window() {
-                let view = View::new(Count::DESCRIPTOR, loan.bytes(), 0).unwrap().value();
-                let number = |name: &str| match view.get(name) {
-                    Some(Value::Integer(number)) => *number as u64,
-                    other => panic!("{other:?}"),
-                };
-                let now = (number("life"), number("number"));
+                let number = |at: usize| u64::from_ne_bytes(loan.bytes()[at..at + 8].try_into().unwrap());
+                let now = (number(0), number(8));
                 assert!(now > self.last, "{now:?} was shown after {:?}", self.last);
                 if now.0 > self.last.0 {
                     self.count = 0;

@@ -20,8 +20,8 @@ use crate::session::{Answer, Identity, Limits, SendError};
 /// This agent's clock, nanoseconds. It goes on steadily.
 pub type Clock = Arc<dyn Fn() -> u64 + Send + Sync>;
 
-/// Is told what happens between this agent and another one, by its name, in one of the threads of that; it must not
-/// wait.
+/// Is told what happens between this agent and another one, by its name, in one of the threads of that, which goes on
+/// when this returns.
 pub type Notice = Arc<dyn Fn(&str, &Happening) + Send + Sync>;
 
 /// How an agent shares.
@@ -84,11 +84,15 @@ pub(super) struct Common {
     pub poll: Option<u64>,
     pub updated: Option<Arc<Wake>>,
     pub notice: Option<Notice>,
-    lines: Mutex<BTreeMap<String, Served>>,
+    lines: Mutex<Lines>,
+    /// Whether somebody wanted to wake the threads that send and did not wait for the lock.
+    missed: AtomicBool,
     pub ended: AtomicBool,
     /// Links that were accepted and have not greeted.
     pub greeting: AtomicUsize,
 }
+
+type Lines = BTreeMap<String, Served>;
 
 struct Served {
     line: Arc<Line>,
@@ -115,13 +119,40 @@ impl Common {
         })
     }
 
+    /// Looks at the lines, or changes them.
+    fn with_lines<T>(&self, call: impl FnOnce(&mut Lines) -> T) -> T {
+        let result = call(&mut locked(&self.lines));
+        if self.missed.load(Ordering::SeqCst) {
+            self.notify();
+        }
+        result
+    }
+
+    /// Wakes the threads that send, without waiting: if somebody holds the lock, that one does it.
+    fn notify(&self) {
+        self.missed.store(true, Ordering::SeqCst);
+        // Who does not get the lock here has said so before its owner gives it back and looks.
+        if let Ok(lines) = self.lines.try_lock() {
+            self.missed.store(false, Ordering::SeqCst);
+            lines.values().for_each(|served| served.line.wake.notify(1));
+        }
+    }
+
     pub fn line(&self, agent: &str) -> Option<Arc<Line>> {
-        locked(&self.lines).get(agent).map(|served| Arc::clone(&served.line))
+        self.with_lines(|lines| lines.get(agent).map(|served| Arc::clone(&served.line)))
     }
 
     /// The line to an agent, which is made if there is none.
     pub fn line_to(self: &Arc<Self>, agent: &str, endpoint: Option<&str>) -> io::Result<Arc<Line>> {
-        let mut lines = locked(&self.lines);
+        self.with_lines(|lines| self.line_in(lines, agent, endpoint))
+    }
+
+    fn line_in(
+        self: &Arc<Self>,
+        lines: &mut Lines,
+        agent: &str,
+        endpoint: Option<&str>,
+    ) -> io::Result<Arc<Line>> {
         if let Some(served) = lines.get(agent) {
             if endpoint.is_some() {
                 *locked(&served.line.endpoint) = endpoint.map(Into::into);
@@ -208,10 +239,9 @@ fn because(reason: &str) -> String {
 pub struct Notifier(Arc<Common>);
 
 impl Notifier {
-    /// Values were written. It takes a lock that is only held while agents come and go, so a tick that must not wait
-    /// notifies through [`Peers::wakes`].
+    /// Values were written: to be called at the end of a tick, not for each value.
     pub fn notify(&self) {
-        locked(&self.0.lines).values().for_each(|served| served.line.wake.notify(1));
+        self.0.notify();
     }
 }
 
@@ -239,6 +269,7 @@ impl Peers {
             updated: setup.updated,
             notice: setup.notice,
             lines: Mutex::default(),
+            missed: AtomicBool::new(false),
             ended: AtomicBool::new(false),
             greeting: AtomicUsize::new(0),
         });
@@ -258,7 +289,7 @@ impl Peers {
 
     /// The other agents that are known, whether or not they are there.
     pub fn agents(&self) -> Vec<String> {
-        locked(&self.common.lines).keys().cloned().collect()
+        self.common.with_lines(|lines| lines.keys().cloned().collect())
     }
 
     /// Whether another agent is there.
@@ -346,12 +377,6 @@ impl Peers {
         Notifier(Arc::clone(&self.common))
     }
 
-    /// The words that the threads that send sleep at, for who notifies them itself. There is one more with each new
-    /// agent.
-    pub fn wakes(&self) -> Vec<Arc<Wake>> {
-        locked(&self.common.lines).values().map(|served| Arc::clone(&served.line.wake)).collect()
-    }
-
     fn line(&self, agent: &str) -> Result<Arc<Line>, PeerError> {
         self.common
             .line(agent)
@@ -366,7 +391,7 @@ fn not_sent(line: &Line, error: SendError) -> PeerError {
 impl Drop for Peers {
     fn drop(&mut self) {
         self.common.ended.store(true, Ordering::Release);
-        let lines = std::mem::take(&mut *locked(&self.common.lines));
+        let lines = self.common.with_lines(std::mem::take);
         lines.values().for_each(|served| served.line.end());
         let threads = lines.into_values().flat_map(|served| served.threads).chain(self.door.take());
         // One that panicked has ended, too.

@@ -172,9 +172,11 @@ impl Line {
             let mut peer = locked(&self.peer);
             let now = common.now();
             // What happened until now has been dealt with; if it is gone now, that is because it is silent.
-            self.report(common, &mut peer);
+            let mut happenings = self.report(&mut peer);
             peer.tick(now);
-            let gone = self.report(common, &mut peer);
+            let ticked = self.report(&mut peer);
+            let gone = ticked.iter().any(|happening| matches!(happening, Happening::Disconnected { .. }));
+            happenings.extend(ticked);
             if now >= states_at {
                 states_at = now + STATES;
                 states.update(&peer, &locked(&self.reason), now);
@@ -182,6 +184,7 @@ impl Line {
             let polls = common.poll.filter(|_| peer.serves()).map_or(u64::MAX, |poll| now + poll);
             let deadline = peer.deadline(now).min(states_at).min(polls);
             drop(peer);
+            self.tell(common, &happenings);
             match &link {
                 None => drop(self.wake.wait_timeout(LOOK)),
                 // Nothing is heard over it, so a new one may be better.
@@ -246,12 +249,13 @@ impl Line {
                     if peer.session().other().is_some() {
                         pause = SOON;
                     }
-                    self.report(common, &mut peer);
+                    let happenings = self.report(&mut peer);
                     let answers = peer.deadline(now) <= now;
                     drop(peer);
                     if answers {
                         self.wake.notify(1);
                     }
+                    self.tell(common, &happenings);
                 }
                 Ok(None) => self.give_up(common, &link),
                 Err(error) => {
@@ -302,17 +306,15 @@ impl Line {
         *pause = (*pause * 2).min(LATER);
     }
 
-    /// Tells whoever waits what has happened; says whether the other agent is gone.
-    fn report(&self, common: &Common, peer: &mut Peer) -> bool {
-        let mut gone = false;
-        for happening in peer.happenings() {
-            match &happening {
+    /// Answers whoever waits for what has happened, all of which is returned.
+    fn report(&self, peer: &mut Peer) -> Vec<Happening> {
+        let happenings: Vec<_> = peer.happenings().collect();
+        for happening in &happenings {
+            match happening {
                 Happening::Connected { .. } => locked(&self.reason).clear(),
-                Happening::Disconnected { reason } => {
-                    gone = true;
+                Happening::Disconnected { reason } | Happening::Refused { reason } => {
                     locked(&self.reason).clone_from(reason);
                 }
-                Happening::Refused { reason } => locked(&self.reason).clone_from(reason),
                 Happening::Unserved { .. } => {}
                 Happening::Answered { ticket, answer } => {
                     let mut waiting = locked(&self.waiting);
@@ -331,11 +333,15 @@ impl Line {
                     }
                 }
             }
-            if let Some(notice) = &common.notice {
-                notice(&self.agent, &happening);
-            }
         }
-        gone
+        happenings
+    }
+
+    /// Tells the host what has happened. No lock is held, so it may ask for something at once.
+    fn tell(&self, common: &Common, happenings: &[Happening]) {
+        if let Some(notice) = &common.notice {
+            happenings.iter().for_each(|happening| notice(&self.agent, happening));
+        }
     }
 
     /// Why the other agent is not there, where that is known.
