@@ -5,6 +5,7 @@ use toml_edit::DocumentMut;
 
 use super::super::files;
 use super::super::path::render;
+use super::super::value::{Entry, Table};
 use super::*;
 
 /// Where changes are saved to.
@@ -101,7 +102,14 @@ impl Database {
             if let Some(id) = home::home(configuration, &path)
                 && let Some(document) = configuration.sources().get(id).and_then(Source::document)
             {
-                edit::take_out(documents.entry(id).or_insert_with(|| document.clone().into_mut()), &path);
+                let document = documents.entry(id).or_insert_with(|| document.clone().into_mut());
+                let table = &path[..path.len() - 1];
+                let is_empty = |entry: &Entry| entry.value.as_table().is_some_and(Table::is_empty);
+                if configuration.merged.entry(table).is_some_and(is_empty) {
+                    edit::empty(document, table);
+                } else {
+                    edit::take_out(document, &path);
+                }
             }
         }
         let edited = documents.into_iter().filter_map(|(id, document)| {
