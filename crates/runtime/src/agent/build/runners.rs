@@ -78,6 +78,7 @@ impl Builder<'_, '_> {
             random: &raw const *random,
             host: &raw const *host,
         });
+        let patience = self.ground.patience(&name, supervised.is_some());
         let mut runner = Runner {
             condition: None,
             on: true,
@@ -118,6 +119,7 @@ impl Builder<'_, '_> {
             wake: post.wake,
             log,
             setup: surveyed.setup.clone(),
+            patience,
             slots,
             random,
             host,

@@ -150,12 +150,11 @@ impl Composer {
         }
         let mut modules = Vec::new();
         for (module, new) in news {
-            let (kind, instance) = new.into_parts();
+            let kind = new.parts().0.clone();
             let present = &composition.present[&module];
             let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
-            let fresh = Retired::new(kind.clone(), instance);
             let old = self.shared.with_seats(&[Arc::clone(&seat)], own, move || {
-                let (kind, instance) = fresh.into_parts();
+                let (kind, instance) = new.into_parts();
                 // SAFETY: between two steps the runner is not in use.
                 Some(unsafe { seat.runner() }.exchange(kind, instance))
             });
