@@ -261,9 +261,7 @@ impl Seat {
             return false;
         }
         // SAFETY: the seat was claimed, so the late thread will not touch the runner.
-        let runner = unsafe { self.runner() };
-        runner.set_condition(Condition::Late, now);
-        runner.publish_safe(now);
+        unsafe { self.runner() }.give_up(now);
         self.state.store(LATE, Ordering::Release);
         true
     }
