@@ -112,7 +112,8 @@ impl Seat {
         self.begin_call(helped, started);
     }
 
-    fn begin_call(&self, helped: bool, started: u64) {
+    /// Before another call of the module, which is watched like a step and counts as none.
+    pub fn begin_call(&self, helped: bool, started: u64) {
         self.started.store(started, Ordering::Relaxed);
         count(&self.begun);
         self.helped.store(helped, Ordering::Relaxed);
