@@ -283,6 +283,13 @@ impl Composer {
         self.shared.board.write(&format!("{module}/enabled/value"), &value, self.shared.clock.now()).map(drop)
     }
 
+    /// The default of a module's parameter.
+    pub(crate) fn default_of(&self, module: &str, parameter: &str) -> Option<Value> {
+        let composition = self.composition();
+        let parameters = &composition.present.get(module)?.description.parameters;
+        parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
+    }
+
     /// Whether a module is the agent's clock.
     pub(crate) fn is_time_source(&self, module: &str) -> bool {
         self.composition().configuration.time_source().is_some_and(|source| source.value == module)

@@ -33,9 +33,17 @@ impl Database {
     /// Each file is replaced in one step.
     ///
     /// # Errors
-    /// A file was changed on the disk since it was read, can't be written, or has no place for the change. Nothing
-    /// is written then, unless the disk fails between two files.
+    /// A file was changed on the disk since it was read, can't be written, or has no place for the change; or any file
+    /// was edited and is refused. Nothing is written then, unless the disk fails between two files.
     pub fn save(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
+        // What would be saved is not what the edited files will say once they are mended.
+        if let Some(refused) = self.refused_edit() {
+            let first = Diagnostic::without_place(
+                "nothing is saved: a file was edited and is refused, so that what it said before goes on",
+                Some("mend what is wrong with it, then save again".into()),
+            );
+            return Err([&[first], refused.diagnostics()].concat().into());
+        }
         let _turn = lock(&self.shared.turn);
         let state = self.state();
         let edited = self.edit(&state, to)?;
