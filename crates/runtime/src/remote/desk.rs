@@ -250,7 +250,8 @@ impl Desk {
         let names = toml_edit::Key::parse(path).ok()?;
         let names: Vec<&str> = names.iter().map(toml_edit::Key::get).collect();
         let [section, module, part, name] = names[..] else { return None };
-        let value = self.composer.default_of(module, name).filter(|_| (section, part) == ("modules", "params"))?;
+        let value =
+            self.composer.default_of(module, name).filter(|_| (section, part) == ("modules", "params"))?;
         serde_json::to_string(&value).ok()
     }
 

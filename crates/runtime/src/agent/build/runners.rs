@@ -179,7 +179,7 @@ impl Builder<'_, '_> {
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 self.complaints.add(
-                    surveyed.module.name.span,
+                    self.configuration.place_of(&refusal.0, surveyed.module.name.span),
                     message,
                     "mend its parameters or what it is set up from",
                 );
