@@ -122,6 +122,6 @@ fn save(agent: &AgentOption, host: bool) -> Result<(), Failure> {
     if saved.files.is_empty() {
         output::line("nothing to save: the files say it all");
     }
-    saved.files.iter().for_each(|file| output::line(file.display()));
+    saved.files.iter().for_each(|file| output::line(slate::runtime::printable(file)));
     Ok(())
 }

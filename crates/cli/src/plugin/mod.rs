@@ -118,7 +118,7 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     let row = |plugin: &PluginEntry| {
         let library = match (&plugin.file, plugin.loaded) {
             (_, false) => "not loaded".into(),
-            (Some(file), true) => file.display().to_string(),
+            (Some(file), true) => slate::runtime::printable(file),
             (None, true) => "linked in".into(),
         };
         [plugin.name.clone(), plugin.version.clone(), library, plugin.modules.join(", ")]

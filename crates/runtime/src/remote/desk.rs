@@ -122,7 +122,7 @@ impl Desk {
     fn export_trace(&self, file: &Path, from: u64, to: u64) -> Done {
         let failed = |error: std::io::Error| {
             refusal(
-                format!("{} can't be written: {error}", file.display()),
+                format!("{} can't be written: {error}", crate::printable(file)),
                 "name a file in a folder that exists",
             )
         };
@@ -297,7 +297,7 @@ fn absolute(file: &Path) -> Result<&Path, Refusal> {
     if file.is_absolute() {
         return Ok(file);
     }
-    Err(refusal(format!("{} is a relative path", file.display()), "give the library's absolute path"))
+    Err(refusal(format!("{} is a relative path", crate::printable(file)), "give the library's absolute path"))
 }
 
 pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {

@@ -55,7 +55,7 @@ impl Database {
         for file in &edited {
             if files::read(&file.path).ok().as_ref() != state.files.get(&file.path) {
                 return Err(refusal(
-                    format!("{} was changed on the disk since it was read", file.path.display()),
+                    format!("{} was changed on the disk since it was read", crate::printable(&file.path)),
                     "take that over first (reload it; a watched file is by itself), then save again",
                 ));
             }
@@ -63,7 +63,7 @@ impl Database {
         for file in &edited {
             write::replace(&file.canonical, &file.text).map_err(|error| {
                 refusal(
-                    format!("can't write {}: {error}", file.path.display()),
+                    format!("can't write {}: {error}", crate::printable(&file.path)),
                     "make the file and its folder writable, reload, and save again",
                 )
             })?;
