@@ -102,6 +102,7 @@ impl Desk {
             loaded: plugin.loaded,
             kinds: plugin.kinds,
             modules: plugin.modules,
+            shadow: plugin.shadow,
         };
         result(self.composer.plugins().into_iter().map(entry).collect::<Vec<_>>())
     }
@@ -140,6 +141,7 @@ impl Desk {
             ticks: module.ticks,
             misses: module.misses,
             panics: module.panics,
+            has_shadow: module.has_shadow,
         };
         result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
     }

@@ -186,6 +186,9 @@ pub struct PluginEntry {
     pub kinds: Vec<String>,
     /// The modules that run its code.
     pub modules: Vec<String>,
+    /// The library with new code that runs beside it, if any does.
+    #[serde(default)]
+    pub shadow: Option<PathBuf>,
 }
 
 /// A plugin that was unloaded.
@@ -227,6 +230,9 @@ pub struct ModuleEntry {
     pub misses: u64,
     /// Panics caught.
     pub panics: u64,
+    /// Whether new code runs beside it; how that goes is at its `shadow`.
+    #[serde(default)]
+    pub has_shadow: bool,
 }
 
 /// A setting.

@@ -77,6 +77,15 @@ fn who_needs_a_service_waits_while_the_code_of_its_provider_is_exchanged() {
 }
 
 #[test]
+fn new_code_runs_beside_no_module_that_uses_or_provides_services() {
+    let mut agent = agent(&robot(""), &plugins());
+    steps(&mut agent, 2);
+    let error = full(&agent.composer().shadow("torch", torch()).unwrap_err());
+    assert!(error.contains("module `torch` uses services") && error.contains("reload"), "{error}");
+    assert!(agent.composer().plugins().iter().all(|plugin| plugin.shadow.is_none()));
+}
+
+#[test]
 fn the_code_of_a_service_stays_as_long_as_it_is_used() {
     let mut agent = agent(&robot(""), &plugins());
     steps(&mut agent, 3);

@@ -53,6 +53,8 @@ pub struct PluginStatus {
     pub kinds: Vec<String>,
     /// The modules that run its code.
     pub modules: Vec<String>,
+    /// The library with new code that runs beside it, if any does.
+    pub shadow: Option<PathBuf>,
 }
 
 /// A module of an agent.
@@ -72,6 +74,8 @@ pub struct ModuleStatus {
     pub misses: u64,
     /// Panics caught.
     pub panics: u64,
+    /// Whether new code runs beside it; how that goes is at its `shadow`.
+    pub has_shadow: bool,
 }
 
 /// Where a plugin's code comes from.
@@ -212,14 +216,16 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
-        // New code beside a module ends with it.
-        names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
         // Before anything is ended for it.
         composition.check(&target)?;
         let _closed = self.end_threads(&composition, &leaving)?;
+        // New code beside a module ends with it.
+        for name in &names {
+            self.end_trial(&mut composition, name);
+        }
         // What left is dropped before the libraries are looked at.
         drop(composition.change(target, &self.shared, &BTreeMap::new())?);
         let residence = |name: String| {
@@ -298,6 +304,7 @@ impl Composer {
             loaded: true,
             kinds: plugin.kinds().iter().map(|kind| kind.name().into()).collect(),
             modules: composition.modules_of(&[plugin.name().to_owned()]),
+            shadow: composition.trials.get(plugin.name()).map(|trial| trial.origin.file.clone()),
         });
         let known: BTreeMap<&str, Vec<String>> =
             composition.catalogue.dormant.iter().fold(BTreeMap::new(), |mut known, (kind, plugin)| {
@@ -311,6 +318,7 @@ impl Composer {
             loaded: false,
             kinds,
             modules: Vec::new(),
+            shadow: None,
         });
         loaded.chain(dormant).collect()
     }
@@ -332,6 +340,7 @@ impl Composer {
                 ticks: present.seat.ticks(),
                 misses: health.misses.load(Ordering::Relaxed),
                 panics: health.panics.load(Ordering::Relaxed),
+                has_shadow: composition.trials.values().any(|trial| trial.modules.contains(name)),
             }
         };
         composition.present.iter().map(status).collect()
