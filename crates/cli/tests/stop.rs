@@ -60,6 +60,8 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     stands(&running, "STOPPED");
 
     assert_eq!(running.done(&["reset"]), "the stop is over; `slate arm` lets commands through\n");
+    // It is shown with the next cycle.
+    assert!(soon(|| mode(&running) == "DISARMED"));
     stands(&running, "DISARMED");
     assert!(running.done(&["reset"]).contains("no actuator was stopped"));
     stands(&running, "DISARMED");

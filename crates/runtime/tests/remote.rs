@@ -252,6 +252,7 @@ fn switching_what_does_nothing_is_refused() {
     }
     let clock = refused(client.enable("counter", false));
     assert!(clock.message.contains("`counter` is the time source"), "{clock:?}");
+    assert!(agent.step());
     let before = agent.now();
     assert!(agent.step() && agent.now() > before, "time goes on");
     // Each panic but the last one is followed by a fresh start.

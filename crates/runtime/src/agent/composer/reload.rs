@@ -71,6 +71,8 @@ impl Composer {
             modules
         } else {
             self.ask(&composition, &modules)?;
+            // While they are away nothing may miss them; found out before anything is ended for it.
+            composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
             self.end_trial(&mut composition, name);
             composition.ground.kept = composition.settings(&modules);
             let replaced = self.replace(&mut composition, &modules, &old, &new);
