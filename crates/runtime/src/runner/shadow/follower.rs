@@ -35,7 +35,7 @@ impl Follower {
         let mut outputs: Vec<_> = self.ports.iter().map(PortCopy::new).collect();
         while !shared.stop.load(Ordering::Acquire) {
             let snapshot = shared.filled.pop();
-            if let Some(new) = &mut *shared.new() {
+            if let Some(new) = &mut *shared.locked() {
                 if let Some(Err(refusal)) = new.state.take().map(|saved| new.code.restore(&saved)) {
                     self.log.write(Level::Warn, &format!("the new code begins afresh: {refusal}"));
                 }
@@ -64,7 +64,7 @@ impl Follower {
             let _ = shared.free.push(snapshot);
         }
         // It ends here, where a call that hangs holds nobody up.
-        let ended = shared.new().take();
+        let ended = shared.locked().take();
         drop(ended);
     }
 

@@ -66,12 +66,12 @@ struct New {
 }
 
 impl Shared {
-    fn new(&self) -> MutexGuard<'_, Option<New>> {
+    fn locked(&self) -> MutexGuard<'_, Option<New>> {
         self.new.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The new code, when it is in no call.
-    fn try_new(&self) -> Option<MutexGuard<'_, Option<New>>> {
+    fn try_locked(&self) -> Option<MutexGuard<'_, Option<New>>> {
         match self.new.try_lock() {
             Ok(new) => Some(new),
             Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
@@ -116,7 +116,7 @@ impl Shadow {
     /// Gives the new code the state that it begins with, which it takes over in its own thread.
     pub fn begin_with(&self, state: Vec<u8>) {
         // Nothing was given to it yet, so that nobody has it for long.
-        if let Some(new) = &mut *self.shared.new() {
+        if let Some(new) = &mut *self.shared.locked() {
             new.state = Some(state);
         }
         self.shared.wake.notify(1);
@@ -155,12 +155,12 @@ impl Shadow {
     pub fn has_caught_up(&self) -> bool {
         let out = LAG - usize::from(self.current.is_some());
         self.shared.free.len() == out
-            && self.shared.try_new().is_some_and(|new| new.as_ref().is_some_and(|new| new.state.is_none()))
+            && self.shared.try_locked().is_some_and(|new| new.as_ref().is_some_and(|new| new.state.is_none()))
     }
 
     /// Takes the new code out, which must have [caught up](Shadow::has_caught_up): then nobody has it for long.
     pub fn take_new(&self) -> Option<Retired> {
-        self.shared.new().take().map(|new| new.code)
+        self.shared.locked().take().map(|new| new.code)
     }
 
     /// Ends the new code's steps, and waits for it no longer than `limit`: a thread that hangs keeps what it uses.
