@@ -191,7 +191,7 @@ impl Composer {
         let file = |name: &str| composition.origins.get(name).map(|origin| origin.file.clone());
         let plugins: Vec<_> = came.iter().map(|plugin| (plugin.name().into(), file(plugin.name()))).collect();
         for (name, file) in &plugins {
-            let code = file.as_ref().map_or_else(|| "linked in".into(), |file| file.display().to_string());
+            let code = file.as_ref().map_or_else(|| "linked in".into(), |file| crate::printable(file));
             self.say(&format!("plugin {name} is loaded ({code}); modules: {}", list(&changed.arrived)));
         }
         Ok(Loaded { plugins, modules: changed.arrived })
