@@ -102,6 +102,7 @@ impl Simulation {
         let mut rounds = 0;
         while !self.same_versions() {
             if rounds == self.scenario.rounds {
+                if std::env::var("DBG").is_ok() { for r in &self.robots { println!("{} {:?} {:?}", r.robot(), r.versions().map(|(o,v)| (o, v.epoch>>32, v.epoch as u32 % 1000, v.sequence)).collect::<Vec<_>>(), r.counters()); } }
                 return Err(format!("not identical {rounds} rounds after the partition was healed"));
             }
             rounds += 1;

@@ -2,8 +2,8 @@ use std::cmp::Ordering;
 
 use super::spread::Offer;
 use super::{Fresh, Replica, Stage};
-use crate::knowledge::MessageError;
 use crate::knowledge::life::Life;
+use crate::knowledge::{Limits, MessageError};
 use crate::knowledge::wire::{Claim, Message, Section};
 
 /// What a part of a life has brought.
@@ -169,32 +169,32 @@ impl Replica {
 
     /// Takes over all that was put aside of a life.
     fn take_over(&mut self, robot: u32, stage: Stage, from: Option<u32>) -> Learned {
-        let Stage { whole, life: mut news, floor, .. } = stage;
-        let held = self.origins.get(&robot).and_then(|origin| origin.life(news.epoch));
+        let Stage { whole, life: news, floor, .. } = stage;
         let nothing = Life::new(news.epoch);
-        let held = held.unwrap_or(&nothing);
-        if whole {
-            news.raise_floor(floor);
-        }
-        let costs = || news.after(0).map(|(_, entry)| (&*entry.key, entry.bytes()));
-        if !if whole { &nothing } else { held }.fits(costs(), &self.limits) {
-            self.counters.refused += 1;
-            return Learned::Nothing;
+        let held = self.origins.get(&robot).and_then(|origin| origin.life(news.epoch)).unwrap_or(&nothing);
+        let Limits { facts, bytes, .. } = self.limits;
+        if whole || held.len() + news.len() > facts || held.bytes() + news.bytes() > bytes {
+            // What is replaced or forgotten makes room, so only the outcome tells whether it fits.
+            let mut outcome = if whole { nothing.clone() } else { held.clone() };
+            outcome.merge(news.clone());
+            outcome.raise_floor(floor);
+            if outcome.len() > facts || outcome.bytes() > bytes {
+                self.counters.refused += 1;
+                return Learned::Nothing;
+            }
         }
         self.changed.extend(news.keys().cloned());
         if whole {
             self.changed.extend(held.keys().cloned());
         }
-        let fresh = Fresh { after: held.version, from };
-        self.fresh.entry((robot, news.epoch)).or_insert(fresh);
+        self.fresh.entry((robot, news.epoch)).or_insert(Fresh { after: held.version, from });
         let origin = self.origins.entry(robot).or_default();
         let life = origin.life_mut(news.epoch);
         if whole {
-            *life = news;
-        } else {
-            life.merge(news);
-            life.raise_floor(floor);
+            *life = nothing;
         }
+        life.merge(news);
+        life.raise_floor(floor);
         origin.drop_void(&self.limits, &mut self.changed);
         Learned::Something
     }
