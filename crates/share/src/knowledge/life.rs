@@ -131,24 +131,16 @@ impl Life {
         }
     }
 
-    /// Takes over what was stated later, and becomes that version.
-    pub fn merge(&mut self, later: Life) {
-        (self.version, self.closes) = (later.version, later.closes);
-        for (sequence, entry) in later.entries {
-            self.insert(sequence, entry);
-        }
+    /// Whether the life has room for the entry.
+    pub fn has_room(&self, entry: &Entry, limits: &Limits) -> bool {
+        let earlier = self.entry(&entry.key).map(|(_, earlier)| earlier.bytes());
+        let facts = self.len() + usize::from(earlier.is_none());
+        let bytes = self.bytes + entry.bytes() - earlier.unwrap_or_default();
+        facts <= limits.facts && bytes <= limits.bytes
     }
 
-    /// Whether the life keeps its limits when it takes these too, by key and by what they count for.
-    pub fn fits<'a>(&self, entries: impl Iterator<Item = (&'a [u8], usize)>, limits: &Limits) -> bool {
-        let (mut facts, mut bytes) = (self.len(), self.bytes);
-        for (key, cost) in entries {
-            bytes += cost;
-            match self.entry(key) {
-                Some((_, entry)) => bytes -= entry.bytes(),
-                None => facts += 1,
-            }
-        }
-        facts <= limits.facts && bytes <= limits.bytes
+    /// Whether it exceeds what a life may hold.
+    pub fn exceeds(&self, limits: &Limits) -> bool {
+        self.len() > limits.facts || self.bytes > limits.bytes
     }
 }

@@ -31,17 +31,18 @@ fn main() {
         acquaintances: 3,
         weather: BAD,
         limits: Limits::default(),
-        trouble: 12,
-        talk: 200,
-        restarts: 5,
+        trouble: 9,
+        talk: 150,
+        restarts: 10,
         rounds: 25,
     };
     // Small messages and few facts: lives come in parts, retractions are forgotten and earlier lives closed.
     let tight = Limits { facts: 16, key: 8, value: 8, message: 320, stages: 4, ..Limits::default() };
-    let tight = Scenario { robots: 12, limits: tight, trouble: 120, talk: 500, rounds: 200, ..team };
-    let crowd = Scenario { robots: 1000, trouble: 8, talk: 50, restarts: 2, rounds: 40, ..team };
+    let tight = Scenario { robots: 12, limits: tight, trouble: 120, talk: 800, rounds: 200, ..team };
+    let crowd = Scenario { robots: 1000, trouble: 8, talk: 50, restarts: 5, rounds: 40, ..team };
 
     let only = arguments.iter().position(|a| a == "--tight");
+    if arguments.iter().any(|a| a == "--main") { campaign("100 robots", team, first, seeds); return; }
     if only.is_some() { campaign("12 robots with little room", tight, first, seeds); return; }
     let mut failures = 0;
     failures += campaign("100 robots", team, first, seeds);

@@ -16,9 +16,9 @@ pub struct Scenario {
     pub limits: Limits,
     /// Rounds in which robots speak, restart, and are partitioned.
     pub trouble: u64,
-    /// Thousandths of robots that say something in a round.
+    /// Thousandths of robots that say something in a round: at most, each run has its own number.
     pub talk: u64,
-    /// Thousandths of robots that restart in a round.
+    /// Thousandths of robots that restart in a round: at most, each run has its own number.
     pub restarts: u64,
     /// Rounds after which all must be identical.
     pub rounds: u64,
@@ -58,6 +58,11 @@ const SKEW: u64 = 5 * 3600 * 1_000_000;
 impl Simulation {
     pub fn new(scenario: Scenario, seed: u64) -> Self {
         let mut random = Random(seed);
+        let scenario = Scenario {
+            talk: 1 + random.below(scenario.talk),
+            restarts: random.below(scenario.restarts + 1),
+            ..scenario
+        };
         let count = scenario.robots as usize;
         let mut network = Network::new(scenario.robots, scenario.acquaintances, &mut random);
         for robot in 0..scenario.robots {

@@ -140,7 +140,7 @@ impl Replica {
     /// The memory of all facts and messages, bytes, by the measure of [`Limits::memory`].
     pub fn memory(&self) -> usize {
         let lives = self.origins.values().flat_map(|origin| &origin.lives).map(|life| life.bytes());
-        let stages = self.stages.values().map(|stage| stage.life.bytes());
+        let stages = self.stages.values().map(|stage| stage.bytes);
         let outgoing = self.outgoing.iter().map(|message| message.bytes.len());
         lives.chain(stages).chain(outgoing).sum()
     }

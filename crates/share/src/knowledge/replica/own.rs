@@ -74,8 +74,8 @@ impl Replica {
     }
 
     fn has_room(&self, entry: &Entry) -> bool {
-        let fits = |life: &Life| life.fits([(&*entry.key, entry.bytes())].into_iter(), &self.limits);
-        self.own_life().map_or_else(|| fits(&Life::new(self.epoch)), fits)
+        let room = |life: &Life| life.has_room(entry, &self.limits);
+        self.own_life().map_or_else(|| room(&Life::new(self.epoch)), room)
     }
 
     /// Adds a statement to the present life.

@@ -3,7 +3,7 @@ use std::cmp::Ordering;
 use super::spread::Offer;
 use super::{Fresh, Replica, Stage};
 use crate::knowledge::life::Life;
-use crate::knowledge::{Limits, MessageError};
+use crate::knowledge::MessageError;
 use crate::knowledge::wire::{Claim, Message, Section};
 
 /// What a part of a life has brought.
@@ -161,40 +161,36 @@ impl Replica {
             return Learned::Nothing;
         }
         if section.through == section.version {
-            return self.take_over(section.origin, stage, from);
+            return self.take_over(section.origin, section.epoch, stage, from);
         }
         self.stages.insert((section.origin, section.epoch), stage);
         Learned::Something
     }
 
     /// Takes over all that was put aside of a life.
-    fn take_over(&mut self, robot: u32, stage: Stage, from: Option<u32>) -> Learned {
-        let Stage { whole, life: news, floor, .. } = stage;
-        let nothing = Life::new(news.epoch);
-        let held = self.origins.get(&robot).and_then(|origin| origin.life(news.epoch)).unwrap_or(&nothing);
-        let Limits { facts, bytes, .. } = self.limits;
-        if whole || held.len() + news.len() > facts || held.bytes() + news.bytes() > bytes {
+    fn take_over(&mut self, robot: u32, epoch: u64, stage: Stage, from: Option<u32>) -> Learned {
+        let held = self.origins.get(&robot).and_then(|origin| origin.life(epoch));
+        let known = held.map_or(0, |held| held.version);
+        let held = held.filter(|_| !stage.whole);
+        let (facts, bytes) = held.map_or((0, 0), |held| (held.len(), held.bytes()));
+        if facts + stage.entries.len() > self.limits.facts || bytes + stage.bytes > self.limits.bytes {
             // What is replaced or forgotten makes room, so only the outcome tells whether it fits.
-            let mut outcome = if whole { nothing.clone() } else { held.clone() };
-            outcome.merge(news.clone());
-            outcome.raise_floor(floor);
-            if outcome.len() > facts || outcome.bytes() > bytes {
+            let mut outcome = held.cloned().unwrap_or_else(|| Life::new(epoch));
+            stage.clone().finish(&mut outcome);
+            if outcome.exceeds(&self.limits) {
                 self.counters.refused += 1;
                 return Learned::Nothing;
             }
         }
-        self.changed.extend(news.keys().cloned());
-        if whole {
-            self.changed.extend(held.keys().cloned());
-        }
-        self.fresh.entry((robot, news.epoch)).or_insert(Fresh { after: held.version, from });
+        self.fresh.entry((robot, epoch)).or_insert(Fresh { after: known, from });
         let origin = self.origins.entry(robot).or_default();
-        let life = origin.life_mut(news.epoch);
-        if whole {
-            *life = nothing;
+        let life = origin.life_mut(epoch);
+        if stage.whole {
+            self.changed.extend(life.keys().cloned());
+            *life = Life::new(epoch);
         }
-        life.merge(news);
-        life.raise_floor(floor);
+        self.changed.extend(stage.entries.iter().map(|(_, entry)| entry.key.clone()));
+        stage.finish(life);
         origin.drop_void(&self.limits, &mut self.changed);
         Learned::Something
     }

@@ -13,7 +13,10 @@ pub(crate) fn number_length(number: u64) -> usize {
 
 impl Writer {
     pub fn new(header: &[u8]) -> Self {
-        Self { bytes: header.to_vec(), header: header.len() }
+        // Most messages have a fact or two.
+        let mut bytes = Vec::with_capacity(128);
+        bytes.extend_from_slice(header);
+        Self { bytes, header: header.len() }
     }
 
     pub fn length(&self) -> usize {
