@@ -33,12 +33,13 @@ fn main() {
         limits: Limits::default(),
         trouble: 9,
         talk: 150,
+        words: 1,
         restarts: 10,
         rounds: 25,
     };
     // Small messages and few facts: lives come in parts, retractions are forgotten and earlier lives closed.
     let tight = Limits { facts: 16, key: 8, value: 8, message: 320, stages: 4, ..Limits::default() };
-    let tight = Scenario { robots: 12, limits: tight, trouble: 120, talk: 800, rounds: 200, ..team };
+    let tight = Scenario { robots: 12, limits: tight, trouble: 120, talk: 500, words: 16, rounds: 200, ..team };
     let crowd = Scenario { robots: 1000, trouble: 8, talk: 50, restarts: 5, rounds: 40, ..team };
 
     let only = arguments.iter().position(|a| a == "--tight");

@@ -18,6 +18,8 @@ pub struct Scenario {
     pub trouble: u64,
     /// Thousandths of robots that say something in a round: at most, each run has its own number.
     pub talk: u64,
+    /// How much a robot says at once, at most.
+    pub words: u64,
     /// Thousandths of robots that restart in a round: at most, each run has its own number.
     pub restarts: u64,
     /// Rounds after which all must be identical.
@@ -107,7 +109,6 @@ impl Simulation {
         let mut rounds = 0;
         while !self.same_versions() {
             if rounds == self.scenario.rounds {
-                if std::env::var("DBG").is_ok() { for r in &self.robots { println!("{} {:?} {:?}", r.robot(), r.versions().map(|(o,v)| (o, v.epoch>>32, v.epoch as u32 % 1000, v.sequence)).collect::<Vec<_>>(), r.counters()); } }
                 return Err(format!("not identical {rounds} rounds after the partition was healed"));
             }
             rounds += 1;
@@ -142,7 +143,10 @@ impl Simulation {
     fn trouble(&mut self, robot: u32) {
         let at = robot as usize;
         if self.random.chance(self.scenario.talk) {
-            self.talk(robot);
+            for _ in 0..=self.random.below(self.scenario.words) {
+                self.talk(robot);
+            }
+            self.drain(robot);
         }
         if self.random.chance(self.scenario.restarts) {
             // Half of them have lost their disk; the others come back with what they saved some time ago.
@@ -192,7 +196,6 @@ impl Simulation {
             // A refusal may have stated earlier facts anew.
             None => self.truth.catch_up(replica),
         }
-        self.drain(robot);
     }
 
     /// Lets everything happen that happens in a round.

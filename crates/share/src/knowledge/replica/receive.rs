@@ -9,8 +9,10 @@ use crate::knowledge::wire::{Claim, Message, Section};
 /// What a part of a life has brought.
 enum Learned {
     Nothing,
-    /// It was taken over, or put aside until the rest is there.
+    /// It was taken over.
     Something,
+    /// It was put aside until the rest is there.
+    Part,
     /// What comes before it is missing.
     Gap,
 }
@@ -31,13 +33,12 @@ impl Replica {
             Message::Sections { more, sections } => {
                 let (mut wants, mut progress) = (Vec::new(), false);
                 for section in &sections {
-                    match self.learn(section, Some(from)) {
-                        Learned::Nothing => {}
-                        Learned::Something => progress = true,
-                        Learned::Gap => wants.push(self.claim(section.origin, section.epoch)),
+                    let learned = self.learn(section, Some(from));
+                    progress |= matches!(learned, Learned::Something | Learned::Part);
+                    if matches!(learned, Learned::Part | Learned::Gap) {
+                        wants.push(self.claim(section.origin, section.epoch));
                     }
                 }
-                self.request(from, wants);
                 if sections.iter().any(|section| section.origin == self.robot) {
                     // What is heard of the earlier lives of this robot is stated anew before they are too long ago.
                     self.adopt(self.limits.lives / 2);
@@ -46,6 +47,8 @@ impl Replica {
                 if more && progress {
                     let (digest, _) = self.digest(sections.first().map_or(0, |section| section.origin));
                     self.send(from, digest);
+                } else {
+                    self.request(from, wants);
                 }
             }
         }
@@ -164,7 +167,7 @@ impl Replica {
             return self.take_over(section.origin, section.epoch, stage, from);
         }
         self.stages.insert((section.origin, section.epoch), stage);
-        Learned::Something
+        Learned::Part
     }
 
     /// Takes over all that was put aside of a life.
