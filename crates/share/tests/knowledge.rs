@@ -187,10 +187,7 @@ fn what_was_saved_is_refused_when_it_is_damaged_or_of_another_robot() {
     for at in 0..saved.len() {
         let mut damaged = saved.clone();
         damaged[at] ^= 0x10;
-        assert_eq!(
-            Replica::restore(3, 1, Limits::default(), &damaged).unwrap_err(),
-            RestoreError::Damaged
-        );
+        assert_eq!(Replica::restore(3, 1, Limits::default(), &damaged).unwrap_err(), RestoreError::Damaged);
     }
     let error = Replica::restore(4, 1, Limits::default(), &saved).unwrap_err();
     assert_eq!(
@@ -207,7 +204,7 @@ fn what_was_saved_is_refused_when_it_is_damaged_or_of_another_robot() {
 
 #[test]
 fn a_life_that_comes_in_parts_is_seen_as_a_whole_or_not_at_all() {
-    let mut team = vec![tight(0, 1), tight(1, 2)];
+    let mut team = [tight(0, 1), tight(1, 2)];
     for number in 0..12_u8 {
         team[0].state(1, &[number], value(&[number; 64])).unwrap();
     }

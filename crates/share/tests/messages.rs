@@ -83,10 +83,7 @@ fn a_refusal_says_where_and_what_should_be_there() {
         "refused at byte 1 of 2: a format that this version of Slate knows should be there"
     );
     assert_eq!(reason(&[1, 9]), "refused at byte 2 of 2: a kind of message should be there");
-    assert_eq!(
-        reason(&[1; 321]),
-        "refused at byte 0 of 321: no message of that length should be there"
-    );
+    assert_eq!(reason(&[1; 321]), "refused at byte 0 of 321: no message of that length should be there");
     // A length of four gigabytes allocates nothing.
     let section = [1, 2, 0, 7, 1, 0, 0, 0, 0, 0, 1, 1, 0, 0, 1, 1, 0xff, 0xff, 0xff, 0xff, 0x0f];
     assert_eq!(reason(&section), "refused at byte 21 of 21: a length within the limits should be there");

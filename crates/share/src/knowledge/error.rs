@@ -52,10 +52,14 @@ pub enum Refusal {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
     /// They are cut or damaged.
-    #[error("what was saved of the team's knowledge is damaged; delete it, and other robots will tell what they know")]
+    #[error(
+        "what was saved of the team's knowledge is damaged; delete it, and other robots will tell what they know"
+    )]
     Damaged,
     /// They are another robot's.
-    #[error("this was saved by robot {saved}, and this is robot {robot}; start with that robot's file or without one")]
+    #[error(
+        "this was saved by robot {saved}, and this is robot {robot}; start with that robot's file or without one"
+    )]
     Robot {
         /// Who saved them.
         saved: u32,

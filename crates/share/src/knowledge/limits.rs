@@ -22,7 +22,7 @@ pub struct Limits {
     pub key: usize,
     /// The longest value, bytes.
     pub value: usize,
-    /// The longest message, bytes; at least 64 more than a key and a value together.
+    /// The longest message, bytes; at least 160 more than a key and a value together, and 64 for each life.
     pub message: usize,
     /// Lives that are received in parts at the same time.
     pub stages: usize,
@@ -51,7 +51,8 @@ pub(crate) const FACT_BYTES: usize = 192;
 
 impl Limits {
     /// The memory that a replica never exceeds, bytes, by the measure of [`bytes`](Self::bytes): reached when every
-    /// robot uses all that it may in each of its lives.
+    /// robot uses all that it may in each of its lives. Keys that were not [taken](super::Replica::take_changed) are not
+    /// counted again; they share their memory with the facts as long as those are there.
     pub fn memory(&self) -> usize {
         let lives = self.robots.saturating_mul(self.lives);
         // A part may hold what is replaced while it is received.

@@ -244,7 +244,9 @@ impl Simulation {
         let robot = self.random.below(self.scenario.robots.into()) as u32;
         let replica = &self.robots[robot as usize];
         if shown(replica) != self.truth.expected(replica) {
-            return Err(format!("robot {robot} does not show what was said up to the versions that it holds"));
+            return Err(format!(
+                "robot {robot} does not show what was said up to the versions that it holds"
+            ));
         }
         self.memory = self.memory.max(replica.memory());
         if replica.memory() > self.scenario.limits.memory() {

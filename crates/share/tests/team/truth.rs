@@ -8,11 +8,14 @@ pub const KEYS: u64 = 24;
 /// What was stated (a value) or retracted about a key, as far as the simulation saw it.
 type Word = Option<u64>;
 
+/// A statement: its number, its key, and what was said.
+type Said = (u64, u8, Word);
+
 /// All that the robots of a team ever said, kept beside the replicas and without their code.
 #[derive(Default)]
 pub struct Truth {
-    /// Of each life, its statements in order: number, key, value.
-    lives: BTreeMap<(u32, u64), Vec<(u64, u8, Word)>>,
+    /// Of each life, its statements in order.
+    lives: BTreeMap<(u32, u64), Vec<Said>>,
     /// Of each robot, its last words since its present start.
     runs: BTreeMap<u32, BTreeMap<u8, Word>>,
     /// The newest statement of each robot that was noted.
@@ -47,7 +50,8 @@ impl Truth {
     /// this run.
     pub fn catch_up(&mut self, replica: &Replica) {
         let robot = replica.robot();
-        let Some(newest) = self.newest(replica).filter(|newest| self.noted.get(&robot) != Some(newest)) else {
+        let Some(newest) = self.newest(replica).filter(|newest| self.noted.get(&robot) != Some(newest))
+        else {
             return;
         };
         let before = self.noted.insert(robot, newest).filter(|noted| noted.epoch == newest.epoch);
@@ -97,9 +101,7 @@ impl Truth {
 
     /// What each robot said last since its start, about the keys of which it said anything.
     pub fn last_words(&self) -> impl Iterator<Item = (u32, u8, Word)> {
-        self.runs
-            .iter()
-            .flat_map(|(robot, run)| run.iter().map(move |(key, word)| (*robot, *key, *word)))
+        self.runs.iter().flat_map(|(robot, run)| run.iter().map(move |(key, word)| (*robot, *key, *word)))
     }
 }
 

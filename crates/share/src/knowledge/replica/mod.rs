@@ -60,10 +60,12 @@ impl Replica {
     ///
     /// [`Limits::message`] is raised to what the other limits need.
     pub fn new(robot: u32, random: u32, limits: Limits) -> Self {
-        let message = limits.message.max(limits.key + limits.value + 160).max(64 * limits.lives + 32);
+        let lives = limits.lives.max(1);
+        let statement = limits.key.saturating_add(limits.value).saturating_add(160);
+        let message = limits.message.max(statement).max(lives.saturating_mul(64).saturating_add(32));
         Self {
             robot,
-            limits: Limits { message, ..limits },
+            limits: Limits { message, lives, ..limits },
             epoch: epoch(1, random),
             rises: 0,
             random: Random::new(u64::from(robot) << 32 | u64::from(random)),

@@ -33,13 +33,14 @@ impl Origin {
     pub fn is_void(&self, epoch: u64, limits: &Limits) -> bool {
         let closed = self.lives.iter().any(|life| life.closes && life.epoch > epoch);
         closed
-            || self.lives.len() >= limits.lives && self.lives.last().is_some_and(|oldest| oldest.epoch > epoch)
+            || self.lives.len() >= limits.lives
+                && self.lives.last().is_some_and(|oldest| oldest.epoch > epoch)
     }
 
     /// Drops lives that are closed or too long ago; their keys have changed.
     pub fn drop_void(&mut self, limits: &Limits, changed: &mut BTreeSet<Arc<[u8]>>) {
         let closing = self.lives.iter().position(|life| life.closes).map_or(usize::MAX, |at| at + 1);
-        let keep = closing.min(limits.lives.max(1));
+        let keep = closing.min(limits.lives);
         for life in self.lives.drain(keep.min(self.lives.len())..) {
             changed.extend(life.keys().cloned());
         }

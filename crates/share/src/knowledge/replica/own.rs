@@ -154,7 +154,9 @@ impl Replica {
         };
         let former = self.epoch;
         self.epoch = epoch(next, former as u32);
-        let Some(life) = self.origins.get(&self.robot).and_then(|own| own.life(former)).cloned() else { return };
+        let Some(life) = self.origins.get(&self.robot).and_then(|own| own.life(former)).cloned() else {
+            return;
+        };
         self.rises += 1;
         for (_, entry) in life.after(0) {
             self.write(entry.clone());

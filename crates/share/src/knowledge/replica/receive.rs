@@ -2,8 +2,8 @@ use std::cmp::Ordering;
 
 use super::spread::Offer;
 use super::{Fresh, Replica, Stage};
-use crate::knowledge::life::Life;
 use crate::knowledge::MessageError;
+use crate::knowledge::life::Life;
 use crate::knowledge::wire::{Claim, Message, Section};
 
 /// What a part of a life has brought.
@@ -87,8 +87,8 @@ impl Replica {
 
     fn want(&self, claim: &Claim, wants: &mut Vec<Claim>) {
         let present = claim.origin == self.robot && claim.epoch >= self.epoch;
-        let void = (self.origins.get(&claim.origin))
-            .is_some_and(|origin| origin.is_void(claim.epoch, &self.limits));
+        let void =
+            (self.origins.get(&claim.origin)).is_some_and(|origin| origin.is_void(claim.epoch, &self.limits));
         if claim.known > 0 && !present && !void {
             wants.push(self.claim(claim.origin, claim.epoch));
         }

@@ -65,7 +65,7 @@ impl Stage {
         self.position = section.through;
         self.idle = 0;
         (self.version, self.floor, self.closes) = (section.version, section.floor, section.closes);
-        self.entries.len() <= 2 * limits.facts && self.bytes <= 2 * limits.bytes
+        self.entries.len() / 2 <= limits.facts && self.bytes / 2 <= limits.bytes
     }
 
     /// Makes the life what it is at the version of the last part.

@@ -1,7 +1,8 @@
 //! What robots say to each other, as bytes.
 //!
 //! A message is a version of the format, a kind, and items up to its end. Numbers are LEB128 varints unless their width
-//! is named. Whoever decodes a message goes through all of it first, and allocates no more than it is long.
+//! is named. Whoever decodes a message goes through all of it first, and allocates in proportion to what is there, not to what it
+//! says of its length.
 
 mod claim;
 mod reader;

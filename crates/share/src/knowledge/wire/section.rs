@@ -30,7 +30,8 @@ pub(crate) struct EntryView<'a> {
 
 impl EntryView<'_> {
     pub fn to_entry(self) -> Entry {
-        let body = self.body.map(|(schema, certainty, value)| Body { schema, certainty, value: value.into() });
+        let body =
+            self.body.map(|(schema, certainty, value)| Body { schema, certainty, value: value.into() });
         Entry { key: self.key.into(), time: self.time, order: self.order, body }
     }
 }
