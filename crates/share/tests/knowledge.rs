@@ -4,7 +4,7 @@
 mod common;
 
 use common::{TIGHT, seen, talk, value};
-use slate_share::knowledge::{Limits, Refusal, Replica, RestoreError, Statement, View};
+use slate_share::knowledge::{Changed, Limits, Refusal, Replica, RestoreError, Statement, View};
 
 fn robot(robot: u32) -> Replica {
     Replica::new(robot, 1000 + robot, Limits::default())
@@ -309,7 +309,8 @@ fn who_reads_is_told_which_keys_have_changed() {
     team[0].state(1, b"b", value(b"1")).unwrap();
     talk(&mut team, 0, 1);
     let changed = |replica: &mut Replica| -> Vec<Vec<u8>> {
-        replica.take_changed().iter().map(|key| key.to_vec()).collect()
+        let Changed::Keys(keys) = replica.take_changed() else { panic!("all") };
+        keys.iter().map(|key| key.to_vec()).collect()
     };
     assert_eq!(changed(&mut team[1]), [b"a", b"b"]);
     team[0].retract(2, b"b").unwrap();
@@ -317,4 +318,14 @@ fn who_reads_is_told_which_keys_have_changed() {
     assert_eq!(changed(&mut team[1]), [b"b"]);
     talk(&mut team, 0, 1);
     assert!(changed(&mut team[1]).is_empty());
+
+    // Who does not ask is told so, and costs no more memory.
+    let mut replica = tight(0, 1);
+    for number in 0..200_u8 {
+        replica.state(1, &[number], value(b"")).unwrap();
+        replica.retract(1, &[number]).unwrap();
+        assert!(replica.memory() <= TIGHT.memory());
+    }
+    assert_eq!(replica.take_changed(), Changed::All);
+    assert_eq!(replica.take_changed(), Changed::default());
 }

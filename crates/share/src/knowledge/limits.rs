@@ -51,13 +51,13 @@ pub(crate) const FACT_BYTES: usize = 192;
 
 impl Limits {
     /// The memory that a replica never exceeds, bytes, by the measure of [`bytes`](Self::bytes): reached when every
-    /// robot uses all that it may in each of its lives. Keys that were not [taken](super::Replica::take_changed) are not
-    /// counted again; they share their memory with the facts as long as those are there.
+    /// robot uses all that it may in each of its lives.
     pub fn memory(&self) -> usize {
         let lives = self.robots.saturating_mul(self.lives);
         // A part may hold what is replaced while it is received.
         let stages = self.stages.saturating_mul(2);
         (lives.saturating_add(stages).saturating_mul(self.bytes))
             .saturating_add(self.outgoing.saturating_mul(self.message))
+            .saturating_add(self.facts.saturating_mul(self.key.saturating_add(FACT_BYTES)))
     }
 }

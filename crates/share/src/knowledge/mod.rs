@@ -85,5 +85,5 @@ mod wire;
 pub use error::{MessageError, Refusal, RestoreError};
 pub use fact::{Fact, Statement, View};
 pub use limits::Limits;
-pub use replica::{Counters, Outgoing, Replica};
+pub use replica::{Changed, Counters, Outgoing, Replica};
 pub use version::Version;

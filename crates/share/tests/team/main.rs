@@ -49,7 +49,7 @@ fn main() {
 
     let mut failures = 0;
     failures += campaign("100 robots", team, first, seeds);
-    failures += campaign("12 robots with little room", tight, first, (seeds / 10).max(20));
+    failures += campaign("12 robots with little room", tight, first, (seeds / 20).max(20));
     failures += campaign("1000 robots", crowd, first, seeds.div_ceil(1000));
     assert_eq!(failures, 0, "see above");
 }

@@ -1,3 +1,4 @@
+mod changed;
 mod origin;
 mod own;
 mod random;
@@ -7,14 +8,15 @@ mod stage;
 mod storage;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::Arc;
 
+pub use changed::Changed;
 use origin::Origin;
 use random::Random;
 use spread::Fresh;
 pub use spread::Outgoing;
 use stage::Stage;
 
+use super::limits::FACT_BYTES;
 use super::version::epoch;
 use super::wire::Claim;
 use super::{Fact, Limits, Version, View};
@@ -39,7 +41,7 @@ pub struct Replica {
     cursor: u32,
     fresh: BTreeMap<(u32, u64), Fresh>,
     outgoing: VecDeque<Outgoing>,
-    changed: BTreeSet<Arc<[u8]>>,
+    changed: Changed,
     counters: Counters,
 }
 
@@ -75,7 +77,7 @@ impl Replica {
             cursor: 0,
             fresh: BTreeMap::new(),
             outgoing: VecDeque::new(),
-            changed: BTreeSet::new(),
+            changed: Changed::default(),
             counters: Counters::default(),
         }
     }
@@ -119,9 +121,9 @@ impl Replica {
         keys
     }
 
-    /// The keys about which something may have changed since the last call, in order. Their memory does not exceed that
-    /// of the facts.
-    pub fn take_changed(&mut self) -> BTreeSet<Arc<[u8]>> {
+    /// The keys about which something may have changed since the last call. So many are remembered as one life may have
+    /// facts.
+    pub fn take_changed(&mut self) -> Changed {
         std::mem::take(&mut self.changed)
     }
 
@@ -144,7 +146,16 @@ impl Replica {
         let lives = self.origins.values().flat_map(|origin| &origin.lives).map(|life| life.bytes());
         let stages = self.stages.values().map(|stage| stage.bytes);
         let outgoing = self.outgoing.iter().map(|message| message.bytes.len());
-        lives.chain(stages).chain(outgoing).sum()
+        let changed = self.changed.len() * (FACT_BYTES + self.limits.key);
+        lives.chain(stages).chain(outgoing).sum::<usize>() + changed
+    }
+
+    /// Notes that neighbours are to be told of a life.
+    fn tell_of(&mut self, origin: u32, epoch: u64, fresh: Fresh) {
+        // What has no room is left to comparison.
+        if self.fresh.len() < self.limits.robots.saturating_mul(self.limits.lives) {
+            self.fresh.entry((origin, epoch)).or_insert(fresh);
+        }
     }
 
     /// How much of a life is held or being received.

@@ -1,6 +1,4 @@
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
+use super::Changed;
 use crate::knowledge::life::{Entry, Life};
 use crate::knowledge::{Fact, Limits, Statement, Version};
 
@@ -38,11 +36,11 @@ impl Origin {
     }
 
     /// Drops lives that are closed or too long ago; their keys have changed.
-    pub fn drop_void(&mut self, limits: &Limits, changed: &mut BTreeSet<Arc<[u8]>>) {
+    pub fn drop_void(&mut self, limits: &Limits, changed: &mut Changed) {
         let closing = self.lives.iter().position(|life| life.closes).map_or(usize::MAX, |at| at + 1);
         let keep = closing.min(limits.lives);
         for life in self.lives.drain(keep.min(self.lives.len())..) {
-            changed.extend(life.keys().cloned());
+            changed.extend(life.keys().cloned(), limits.facts);
         }
     }
 

@@ -80,11 +80,11 @@ impl Replica {
 
     /// Adds a statement to the present life.
     fn write(&mut self, entry: Entry) -> Version {
+        let known = self.own_life().map_or(0, |life| life.version);
+        self.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
+        self.changed.extend([entry.key.clone()], self.limits.facts);
         let own = self.origins.entry(self.robot).or_default();
         let life = own.life_mut(self.epoch);
-        let fresh = Fresh { after: life.version, from: None };
-        self.fresh.entry((self.robot, self.epoch)).or_insert(fresh);
-        self.changed.insert(entry.key.clone());
         life.version += 1;
         let version = Version { epoch: self.epoch, sequence: life.version };
         life.insert(version.sequence, entry);
@@ -107,9 +107,10 @@ impl Replica {
 
     /// Closes all earlier lives and forgets retractions up to that number, which makes another version of the present one.
     fn close(&mut self, floor: u64) {
+        let known = self.own_life().map_or(0, |life| life.version);
+        self.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
         let own = self.origins.entry(self.robot).or_default();
         let life = own.life_mut(self.epoch);
-        self.fresh.entry((self.robot, self.epoch)).or_insert(Fresh { after: life.version, from: None });
         life.version += 1;
         life.closes = true;
         life.raise_floor(floor);

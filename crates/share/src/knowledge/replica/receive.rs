@@ -185,14 +185,14 @@ impl Replica {
                 return Learned::Nothing;
             }
         }
-        self.fresh.entry((robot, epoch)).or_insert(Fresh { after: known, from });
+        self.tell_of(robot, epoch, Fresh { after: known, from });
         let origin = self.origins.entry(robot).or_default();
         let life = origin.life_mut(epoch);
         if stage.whole {
-            self.changed.extend(life.keys().cloned());
+            self.changed.extend(life.keys().cloned(), self.limits.facts);
             *life = Life::new(epoch);
         }
-        self.changed.extend(stage.entries.iter().map(|(_, entry)| entry.key.clone()));
+        self.changed.extend(stage.entries.iter().map(|(_, entry)| entry.key.clone()), self.limits.facts);
         stage.finish(life);
         origin.drop_void(&self.limits, &mut self.changed);
         Learned::Something
