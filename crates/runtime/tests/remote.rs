@@ -36,7 +36,7 @@ struct TellerParams {
     first: f64,
     #[param(default = 1.0, range = 0.0..=1e6, doc = "told second")]
     second: f64,
-    #[param(default = 7, doc = "not told")]
+    #[param(default = 7, doc = "not told; 13 panics")]
     third: u64,
 }
 
@@ -53,6 +53,7 @@ impl Module for Teller {
         if params.first != params.second {
             *apart += 1.0;
         }
+        assert_ne!(params.third, 13, "an unlucky number");
         now.log(Level::Debug, format_args!("told"));
         io.told.set(Pair { first: params.first, second: params.second });
         io.apart.set(Number { value: *apart + io.input.value });
@@ -234,10 +235,35 @@ fn modules_are_switched_by_name() {
     let teller = client.modules().unwrap().into_iter().find(|module| module.name == "teller").unwrap();
     assert_eq!((teller.kind.as_str(), teller.condition.as_str(), teller.ticks), ("teller", "INACTIVE", 0));
     assert_eq!(client.differences().unwrap()[0].path, "modules.teller.enabled");
-    client.enable("teller", true).unwrap();
+    assert!(!client.enable("teller", false).unwrap(), "it is off already");
+    assert!(client.enable("teller", true).unwrap());
+    assert!(!client.enable("teller", true).unwrap(), "it is on already");
     agent.step();
     assert_eq!(agent.counts("teller").unwrap().0, 1);
-    assert!(refused(client.enable("telle", true)).message.contains("telle"));
+}
+
+#[test]
+fn switching_what_does_nothing_is_refused() {
+    let (mut agent, _server, mut client) = open("useless");
+    for on in [true, false] {
+        let unknown = refused(client.enable("telle", on));
+        assert_eq!(unknown.message, "no module is called `telle`");
+        assert_eq!(unknown.help, "did you mean teller?");
+    }
+    let clock = refused(client.enable("counter", false));
+    assert!(clock.message.contains("`counter` is the time source"), "{clock:?}");
+    assert!(agent.step());
+    let before = agent.now();
+    assert!(agent.step() && agent.now() > before, "time goes on");
+    // Each panic but the last one is followed by a fresh start.
+    client.set(&[change("modules.teller.params.third", "13")]).unwrap();
+    (0..20).for_each(|_| assert!(agent.step()));
+    let teller = client.modules().unwrap().into_iter().find(|module| module.name == "teller").unwrap();
+    assert_eq!(teller.condition, "FAULTED");
+    let faulted = refused(client.enable("teller", true));
+    assert!(faulted.message.contains("`teller` has failed for good"), "{faulted:?}");
+    assert!(faulted.help.contains(&format!("slate plugin reload {}", teller.plugin)), "{faulted:?}");
+    assert!(client.enable("teller", false).unwrap(), "off it can be");
 }
 
 #[test]
@@ -254,7 +280,13 @@ fn plugins_are_listed_and_refused_in_words() {
     assert!(missing.message.contains("/nowhere/x.so"), "{missing:?}");
     assert!(refused(client.reload(&teller.name, None)).message.contains("linked in"));
     client.unload(&teller.name).unwrap();
+    let plugins = client.plugins().unwrap();
+    let known = plugins.iter().find(|plugin| plugin.name == teller.name).unwrap();
+    assert!(!known.loaded && known.file.is_none());
     assert!(client.modules().unwrap().iter().all(|module| module.name != "teller"));
+    let loaded = client.load(&teller.name).unwrap();
+    assert_eq!((loaded.plugins.len(), &loaded.modules[..]), (1, &["teller".to_owned()][..]));
+    assert_eq!((&loaded.plugins[0].name, &loaded.plugins[0].file), (&teller.name, &None), "linked in");
 }
 
 #[test]
@@ -264,8 +296,16 @@ fn actuators_are_stopped_and_armed() {
     assert_eq!(stream.ask(r#"{"call":"stop","reason":"a test"}"#), json!({ "result": null }));
     let refusal = stream.ask(r#"{"call":"arm"}"#);
     assert!(refusal["error"]["help"].as_str().unwrap().contains("reset"), "{refusal}");
-    assert_eq!(stream.ask(r#"{"call":"reset"}"#), json!({ "result": null }));
+    assert_eq!(refusal["error"]["message"], "still stopped: `wheel` (a test)");
+    let one = stream.ask(r#"{"call":"arm","actuator":"wheel"}"#);
+    assert_eq!(one, refusal, "the only one");
+    assert_eq!(stream.ask(r#"{"call":"reset"}"#), json!({ "result": true }));
+    assert_eq!(stream.ask(r#"{"call":"reset"}"#), json!({ "result": false }), "nothing is stopped");
+    assert_eq!(stream.ask(r#"{"call":"arm","actuator":"wheel"}"#), json!({ "result": null }));
     assert_eq!(stream.ask(r#"{"call":"arm"}"#), json!({ "result": null }));
+    let unknown = stream.ask(r#"{"call":"arm","actuator":"whele"}"#);
+    assert_eq!(unknown["error"]["message"], "no actuator is called `whele`");
+    assert_eq!(unknown["error"]["help"], "did you mean wheel?");
 }
 
 /// A tool that says what it likes.

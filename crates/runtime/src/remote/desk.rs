@@ -9,11 +9,11 @@ use slate_blackboard::interface;
 use slate_blackboard::{BoardError, Url};
 
 use super::protocol::{
-    Answer, Call, Changed, Different, ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved,
-    SettingEntry, UnloadedPlugin,
+    Answer, Call, Changed, Different, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Reading,
+    Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin,
 };
 use crate::configuration::{Database, Report, SaveTo, Value};
-use crate::{Composer, PluginError, Reload};
+use crate::{Composer, Loaded, PluginError, Reload};
 
 /// What calls act on.
 pub(super) struct Desk {
@@ -84,13 +84,11 @@ impl Desk {
                 result(())
             }
             Call::Reset {} => {
+                let was_stopped = self.composer.actuators().iter().any(|(_, reason)| reason.is_some());
                 self.composer.reset();
-                result(())
+                result(was_stopped)
             }
-            Call::Arm {} if self.composer.arm() => result(()),
-            Call::Arm {} => {
-                Err(refusal("an actuator is still stopped", "end the stop first: reset, then arm"))
-            }
+            Call::Arm { actuator } => self.arm(actuator.as_deref()),
         }
     }
 
@@ -102,14 +100,15 @@ impl Desk {
             loaded: plugin.loaded,
             kinds: plugin.kinds,
             modules: plugin.modules,
+            shadow: plugin.shadow,
         };
         result(self.composer.plugins().into_iter().map(entry).collect::<Vec<_>>())
     }
 
     fn load(&self, name: Option<&str>, file: Option<&Path>) -> Done {
         match (name, file) {
-            (Some(name), None) => result(self.composer.load(name)?),
-            (None, Some(file)) => result(self.composer.load_library(absolute(file)?)?),
+            (Some(name), None) => loaded(self.composer.load(name)?),
+            (None, Some(file)) => loaded(self.composer.load_library(absolute(file)?)?),
             _ => Err(refusal("plugin/load takes a name or a file", "give one of the two")),
         }
     }
@@ -131,6 +130,26 @@ impl Desk {
         result(exported.spans)
     }
 
+    fn arm(&self, actuator: Option<&str>) -> Done {
+        let actuators = self.composer.actuators();
+        let armed = match actuator {
+            None => self.composer.arm(),
+            Some(name) => self.composer.arm_one(name).ok_or_else(|| {
+                let names: Vec<_> = actuators.iter().map(|(name, _)| name.clone()).collect();
+                unknown("actuator", name, &names, "all of them are armed without a name")
+            })?,
+        };
+        if armed {
+            return result(());
+        }
+        let of = |name: &String| actuator.is_none_or(|actuator| actuator == name);
+        let stopped = actuators.into_iter().filter(|(name, _)| of(name));
+        let stopped: Vec<_> =
+            stopped.filter_map(|(name, reason)| Some(format!("`{name}` ({})", reason?))).collect();
+        let message = format!("still stopped: {}", stopped.join(", "));
+        Err(refusal(message, "end the stop first: `slate reset`, then `slate arm`"))
+    }
+
     fn modules(&self) -> Done {
         let entry = |module: crate::ModuleStatus| ModuleEntry {
             name: module.name,
@@ -140,6 +159,7 @@ impl Desk {
             ticks: module.ticks,
             misses: module.misses,
             panics: module.panics,
+            has_shadow: module.has_shadow,
         };
         result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
     }
@@ -150,14 +170,8 @@ impl Desk {
         };
         let modules = self.composer.modules();
         let Some(module) = modules.iter().find(|module| module.name == name) else {
-            let names = modules.iter().map(|module| module.name.as_str());
-            let near = slate_blackboard::nearest_names(name, names).join(" or ");
-            let help = if near.is_empty() {
-                "see the list of modules".into()
-            } else {
-                format!("did you mean {near}?")
-            };
-            return Err(refusal(format!("no module is called `{name}`"), &help));
+            let names: Vec<_> = modules.into_iter().map(|module| module.name).collect();
+            return Err(unknown("module", name, &names, "see the list of modules"));
         };
         if !on && self.composer.is_time_source(name) {
             let message = format!("`{name}` is the time source, and without it the world stands still");
@@ -170,6 +184,10 @@ impl Desk {
                 &format!("reload its plugin: slate plugin reload {}", module.plugin),
             ));
         }
+        let present = self.composer.board().read(&format!("{name}/enabled/value"));
+        if present.ok().flatten().is_some_and(|(value, _)| value == interface::Value::Bool(on)) {
+            return result(false);
+        }
         match self.database.as_ref().filter(known) {
             Some(database) => {
                 let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
@@ -178,7 +196,7 @@ impl Desk {
             // One that came with a plugin which was loaded by hand is in no file.
             None => self.composer.enable(name, on)?,
         }
-        result(())
+        result(true)
     }
 
     fn database(&self) -> Result<&Database, Refusal> {
@@ -261,6 +279,12 @@ impl Desk {
     }
 }
 
+fn loaded(loaded: Loaded) -> Done {
+    let plugin = |(name, file)| LoadedPlugin { name, file };
+    let plugins = loaded.plugins.into_iter().map(plugin).collect();
+    result(LoadedPlugins { plugins, modules: loaded.modules })
+}
+
 fn reloaded(reload: Reload) -> Done {
     result(Reloaded {
         plugin: reload.plugin,
@@ -289,6 +313,13 @@ fn absolute(file: &Path) -> Result<&Path, Refusal> {
 
 pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {
     Refusal { message: message.into(), help: help.into(), report: None }
+}
+
+/// There is nothing of that name; `help` is for when there is nothing like it either.
+fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
+    let near = slate_blackboard::nearest_names(name, names.iter().map(String::as_str)).join(" or ");
+    let help = if near.is_empty() { help.into() } else { format!("did you mean {near}?") };
+    refusal(format!("no {what} is called `{name}`"), &help)
 }
 
 impl From<Report> for Refusal {
