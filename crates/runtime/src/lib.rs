@@ -15,18 +15,20 @@ pub mod isolation;
 pub mod log;
 mod main_loop;
 pub mod plugin;
+mod printable;
 pub mod remote;
 mod runner;
 pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
-    Agent, Composer, Mode, ModuleStatus, Options, PluginError, PluginStatus, Reload, StartError, Stopper,
-    SystemClock,
+    Agent, Composer, Loaded, Mode, ModuleStatus, Options, PluginError, PluginStatus, Reload, StartError,
+    Stopper, SystemClock,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
     ScheduledStage, SenseAct,
 };
+pub use printable::printable;
 pub use slate_module::Stage;

@@ -7,8 +7,8 @@
 #![allow(clippy::unwrap_used, reason = "a bench that can't go on ends")]
 #![allow(unsafe_code, reason = "a value is written in place, as modules do")]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[path = "../tests/agents/mod.rs"]
+mod agents;
 
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::net::UnixDatagram;
@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
+use agents::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
 use rustix::time::{ClockId, clock_gettime};
 use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::Interface;

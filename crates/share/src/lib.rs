@@ -1,5 +1,6 @@
-//! Properties between agents: a module that is linked to another agent's property does not know that it is elsewhere.
+//! What agents share: their properties, and the knowledge of a team.
 //!
+//! A module that is linked to another agent's property does not know that it is elsewhere.
 //! An agent subscribes to another one's property, and gets a mirror of it on its own board, at `agents/<agent>/<path>`,
 //! which its modules read like any other. Each subscription says when values are sent, whether all of them or the
 //! newest, and whether what is lost on the way comes again. No tick and no other agent ever waits for a slow or dead
@@ -8,6 +9,10 @@
 //!
 //! [`session`] is the protocol of two agents, without sockets, clocks or threads. A [`carrier`] brings its packets from
 //! one to the other; [`carrier::local`] does so on one machine. [`peers`] ties both to a board.
+//!
+//! [`knowledge`] is the protocol by which facts reach every robot that is reachable through any chain of robots that know
+//! each other. It is a state machine without sockets, clocks and threads: the host hands it messages and sends what it
+//! has to say, over whatever carries bytes.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -30,6 +35,7 @@
 
 pub mod carrier;
 pub mod encoding;
+pub mod knowledge;
 pub mod peers;
 pub mod schema;
 pub mod session;

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(unsafe_code, reason = "memory is counted where it is allocated")]
 
-mod common;
+mod agents;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::{Blob, Number, add, output};
+use agents::{Blob, Number, add, output};
 use proptest::prelude::*;
 use slate_blackboard::Board;
 use slate_blackboard::channel::Writer;

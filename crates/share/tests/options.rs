@@ -1,11 +1,11 @@
 //! How subscriptions are served: when values are sent, how large ones travel, and how they are made smaller.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod common;
+mod agents;
 
 use std::sync::Arc;
 
-use common::{Blob, Number, add, output};
+use agents::{Blob, Number, add, output};
 use slate_blackboard::Board;
 use slate_blackboard::channel::{Policy, QueueReader, Start};
 use slate_blackboard::interface::{Descriptor, Field, Interface, Kind, View, schema_hash};

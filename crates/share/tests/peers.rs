@@ -1,12 +1,12 @@
 //! Agents that share over the carrier of one machine, as their users see them.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod common;
+mod agents;
 
 use std::os::unix::fs::PermissionsExt;
 use std::time::Duration;
 
-use common::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
+use agents::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
 use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::{Descriptor, Interface, Kind, Value, View, schema_hash};
 use slate_blackboard::message::{Answer as Reply, Mailbox};

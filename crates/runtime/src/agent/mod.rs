@@ -30,7 +30,7 @@ use crate::main_loop::{
 use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::WeakComposer;
-pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
+pub use composer::{Composer, Loaded, ModuleStatus, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
@@ -176,6 +176,7 @@ impl Agent {
         let ground = Ground {
             board,
             logger,
+            hang,
             lockstep,
             mode: options.mode,
             stop: options.stop,

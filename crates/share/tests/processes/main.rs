@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(clippy::disallowed_methods, reason = "what real processes do takes real time")]
 
-#[path = "../common/mod.rs"]
-mod common;
+#[path = "../agents/mod.rs"]
+mod agents;
 
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Agent, Folder, Number, output, setup, wait_for, write};
+use agents::{Agent, Folder, Number, output, setup, wait_for, write};
 use rustix::process::{Pid, Signal, kill_process};
 use slate_blackboard::channel::{Policy, QueueReader, Start};
 use slate_blackboard::interface::{Interface, Value};
