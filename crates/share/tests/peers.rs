@@ -245,6 +245,26 @@ fn a_second_agent_of_a_name_is_refused_until_the_first_is_gone() {
 }
 
 #[test]
+fn who_came_by_and_is_gone_is_forgotten() {
+    let folder = Folder::new();
+    let base = Agent::listening("base", &folder);
+    for i in 0..5 {
+        let tool = Agent::start(setup(&format!("tool-{i}")));
+        tool.peers.connect("base", &folder.endpoint("base")).unwrap();
+        wait_for("the tool", || base.peers.is_connected(&format!("tool-{i}")));
+        drop(tool);
+        wait_for("its end", || !base.peers.is_connected(&format!("tool-{i}")));
+    }
+    assert!(base.peers.agents().len() <= 2, "{:?}", base.peers.agents());
+    let arm = Agent::start(setup("arm"));
+    arm.peers.connect("base", &folder.endpoint("base")).unwrap();
+    for path in ["", "a//b", "a b", "/a"] {
+        let refused = arm.peers.subscribe("base", Want::new(path, Options::default()));
+        assert!(matches!(refused, Err(PeerError::Subscription { .. })), "{path}");
+    }
+}
+
+#[test]
 fn agents_that_dial_each_other_share_one_link() {
     let folder = Folder::new();
     let (base, arm) = (Agent::listening("base", &folder), Agent::listening("arm", &folder));

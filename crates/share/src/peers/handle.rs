@@ -159,6 +159,14 @@ impl Common {
             }
             return Ok(Arc::clone(&served.line));
         }
+        // Tools come and go, each under a name of its own.
+        lines.retain(|_, served| {
+            let idle = served.line.is_idle();
+            if idle {
+                served.line.end();
+            }
+            !idle
+        });
         if lines.len() >= AGENTS || self.ended.load(Ordering::Acquire) {
             return Err(io::Error::other(format!("no more than {AGENTS} agents are connected")));
         }

@@ -88,6 +88,11 @@ impl Line {
         self.wake.notify(1);
     }
 
+    /// Whether nobody would miss it: the other agent came by itself, and is gone.
+    pub fn is_idle(&self) -> bool {
+        locked(&self.endpoint).is_none() && self.current().is_none() && locked(&self.peer).is_idle()
+    }
+
     fn has_ended(&self) -> bool {
         self.ended.load(Ordering::Acquire)
     }
@@ -106,6 +111,10 @@ impl Line {
     ) -> Result<(), Option<String>> {
         let now = common.now();
         let mut current = locked(&self.link);
+        if self.has_ended() {
+            // It was idle a moment ago; whoever dials again finds another one.
+            return Err(None);
+        }
         let mut peer = locked(&self.peer);
         if let Some(old) = &current.link {
             let other = peer.session().other().map(|other| other.instance);

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern};
+use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
 
 use super::export::{Export, Unserved};
 use super::import::{Import, Status};
@@ -12,7 +12,9 @@ use super::inspection::{Answers, Question};
 use super::messages::{Incoming, Messages};
 use super::{Happening, Want};
 use crate::carrier::SharedMemory;
-use crate::session::{Application, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session};
+use crate::session::{
+    Application, Compression, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session,
+};
 
 /// How often a property is looked for that is not there; other names of properties come without an event.
 const RETRY: u64 = 200_000_000;
@@ -21,7 +23,10 @@ const RETRY: u64 = 200_000_000;
 const SETTLE: u64 = 2_000_000;
 
 /// How many happenings wait for whoever is interested.
-const HAPPENINGS: usize = 1024;
+const HAPPENINGS: usize = 4096;
+
+/// Bytes of a path that another agent may ask for.
+const LONGEST_PATH: usize = 1024;
 
 /// Bytes of control messages that are left free for others while a question is answered.
 const RESERVE: usize = 1 << 20;
@@ -134,7 +139,12 @@ impl Peer {
     ///
     /// # Errors
     /// When the mirror's path is taken, or there are too many subscriptions.
-    pub fn subscribe(&mut self, want: Want) -> Result<u32, String> {
+    pub fn subscribe(&mut self, mut want: Want) -> Result<u32, String> {
+        Url::parse(&format!("/{}", want.path)).map_err(|error| error.to_string())?;
+        if !cfg!(feature = "jpeg") && matches!(want.options.compression, Compression::Jpeg(_)) {
+            // What is sent must be what this agent can read.
+            want.options.compression = Compression::Lossless;
+        }
         let mut import = Import::new(&self.desk.agent, want);
         if self.desk.board.get(&import.place).is_some_and(|(_, field)| field.is_empty()) {
             return Err(format!("/{} exists already", import.place));
@@ -251,6 +261,11 @@ impl Peer {
         next
     }
 
+    /// Whether this agent reads nothing there, and the other one nothing here.
+    pub fn is_idle(&self) -> bool {
+        self.desk.imports.is_empty() && self.session.other().is_none()
+    }
+
     /// Whether properties are served whose writers notify nobody by themselves.
     pub fn serves(&self) -> bool {
         !self.desk.exports.is_empty()
@@ -305,6 +320,10 @@ impl Peer {
                 }
             }
             Event::Subscribed { id, path, options, seen } => {
+                // What is served shows on the board under the same path.
+                if path.len() > LONGEST_PATH || Url::parse(&format!("/{path}")).is_err() {
+                    return self.session.decline(id, "that is no path of a property");
+                }
                 let export = Export::new(path, options, seen, Arc::clone(&self.desk.wake));
                 self.desk.exports.insert(id, export);
                 self.serve(id, now);

@@ -6,6 +6,9 @@ use super::subscription::{Reading, Serving};
 use super::wire::{Bytes, Control, PortableOffer, append};
 use super::{Options, QUESTIONS, Session};
 
+/// Messages of this agent that may be open.
+const MESSAGES: usize = 1024;
+
 /// Why something can't be sent to the other agent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SendError {
@@ -120,6 +123,9 @@ impl Session {
             return Err(SendError::TooLarge { bytes: bytes.len(), limit: self.limits.value });
         }
         self.check_room(bytes.len())?;
+        if self.tickets.len() >= MESSAGES {
+            return Err(SendError::Full);
+        }
         let ticket = self.next_ticket;
         self.next_ticket += 1;
         self.tickets.insert(ticket);

@@ -27,6 +27,8 @@ pub use event::{Answer, Application, Event, Offer};
 pub use options::{Compression, Content, Limits, Mode, Options};
 pub use wire::{Encoding, Sample, Seen, VERSION, refusal};
 
+use slate_blackboard::Url;
+
 use clock::PeerClock;
 use connection::{Connection, Greeting};
 use inbound::Inbound;
@@ -285,7 +287,7 @@ impl Session {
         application: &mut dyn Application,
     ) -> bool {
         let (own, agent) = (self.connection.own.agent.clone(), hello.agent);
-        if agent.is_empty() || agent.len() > 255 || slate_blackboard::Url::parse(agent).is_err() {
+        if !is_agent(agent) {
             self.counters.malformed += 1;
             return false;
         }
@@ -352,7 +354,7 @@ impl Session {
     pub fn greeting(packet: &[u8]) -> Option<Identity> {
         let Packet::Frames(_, frames) = wire::open(packet) else { return None };
         match postcard::take_from_bytes::<Frame<'_>>(frames) {
-            Ok((Frame::Hello(hello), _)) => {
+            Ok((Frame::Hello(hello), _)) if is_agent(hello.agent) => {
                 Some(Identity { agent: hello.agent.into(), instance: hello.instance })
             }
             _ => None,
@@ -468,6 +470,11 @@ fn discard(sample: &Sample, content: &[u8], application: &mut dyn Application) {
     if sample.encoding == Encoding::Placed {
         application.discard(sample, content);
     }
+}
+
+/// Whether a text can be the name of an agent: a part of a path.
+fn is_agent(name: &str) -> bool {
+    name.len() <= 255 && !name.contains('/') && Url::parse(name).is_ok()
 }
 
 /// Says why a second agent of a name is refused.
