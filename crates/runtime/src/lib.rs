@@ -21,8 +21,8 @@ pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
-    Agent, Composer, Mode, ModuleStatus, Options, PluginError, PluginStatus, Reload, StartError, Stopper,
-    SystemClock,
+    Agent, Composer, LinkStatus, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus, Reload,
+    StartError, Stopper, SystemClock,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{

@@ -6,6 +6,7 @@ mod composer;
 mod composition;
 mod looping;
 mod parameters;
+mod relinking;
 mod settings;
 mod survey;
 
@@ -30,7 +31,7 @@ use crate::main_loop::{
 use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::WeakComposer;
-pub use composer::{Composer, ModuleStatus, PluginError, PluginStatus, Reload};
+pub use composer::{Composer, LinkStatus, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
@@ -198,6 +199,9 @@ impl Agent {
             loop_owner: None,
             time_owner: None,
             armed: options.armed,
+            listeners: BTreeMap::new(),
+            database: None,
+            unlinked: None,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
@@ -211,7 +215,7 @@ impl Agent {
     }
 
     /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
-    /// values of inputs, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
+    /// values of inputs, links, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
     /// that are edited are taken over too. What else is changed, or does not fit, is refused and changes nothing.
     ///
     /// # Errors

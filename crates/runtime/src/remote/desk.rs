@@ -9,11 +9,11 @@ use slate_blackboard::interface;
 use slate_blackboard::{BoardError, Url};
 
 use super::protocol::{
-    Answer, Call, Changed, Different, ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved,
+    Answer, Call, Changed, Different, LinkEntry, ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved,
     SettingEntry, UnloadedPlugin,
 };
-use crate::configuration::{Database, Report, SaveTo, Value};
-use crate::{Composer, PluginError, Reload};
+use crate::configuration::{Change, Database, Report, SaveTo, Value};
+use crate::{Composer, NewLink, PluginError, Reload};
 
 /// What calls act on.
 pub(super) struct Desk {
@@ -73,6 +73,26 @@ impl Desk {
             Call::ModuleList {} => self.modules(),
             Call::ModuleEnable { name } => self.enable(&name, true),
             Call::ModuleDisable { name } => self.enable(&name, false),
+            Call::Link { to, from, options, dry_run } => {
+                let link = options
+                    .into_iter()
+                    .fold(NewLink::new(to, from), |link, (name, value)| link.with(name, value));
+                let composer = &self.composer;
+                linked(if dry_run { composer.check_link(&link) } else { composer.link(&link) })
+            }
+            Call::Unlink { to, dry_run } => {
+                let composer = &self.composer;
+                linked(if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) })
+            }
+            Call::LinkList {} => {
+                let entry = |link: crate::LinkStatus| LinkEntry {
+                    to: link.to,
+                    from: link.from,
+                    previous: link.previous,
+                    stale: link.stale,
+                };
+                result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
+            }
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
             Call::ConfigDiff {} => self.differences(),
@@ -212,12 +232,10 @@ impl Desk {
             ),
             None => report.into(),
         })?;
-        let changed = changed.into_iter().map(|change| Changed {
-            path: change.path,
-            before: text(change.before),
-            after: text(change.after),
-        });
-        result(changed.collect::<Vec<_>>())
+        match self.composer.unlinked() {
+            Some(report) => Err(report.into()),
+            None => result(changed.into_iter().map(Changed::from).collect::<Vec<_>>()),
+        }
     }
 
     /// A module among those to change that the agent has, but not its configuration.
@@ -258,6 +276,20 @@ impl Desk {
             sequence: stamp.sequence,
             time: stamp.time,
         }))
+    }
+}
+
+/// What became of a link; the text that a command makes of it is none of the user's, so it is not shown.
+fn linked(changes: Result<Vec<Change>, Report>) -> Done {
+    match changes {
+        Ok(changes) => result(changes.into_iter().map(Changed::from).collect::<Vec<_>>()),
+        Err(report) => Err(Refusal { report: None, ..report.into() }),
+    }
+}
+
+impl From<Change> for Changed {
+    fn from(change: Change) -> Self {
+        Self { path: change.path, before: text(change.before), after: text(change.after) }
     }
 }
 

@@ -7,6 +7,7 @@ mod ports;
 mod prepare;
 mod shadow;
 mod supervision;
+mod wiring;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -25,6 +26,7 @@ pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, Que
 pub(crate) use shadow::{Shadow, ShadowState};
 
 pub(crate) use supervision::Supervised;
+pub(crate) use wiring::{OutboxWiring, QueueWiring, Unwired, Wiring};
 
 use crate::log::ModuleLog;
 
@@ -95,6 +97,8 @@ pub(crate) struct Runner {
     pub inboxes: Vec<InboxPort>,
     pub outputs: Vec<OutputPort>,
     pub outboxes: Vec<OutboxPort>,
+    /// Whether its links have changed since its last step: what they lead to is news.
+    pub rewired: bool,
     /// Services of other modules.
     pub aspects: Vec<AspectPort>,
     /// Services for other modules.
@@ -182,7 +186,9 @@ impl Runner {
             }
             Trigger::On { timeout, .. } => {
                 let waited = now.saturating_sub(self.last_tick);
-                timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout) || self.has_news()
+                timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout)
+                    || self.has_news()
+                    || std::mem::take(&mut self.rewired)
             }
         }
     }

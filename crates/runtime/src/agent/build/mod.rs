@@ -3,16 +3,18 @@
 mod actuators;
 mod isolation;
 mod properties;
+mod rewiring;
 mod runners;
+mod wiring;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::commit::CommitWord;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Board, BoardError, Property};
+use slate_blackboard::{Board, BoardError, Placement, Property};
 use slate_module::{Direction, PortDescription, Trigger};
 use slate_safety::StopLatch;
 
@@ -24,6 +26,7 @@ use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
 use crate::runner::{Health, Runner};
+pub(super) use rewiring::{Rewiring, rewire};
 
 /// Reader handles for tools, and for modules that come later.
 const SPARE_READERS: u16 = 16;
@@ -103,7 +106,7 @@ pub(super) fn build(
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder = Builder { configuration, survey, ground, complaints };
+    let mut builder = Builder { configuration, survey, ground, complaints, placements: Vec::new() };
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
@@ -113,6 +116,8 @@ struct Builder<'a, 's> {
     survey: &'s Survey<'a>,
     ground: &'s mut Ground,
     complaints: Complaints<'a>,
+    /// What is to stand on the board when links are exchanged.
+    placements: Vec<Placement>,
 }
 
 struct Failed;
@@ -156,17 +161,18 @@ impl<'a> Builder<'a, '_> {
     }
 
     fn target_path(&self, target: Target) -> String {
-        match target {
-            Target::Port(module, port) => format!("{}/{}", self.name(module), self.port(module, port).name),
-            Target::Command(actuator) => {
-                format!("{}/command", self.configuration.actuators()[actuator].name.value)
-            }
-            Target::Absent(absent) => self.survey.absent[absent].path.clone(),
-        }
+        self.survey.path(self.configuration, target)
     }
 
     /// The property at exactly that path.
     fn property(&self, path: &str) -> Option<Arc<Property>> {
+        let placed = self.placements.iter().find_map(|placement| match placement {
+            Placement::Property(property) if property.path() == path => Some(Arc::clone(property)),
+            _ => None,
+        });
+        if placed.is_some() {
+            return placed;
+        }
         let (property, field) = self.ground.board.get(path)?;
         (field.is_empty() && property.path() == path).then_some(property)
     }
@@ -233,19 +239,13 @@ impl<'a> Builder<'a, '_> {
 
     /// The modules with a link to that path, also those that are not there yet.
     fn links_to<'p>(&'p self, path: &'p str) -> impl Iterator<Item = &'a str> + 'p {
-        let linked =
-            self.configuration.links().iter().filter(move |link| link.from.value.path_in("") == path);
-        linked.filter_map(|link| {
-            let names = self.configuration.modules().iter().map(|module| module.name.value.as_str());
-            let owns =
-                |name: &&str| link.to.value.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
-            names.filter(owns).max_by_key(|name| name.len())
-        })
+        let listeners = self.survey.listeners.get(path);
+        listeners.into_iter().flatten().copied()
     }
 
     /// What wakes the threads of the modules that are linked to that path.
     fn wakes(&mut self, path: &str) -> Vec<Arc<Wake>> {
-        let names: Vec<_> = self.links_to(path).collect();
+        let names: BTreeSet<_> = self.links_to(path).collect();
         names.into_iter().filter_map(|name| self.wake_of(name)).collect()
     }
 

@@ -3,6 +3,7 @@
 mod error;
 mod exchange;
 mod gather;
+mod links;
 mod reload;
 mod shadow;
 mod threads;
@@ -22,6 +23,7 @@ use crate::main_loop::Shared;
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
+pub use links::{LinkStatus, NewLink};
 pub use reload::Reload;
 pub(super) use shadow::Trial;
 

@@ -46,7 +46,7 @@ pub(super) struct Joint<'a> {
 }
 
 /// What a link ends at in its own module.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Wire {
     Port(usize),
     Enabled,
@@ -82,6 +82,66 @@ pub(super) struct Survey<'a> {
     pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
     pub order: Vec<Vec<Vec<usize>>>,
+    /// The modules with links to a path, also those that are not there yet; one stands there for each link.
+    pub listeners: BTreeMap<String, Vec<&'a str>>,
+}
+
+/// What a link comes to: what decides whether a port can go on as it is when links change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Lead {
+    /// The path of the property.
+    pub path: String,
+    pub previous: bool,
+    pub stale: Option<u64>,
+}
+
+impl<'a> Survey<'a> {
+    /// The path of what a link leads to.
+    pub fn path(&self, configuration: &Configuration, target: Target) -> String {
+        match target {
+            Target::Port(module, port) => {
+                let surveyed = &self.modules[module];
+                format!("{}/{}", surveyed.module.name.value, surveyed.description.ports[port].name)
+            }
+            Target::Command(actuator) => {
+                format!("{}/command", configuration.actuators()[actuator].name.value)
+            }
+            Target::Absent(absent) => self.absent[absent].path.clone(),
+        }
+    }
+
+    /// The links of a module.
+    pub fn leads(&self, configuration: &Configuration, module: usize) -> BTreeMap<Wire, Vec<Lead>> {
+        let mut leads: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for joint in self.joints.iter().filter(|joint| joint.port.0 == module) {
+            leads.entry(joint.port.1).or_default().push(Lead {
+                path: self.path(configuration, joint.target),
+                previous: joint.link.previous,
+                stale: joint.link.stale.as_ref().map(|stale| stale.value),
+            });
+        }
+        leads
+    }
+
+    /// Finds out who reads what.
+    fn listen(&mut self, configuration: &'a Configuration) {
+        let mut listeners: BTreeMap<String, Vec<&'a str>> = BTreeMap::new();
+        for joint in &self.joints {
+            let name = self.modules[joint.port.0].module.name.value.as_str();
+            listeners.entry(self.path(configuration, joint.target)).or_default().push(name);
+        }
+        let names = || configuration.modules().iter().map(|module| module.name.value.as_str());
+        let there = |name: &str| self.modules.iter().any(|surveyed| surveyed.module.name.value == name);
+        for link in configuration.links() {
+            let owns =
+                |name: &&str| link.to.value.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
+            let owner = names().filter(owns).max_by_key(|name| name.len());
+            if let Some(owner) = owner.filter(|owner| !there(owner)) {
+                listeners.entry(link.from.value.path_in("")).or_default().push(owner);
+            }
+        }
+        self.listeners = listeners;
+    }
 }
 
 /// Collects complaints.
@@ -129,10 +189,18 @@ pub(super) fn survey<'a>(
     check_time_source(configuration, &modules, complaints);
     aspects::check_single(configuration, &modules, complaints);
     let services = aspects::survey_services(&modules, catalogue, complaints);
-    let mut survey = Survey { modules, joints: Vec::new(), absent: Vec::new(), services, order: Vec::new() };
+    let mut survey = Survey {
+        modules,
+        joints: Vec::new(),
+        absent: Vec::new(),
+        services,
+        order: Vec::new(),
+        listeners: BTreeMap::new(),
+    };
     // Links can only be judged when every module is known.
     if survey.modules.len() + dormant.len() == configuration.modules().len() {
         links::survey_links(configuration, &dormant, &mut survey, complaints);
+        survey.listen(configuration);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
     }
     survey
