@@ -12,6 +12,7 @@ mod clock;
 pub mod configuration;
 mod digest;
 pub mod isolation;
+mod link;
 pub mod log;
 mod main_loop;
 pub mod plugin;

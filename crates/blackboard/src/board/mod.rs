@@ -10,7 +10,7 @@ use std::sync::{Arc, PoisonError};
 pub use error::{BoardError, nearest_names};
 pub use events::{Event, Observer, Settings};
 pub use pattern::{Pattern, PatternError};
-pub use property::{Access, Carrier, Property, Watching};
+pub use property::{Access, Carrier, Property, Setter, Watching};
 
 use crate::channel::{Budget, Channel, ValueMemory};
 use crate::interface::{Descriptor, Value, View, find};

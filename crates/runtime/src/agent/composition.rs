@@ -202,6 +202,12 @@ impl Composition {
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
         self.ground.means.plugins.show(self.catalogue.list());
+        // Links of modules that stay to parts of what came or left.
+        self.unlinked = self.relink(&configuration, shared).err();
+        if let Some(report) = &self.unlinked {
+            let text = format!("links could not be changed: {report}");
+            shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
+        }
         Ok(changed)
     }
 

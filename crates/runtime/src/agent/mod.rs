@@ -319,6 +319,8 @@ impl Agent {
     pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
         let shared = &self.shared;
         let watchdog = Watchdog::new(Arc::clone(shared), self.hang);
+        // Before the token is taken: who changes the agent at this moment waits for who has it.
+        let composition = self.composer.composition();
         shared.begin();
         // SAFETY: `begin` took the token.
         unsafe { shared.core() }.observer = Some(observer);
@@ -330,7 +332,8 @@ impl Agent {
         let main_loop = std::thread::Builder::new().name("main loop".into());
         let started = match (&watchdog, &timing) {
             (Ok(_), Ok(_)) => {
-                self.composer.start_threads().and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop))
+                let threads = composition.start_threads(shared);
+                threads.and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop))
             }
             (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
@@ -338,6 +341,7 @@ impl Agent {
             shared.finish(End::Stopped);
             shared.put_token_down();
         }
+        drop(composition);
         let end = shared.wait();
         shared.threads().join();
         let panic = shared.close();

@@ -47,7 +47,7 @@ impl Composition {
         }
         let standing = self.standing();
         let rewiring = rewire(configuration, &survey, &mut self.ground, &changed, &woken);
-        let Rewiring { mut wirings, mut wakes, placements } = rewiring.map_err(|diagnostics| {
+        let Rewiring { mut wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
             self.undo(&standing, std::iter::empty());
             Report::from(diagnostics)
         })?;
@@ -59,6 +59,10 @@ impl Composition {
             let wakes: BTreeMap<_, _> =
                 paths.into_iter().filter_map(|path| wakes.remove_entry(&path)).collect();
             let wiring = wirings.remove(name);
+            if let Some(wiring) = &wiring {
+                // One that is early in vain does nothing, so this may come before the exchange.
+                present.seat.set_early(wiring.is_early() || present.seat.is_early());
+            }
             if wiring.is_some() || !wakes.is_empty() {
                 rewires.insert(name.clone(), Rewire { seat: Arc::clone(&present.seat), wiring, wakes });
             }
@@ -83,6 +87,11 @@ impl Composition {
             }
         }
         self.ground.board.place(placements);
+        for (module, fields) in reserved {
+            if let Some((params, _)) = self.ground.board.get(&format!("{module}/params")) {
+                params.reserve(fields);
+            }
+        }
         for module in changed.keys() {
             let name = survey.modules[*module].module.name.value.as_str();
             if let Some(present) = self.present.get_mut(name) {

@@ -129,7 +129,13 @@ impl Composition {
                 configuration.links().iter().any(|link| link.to.value == input)
             };
             let refusal = match Live::of(change) {
-                Some(Live::Parameter { .. } | Live::LogLevel | Live::Link) => None,
+                Some(Live::Parameter { module, name }) => {
+                    let parameter = format!("{module}/params/{name}");
+                    let part = |to: &str| to.strip_prefix(&parameter).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]));
+                    let link = configuration.links().iter().find(|link| part(&link.to.value));
+                    link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
+                }
+                Some(Live::LogLevel | Live::Link) => None,
                 Some(Live::Enabled { module }) => linked(configuration, &format!("{module}/enabled"))
                     .then(|| format!("`{path}` has no effect, as a link switches the module")),
                 Some(Live::Input { module, port }) => {

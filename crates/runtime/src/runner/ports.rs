@@ -9,6 +9,7 @@ use slate_module::Entry;
 
 use super::Health;
 use crate::actuators::Actuator;
+use crate::link::Filter;
 
 /// Memory for values of any interface.
 #[derive(Debug)]
@@ -54,6 +55,10 @@ pub(crate) struct QueuePort {
     pub triggers: bool,
     pub reader: QueueReader,
     pub entries: Vec<Entry>,
+    /// Which values it gets, if not all.
+    pub filter: Option<Arc<Filter>>,
+    /// Whether its values are taken when a cycle begins, and not before the step.
+    pub is_early: bool,
 }
 
 /// An inbox.

@@ -9,6 +9,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod conversion;
 mod model;
 mod relinking;
 mod support;

@@ -106,7 +106,7 @@ pub(super) fn build(
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder = Builder { configuration, survey, ground, complaints, placements: Vec::new() };
+    let mut builder = Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
@@ -118,6 +118,8 @@ struct Builder<'a, 's> {
     complaints: Complaints<'a>,
     /// What is to stand on the board when links are exchanged.
     placements: Vec<Placement>,
+    /// Ports that links filled before, and fill again.
+    kept: BTreeSet<(usize, Wire)>,
 }
 
 struct Failed;
@@ -147,9 +149,18 @@ impl<'a> Builder<'a, '_> {
         &self.surveyed(module).description.ports[port]
     }
 
-    /// The link of an input or an outbox.
+    /// The link of a port that reads a property itself.
     fn joint(&self, module: usize, wire: Wire) -> Option<&Joint<'a>> {
-        self.survey.joints.iter().find(|joint| joint.port == (module, wire))
+        self.joints(module, wire).find(|joint| joint.is_plain())
+    }
+
+    /// The links of a port that has a property of its own, which they fill.
+    fn conversions(&self, module: usize, wire: Wire) -> impl Iterator<Item = &Joint<'a>> {
+        self.joints(module, wire).filter(|joint| !joint.is_plain())
+    }
+
+    fn joints(&self, module: usize, wire: Wire) -> impl Iterator<Item = &Joint<'a>> {
+        self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
     }
 
     fn added<T>(&mut self, module: usize, result: Result<T, BoardError>) -> Result<T, Failed> {
@@ -220,7 +231,8 @@ impl<'a> Builder<'a, '_> {
         for joint in self.readers(target) {
             match joint.port {
                 (module, Wire::Port(port)) if self.port(module, port).direction == Direction::Queue => {
-                    let window = self.port(module, port).window;
+                    let said = joint.link.window.as_ref().map(|window| window.value.into());
+                    let window = said.unwrap_or(self.port(module, port).window);
                     depth = depth.max(window * 2);
                     budget.queues += 1;
                     budget.window = budget.window.max(window as u16);

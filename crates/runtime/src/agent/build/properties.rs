@@ -10,7 +10,7 @@ use slate_module::{Direction, PortDescription};
 
 use super::{Builder, Failed, SPARE_READERS};
 use crate::agent::parameters::enabled_descriptor;
-use crate::agent::survey::{Target, Wire};
+use crate::agent::survey::{Implied, Target, Wire};
 use crate::aspects::followed;
 
 /// Who reads what the host sets: its module, and tools.
@@ -31,6 +31,9 @@ impl Builder<'_, '_> {
                         let target = joint.target;
                         self.alias(m, &path, target)?;
                         self.absent(m, target, port)?;
+                    }
+                    None if self.conversions(m, Wire::Port(p)).next().is_some() => {
+                        self.converted(m, Wire::Port(p), &path)?;
                     }
                     None => self.setting(m, &path, p)?,
                 },
@@ -105,6 +108,43 @@ impl Builder<'_, '_> {
         self.added(m, added)
     }
 
+    fn converted(&mut self, m: usize, wire: Wire, path: &str) -> Result<(), Failed> {
+        if self.property(path).is_some() {
+            let error = BoardError::Exists { url: format!("/{path}") };
+            return self.added(m, Err(error));
+        }
+        let property = self.new_converted(m, wire)?;
+        self.ground.board.place(vec![Placement::Property(property)]);
+        Ok(())
+    }
+
+    /// The property of a port that links fill; it is not on the board yet.
+    pub(super) fn new_converted(&mut self, m: usize, wire: Wire) -> Result<Arc<Property>, Failed> {
+        let (port, descriptor, capacity, doc) = match wire {
+            Wire::Port(p) => {
+                let port = self.port(m, p);
+                (Target::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
+            }
+            Wire::Enabled | Wire::Params => {
+                let doc = String::from("Whether the module runs.");
+                (Target::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
+            }
+        };
+        let path = self.target_path(port);
+        let (_, budget) = self.demand(port, &path);
+        let budget = Budget { latest: budget.latest + 1, ..budget };
+        let store = Store { capacity, depth: 1, budget };
+        let memory = self.setting_memory(m);
+        let made = self.ground.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
+        self.added(m, made)
+    }
+
+    /// What tools must not set of the parameters, as links fill it: each with what it is linked to.
+    pub(super) fn reserved(&self, m: usize) -> Vec<(String, String)> {
+        let joints = self.joints(m, Wire::Params);
+        joints.map(|joint| (joint.field.clone(), joint.link.from.value.to_string())).collect()
+    }
+
     /// Parameters and `enabled`.
     fn implied(&mut self, m: usize) -> Result<(), Failed> {
         let name = self.name(m);
@@ -112,10 +152,14 @@ impl Builder<'_, '_> {
         let path = format!("{name}/params");
         let property = self.host_property(m, &path, "Parameters of the module.", descriptor)?;
         self.set_first(&property, Some(&params));
+        property.reserve(self.reserved(m));
         let path = format!("{name}/enabled");
         if let Some(target) = self.joint(m, Wire::Enabled).map(|joint| joint.target) {
             self.absent_switch(m, target)?;
             return self.alias(m, &path, target);
+        }
+        if self.conversions(m, Wire::Enabled).next().is_some() {
+            return self.converted(m, Wire::Enabled, &path);
         }
         let property = self.new_switch(m)?;
         self.ground.board.place(vec![Placement::Property(property)]);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use slate_blackboard::Placement;
+use slate_blackboard::{Access, Placement};
 use slate_blackboard::wake::Wake;
 use slate_module::Direction;
 
@@ -19,6 +19,8 @@ pub(in crate::agent) struct Rewiring {
     /// Whom outputs wake, by their paths.
     pub wakes: BTreeMap<String, Vec<Arc<Wake>>>,
     pub placements: Vec<Placement>,
+    /// Which parameters tools must not set any more, by module.
+    pub reserved: BTreeMap<String, Vec<(String, String)>>,
 }
 
 /// Makes other readers for the ports that are listed, by module, and finds whom the outputs at those paths wake.
@@ -30,7 +32,7 @@ pub(in crate::agent) fn rewire(
     paths: &BTreeSet<String>,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder = Builder { configuration, survey, ground, complaints, placements: Vec::new() };
+    let mut builder = Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
     let mut wirings = BTreeMap::new();
     for (m, wires) in changed {
         // What is wrong was complained about.
@@ -49,19 +51,22 @@ pub(in crate::agent) fn rewire(
             }
         }
     }
+    let parameters = changed.iter().filter(|(_, wires)| wires.contains(&Wire::Params)).map(|(m, _)| *m);
+    let reserved = parameters.map(|m| (builder.name(m).to_owned(), builder.reserved(m))).collect();
     let wakes = paths.iter().map(|path| (path.clone(), builder.wakes(path))).collect();
     let Builder { complaints, placements, .. } = builder;
     if complaints.diagnostics.is_empty() {
-        Ok(Rewiring { wirings, wakes, placements })
+        Ok(Rewiring { wirings, wakes, placements, reserved })
     } else {
         Err(complaints.diagnostics)
     }
 }
 
 impl Builder<'_, '_> {
-    /// What is to stand at the path of a port whose link is another one.
+    /// What is to stand at the path of a port whose links are other ones.
     fn place(&mut self, m: usize, wire: Wire) -> Result<(), Failed> {
         let target = self.joint(m, wire).map(|joint| joint.target);
+        let is_converted = self.conversions(m, wire).next().is_some();
         let name = self.name(m);
         let (path, port) = match wire {
             Wire::Port(p) => {
@@ -69,6 +74,8 @@ impl Builder<'_, '_> {
                 (format!("{name}/{}", port.name), Some((p, port)))
             }
             Wire::Enabled => (format!("{name}/enabled"), None),
+            // They stand there always.
+            Wire::Params => return Ok(()),
         };
         match (&port, target) {
             (Some((_, port)), Some(target)) => self.absent(m, target, port)?,
@@ -78,8 +85,13 @@ impl Builder<'_, '_> {
         if port.as_ref().is_some_and(|(_, port)| port.direction == Direction::Outbox) {
             return Ok(());
         }
+        if is_converted && self.property(&path).is_some_and(|property| property.access() == Access::Output) {
+            self.kept.insert((m, wire));
+            return Ok(());
+        }
         let placement = match (target, port) {
             (Some(target), _) => Placement::Alias { path, target: self.target_path(target) },
+            (None, _) if is_converted => Placement::Property(self.new_converted(m, wire)?),
             (None, Some((p, _))) => Placement::Property(self.new_setting(m, &path, p)?),
             (None, None) => Placement::Property(self.new_switch(m)?),
         };

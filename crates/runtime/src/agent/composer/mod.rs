@@ -130,17 +130,6 @@ impl Composer {
         Ok(())
     }
 
-    /// Starts the threads of modules that have their own.
-    pub(super) fn start_threads(&self) -> std::io::Result<()> {
-        let composition = self.composition();
-        let mut threads = self.shared.threads();
-        composition
-            .present
-            .values()
-            .filter(|present| present.own_thread)
-            .try_for_each(|present| threads.start(&self.shared, &present.seat))
-    }
-
     /// Loads a plugin, or a list of plugins, of the configuration, with the plugins that it needs. The modules of the
     /// configuration that are of its kinds begin; a kind of which there is none gets a module of its name. Returns the
     /// modules that came.
@@ -389,6 +378,15 @@ fn unknown(composition: &Composition, name: &str) -> PluginError {
 }
 
 impl Composition {
+    /// Starts the threads of modules that have their own.
+    pub(super) fn start_threads(&self, shared: &Arc<Shared>) -> std::io::Result<()> {
+        let mut threads = shared.threads();
+        self.present
+            .values()
+            .filter(|present| present.own_thread)
+            .try_for_each(|present| threads.start(shared, &present.seat))
+    }
+
     /// Loads a library for the modules of the configuration.
     fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
         let modules = self.configuration.modules();
