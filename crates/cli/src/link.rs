@@ -95,7 +95,8 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
         }
         let row = |link: slate::runtime::remote::LinkEntry| {
             let previous = if link.previous { "previous" } else { "" };
-            [link.to, "<-".into(), link.from, previous.into()]
+            let queue = link.queue.map_or(String::new(), |(lag, lost)| format!("{lag} waiting, {lost} lost"));
+            [link.to, "<-".into(), link.from, previous.into(), queue]
         };
         output::columns(links.into_iter().map(row));
         return Ok(true);

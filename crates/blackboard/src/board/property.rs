@@ -174,7 +174,9 @@ impl Property {
             field => is_part(field, name) || is_part(name, field),
         });
         match taken {
-            Some((name, from)) => Err(BoardError::Linked { url: format!("{}/{name}", self.url()), from: from.clone() }),
+            Some((name, from)) => {
+                Err(BoardError::Linked { url: format!("{}/{name}", self.url()), from: from.clone() })
+            }
             None => Ok(()),
         }
     }

@@ -185,6 +185,7 @@ impl Agent {
             services: BTreeMap::new(),
             means,
             index: 0,
+            gauges: BTreeMap::new(),
             arenas: Arenas::new(options.isolation_program),
             kept: BTreeMap::new(),
         };

@@ -131,7 +131,10 @@ impl Composition {
             let refusal = match Live::of(change) {
                 Some(Live::Parameter { module, name }) => {
                     let parameter = format!("{module}/params/{name}");
-                    let part = |to: &str| to.strip_prefix(&parameter).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]));
+                    let part = |to: &str| {
+                        to.strip_prefix(&parameter)
+                            .is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
+                    };
                     let link = configuration.links().iter().find(|link| part(&link.to.value));
                     link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
                 }

@@ -40,14 +40,19 @@ const COMPARISONS: [(&str, Comparison); 6] = [
 
 impl Filter {
     /// Reads a filter for values of an interface.
-    pub fn new(descriptor: &'static Descriptor, every: Option<u64>, when: Option<&str>) -> Result<Self, NoPlace> {
+    pub fn new(
+        descriptor: &'static Descriptor,
+        every: Option<u64>,
+        when: Option<&str>,
+    ) -> Result<Self, NoPlace> {
         let when = when.map(|text| Condition::parse(descriptor, text)).transpose()?;
         Ok(Self { every: every.unwrap_or(1), when })
     }
 
     /// Whether the value of that sequence number passes.
     pub fn passes(&self, bytes: &[u8], items: usize, sequence: u64) -> bool {
-        sequence.is_multiple_of(self.every.max(1)) && self.when.as_ref().is_none_or(|when| when.holds(bytes, items))
+        sequence.is_multiple_of(self.every.max(1))
+            && self.when.as_ref().is_none_or(|when| when.holds(bytes, items))
     }
 }
 
@@ -72,7 +77,9 @@ impl Condition {
                 }
                 constant.map(|constant| constant.value as f64)
             }
-            (kind, number) if Number::of(&kind).is_some() => number.parse().ok().filter(|number: &f64| number.is_finite()),
+            (kind, number) if Number::of(&kind).is_some() => {
+                number.parse().ok().filter(|number: &f64| number.is_finite())
+            }
             (kind, _) => return Err(wrong(format!("`{field}` is {}, which is no number", kind.describe()))),
         };
         Ok(Self { place, comparison, value: value.ok_or_else(usual)? })

@@ -66,7 +66,9 @@ impl Number {
             return factor == 1 && (self == from || (from, self) == (Self::F32, Self::F64));
         };
         let (least, greatest) = self.whole();
-        let within = |limit: i128| limit.checked_mul(factor.into()).is_some_and(|limit| (least..=greatest).contains(&limit));
+        let within = |limit: i128| {
+            limit.checked_mul(factor.into()).is_some_and(|limit| (least..=greatest).contains(&limit))
+        };
         within(low) && within(high)
     }
 

@@ -46,7 +46,10 @@ impl Place {
                         true => format!("it has {}", names().collect::<Vec<_>>().join(", ")),
                         false => format!("did you mean {}?", near.join(" or ")),
                     };
-                    return Err(NoPlace { message: format!("{} has no field `{name}`", descriptor.name), help });
+                    return Err(NoPlace {
+                        message: format!("{} has no field `{name}`", descriptor.name),
+                        help,
+                    });
                 };
                 self.unit = field.unit;
                 (field.kind, field.offset)
@@ -64,7 +67,9 @@ impl Place {
             },
             Kind::Tail(item) => {
                 // What no memory could hold is never there.
-                match index.and_then(|index| Some((index, index.checked_mul(item.size())?.checked_add(self.offset)?))) {
+                match index.and_then(|index| {
+                    Some((index, index.checked_mul(item.size())?.checked_add(self.offset)?))
+                }) {
                     Some((index, end)) => {
                         self.tail = Some(index);
                         (*item, end - self.offset)
@@ -91,12 +96,15 @@ impl Place {
 
     /// Whether it is there in a value, whose sequences may be shorter.
     pub(super) fn is_in(&self, bytes: &[u8], items: usize) -> bool {
-        let length = |at: usize| bytes.get(at..at + 4).map_or(0, |bytes| {
-            let mut length = [0; 4];
-            length.copy_from_slice(bytes);
-            u32::from_ne_bytes(length) as usize
-        });
-        self.guards.iter().all(|(at, index)| *index < length(*at)) && self.tail.is_none_or(|index| index < items)
+        let length = |at: usize| {
+            bytes.get(at..at + 4).map_or(0, |bytes| {
+                let mut length = [0; 4];
+                length.copy_from_slice(bytes);
+                u32::from_ne_bytes(length) as usize
+            })
+        };
+        self.guards.iter().all(|(at, index)| *index < length(*at))
+            && self.tail.is_none_or(|index| index < items)
     }
 
     /// Whether it is an item of something that may be too short for it.

@@ -59,7 +59,9 @@ impl Program {
 impl Step {
     fn run(&self, bytes: &[u8], value: &mut [u8]) {
         match self {
-            Self::Copy { from, to, size } => value[*to..to + size].copy_from_slice(&bytes[*from..from + size]),
+            Self::Copy { from, to, size } => {
+                value[*to..to + size].copy_from_slice(&bytes[*from..from + size])
+            }
             Self::Number { from, to, factor } => {
                 to.1.write(from.1.read(&bytes[from.0..]).times(*factor), &mut value[to.0..]);
             }
@@ -69,7 +71,8 @@ impl Step {
                 let count = (u32::from_ne_bytes(length) as usize).min(*capacity);
                 value[*to..to + 4].copy_from_slice(&(count as u32).to_ne_bytes());
                 for i in 0..count {
-                    let (bytes, value) = (&bytes[from + head + i * item.0..], &mut value[to + head + i * item.1..]);
+                    let (bytes, value) =
+                        (&bytes[from + head + i * item.0..], &mut value[to + head + i * item.1..]);
                     steps.iter().for_each(|step| step.run(bytes, value));
                 }
             }
@@ -95,7 +98,11 @@ impl Part {
     }
 
     fn describe(self) -> String {
-        if self.unit.is_empty() { self.kind.describe() } else { format!("{} in {}", self.kind.describe(), self.unit) }
+        if self.unit.is_empty() {
+            self.kind.describe()
+        } else {
+            format!("{} in {}", self.kind.describe(), self.unit)
+        }
     }
 }
 
@@ -137,7 +144,10 @@ fn convert(from: Part, to: Part, steps: &mut Vec<Step>) -> Result<(), String> {
         (Kind::Nested(source), Kind::Nested(target)) => {
             for field in target.fields {
                 let Some(known) = source.field(field.name) else {
-                    return Err(format!("{} has no field `{}`, which {} has", source.name, field.name, target.name));
+                    return Err(format!(
+                        "{} has no field `{}`, which {} has",
+                        source.name, field.name, target.name
+                    ));
                 };
                 let part = |whole: Part, field: &'static slate_blackboard::interface::Field| Part {
                     kind: field.kind,
@@ -165,7 +175,10 @@ fn convert(from: Part, to: Part, steps: &mut Vec<Step>) -> Result<(), String> {
         }
         (Kind::Array(source, count), Kind::Array(target, room)) if count == room => {
             for i in 0..count {
-                let at = |whole: Part, item: &Kind| Part { offset: whole.offset + i * item.size(), ..whole.item(item) };
+                let at = |whole: Part, item: &Kind| Part {
+                    offset: whole.offset + i * item.size(),
+                    ..whole.item(item)
+                };
                 convert(at(from, source), at(to, target), steps)?;
             }
         }

@@ -87,7 +87,9 @@ impl Seat {
             duration: AtomicU64::new(0),
             returned: AtomicU64::new(0),
             kicks: AtomicU64::new(0),
-            early: AtomicBool::new(!runner.early.is_empty() || runner.queues.iter().any(|queue| queue.is_early)),
+            early: AtomicBool::new(
+                !runner.early.is_empty() || runner.queues.iter().any(|queue| queue.is_early),
+            ),
             name: Arc::clone(&runner.name),
             health: Arc::clone(&runner.health),
             publication: Publication::new(runner.histogram.take()),

@@ -90,6 +90,7 @@ impl Desk {
                     from: link.from,
                     previous: link.previous,
                     stale: link.stale,
+                    queue: link.queue,
                 };
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
             }

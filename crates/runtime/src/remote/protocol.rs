@@ -266,6 +266,8 @@ pub struct LinkEntry {
     pub previous: bool,
     /// Age from which a value counts as stale, nanoseconds.
     pub stale: Option<u64>,
+    /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
+    pub queue: Option<(u64, u64)>,
 }
 
 /// A setting.

@@ -123,7 +123,10 @@ impl Runner {
             match conversion.wire {
                 Wire::Params => {
                     if refused {
-                        self.log.write(Level::Warn, "a linked parameter is out of its range, and keeps its value");
+                        self.log.write(
+                            Level::Warn,
+                            "a linked parameter is out of its range, and keeps its value",
+                        );
                     }
                     if conversion.unwritten
                         && let Some(mut setter) = conversion.property.try_setter()
@@ -186,8 +189,8 @@ impl Runner {
     /// Whether a link that fills a part of a port that triggers has something new.
     pub(super) fn has_converted_news(&self) -> bool {
         let triggers = self.conversions.iter().filter(|conversion| conversion.triggers);
-        triggers.flat_map(|conversion| &conversion.sources).any(|source| {
-            self.sources[source.reader].has_news() || source.is_new(&self.sources)
-        })
+        triggers
+            .flat_map(|conversion| &conversion.sources)
+            .any(|source| self.sources[source.reader].has_news() || source.is_new(&self.sources))
     }
 }

@@ -24,7 +24,7 @@ use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
 pub(crate) use conversion::{Conversion, ConvertedSource, Wire};
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
-pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub(crate) use shadow::{Shadow, ShadowState};
 
 pub(crate) use supervision::Supervised;

@@ -1,3 +1,5 @@
+use std::sync::atomic::Ordering;
+
 use slate_blackboard::channel::{Latest, Loan};
 use slate_blackboard::commit::{pin, pin_both};
 use slate_module::{Entry, Flags};
@@ -43,7 +45,8 @@ impl Runner {
     /// Whether what was pinned when the cycle began has not been seen by a step.
     pub(super) fn has_early_news(&self) -> bool {
         let readers = self.early.iter().flat_map(|group| group.first as usize..group.end as usize);
-        let mut inputs = readers.filter_map(|at| Some((self.inputs.get(at)?, self.readers[at].value()?.stamp())));
+        let mut inputs =
+            readers.filter_map(|at| Some((self.inputs.get(at)?, self.readers[at].value()?.stamp())));
         inputs.any(|(input, stamp)| input.triggers && input.seen != (stamp.sequence, stamp.generation))
             || self.queues.iter().any(|queue| queue.is_early && queue.triggers && !queue.reader.is_empty())
     }
@@ -91,9 +94,8 @@ impl Runner {
             match &queue.filter {
                 None => queue.entries.extend(window.map(|loan| entry(&loan))),
                 Some(filter) => {
-                    let passes = |loan: &Loan<'_>| {
-                        filter.passes(loan.bytes(), loan.items(), loan.stamp().sequence)
-                    };
+                    let passes =
+                        |loan: &Loan<'_>| filter.passes(loan.bytes(), loan.items(), loan.stamp().sequence);
                     queue.entries.extend(window.filter(passes).map(|loan| entry(&loan)));
                 }
             }
@@ -101,6 +103,8 @@ impl Runner {
             slot.entries = queue.entries.as_ptr();
             slot.count.set(queue.entries.len());
             slot.missed = queue.reader.skipped();
+            queue.gauge.lag.store(queue.reader.lag(), Ordering::Relaxed);
+            queue.gauge.lost.store(slot.missed, Ordering::Relaxed);
         }
         for inbox in &mut self.inboxes {
             inbox.receiver.collect();

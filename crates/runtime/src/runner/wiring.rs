@@ -5,7 +5,7 @@ use slate_blackboard::message::Sender;
 use slate_blackboard::wake::Wake;
 use slate_module::Entry;
 
-use super::{Conversion, ConvertedSource, Group, InputPort, QueuePort, Runner, Wire};
+use super::{Conversion, ConvertedSource, Group, InputPort, QueueGauge, QueuePort, Runner, Wire};
 use crate::link::Filter;
 
 /// What a module's ports read and send to. It is exchanged between two steps, so a step sees all of a change or nothing.
@@ -42,6 +42,7 @@ pub(crate) struct QueueWiring {
     pub window: usize,
     pub filter: Option<Arc<Filter>>,
     pub is_early: bool,
+    pub gauge: Arc<QueueGauge>,
 }
 
 /// What an outbox sends to.
@@ -98,7 +99,9 @@ impl Runner {
             let reader = match reader {
                 Some(reader) => reader,
                 None => {
-                    let Some(at) = old.iter().position(|(known, _)| known.slot == port.slot) else { continue };
+                    let Some(at) = old.iter().position(|(known, _)| known.slot == port.slot) else {
+                        continue;
+                    };
                     let (known, reader) = old.swap_remove(at);
                     (port.seen, port.missed) = (known.seen, known.missed);
                     reader
@@ -117,12 +120,12 @@ impl Runner {
             }
         }
         let mut old = std::mem::take(&mut self.queues);
-        for QueueWiring { slot, triggers, reader, window, filter, is_early } in queues {
+        for QueueWiring { slot, triggers, reader, window, filter, is_early, gauge } in queues {
             let known = old.iter().position(|port| port.slot == slot);
             match (reader, known) {
                 (Some(reader), _) => {
                     let entries: Vec<Entry> = Vec::with_capacity(window);
-                    self.queues.push(QueuePort { slot, triggers, reader, entries, filter, is_early });
+                    self.queues.push(QueuePort { slot, triggers, reader, entries, filter, is_early, gauge });
                 }
                 (None, Some(at)) => self.queues.push(old.swap_remove(at)),
                 (None, None) => {}
@@ -153,7 +156,8 @@ impl Runner {
         unwired: &mut Unwired,
     ) {
         let mut old = std::mem::take(&mut self.conversions);
-        let mut readers: Vec<Option<Latest>> = std::mem::take(&mut self.sources).into_iter().map(Some).collect();
+        let mut readers: Vec<Option<Latest>> =
+            std::mem::take(&mut self.sources).into_iter().map(Some).collect();
         for conversion in conversions {
             let known = |old: &[Conversion], wire| old.iter().position(|other| other.wire == wire);
             match conversion {
@@ -173,7 +177,9 @@ impl Runner {
             }
         }
         for SourceWiring { wire, source, ordinal } in sources {
-            let Some(conversion) = self.conversions.iter_mut().find(|other| other.wire == wire) else { continue };
+            let Some(conversion) = self.conversions.iter_mut().find(|other| other.wire == wire) else {
+                continue;
+            };
             let place = self.sources.len();
             match source {
                 Some((reader, source)) => {
@@ -182,7 +188,9 @@ impl Runner {
                 }
                 None => {
                     let Some(source) = conversion.sources.get_mut(ordinal) else { continue };
-                    let Some(reader) = readers.get_mut(source.reader).and_then(Option::take) else { continue };
+                    let Some(reader) = readers.get_mut(source.reader).and_then(Option::take) else {
+                        continue;
+                    };
                     self.sources.push(reader);
                     source.reader = place;
                 }

@@ -129,7 +129,12 @@ impl Module for Thinker {
     type State = ();
 
     fn tick(_: &mut (), io: &ThinkerIo, params: &ThinkerParams, _: &Tick) -> Outcome {
-        io.seen.set(Refined { place: *io.point, metres: params.gain, count: io.refined.count, angle: params.width });
+        io.seen.set(Refined {
+            place: *io.point,
+            metres: params.gain,
+            count: io.refined.count,
+            angle: params.width,
+        });
         io.told.set(*io.tame);
         io.stale.set(Tame { metres: u32::from(io.refined.is_stale()), count: u32::from(io.tame.is_stale()) });
         Outcome::Ok
@@ -227,8 +232,12 @@ fn parameters_follow_outputs_within_their_range() {
     // Tools set the others, and not this one.
     agent.board().write("thinker/params/width", &Value::Float(7.0), 0).unwrap();
     let refused = agent.board().write("thinker/params/gain", &Value::Float(1.0), 0).unwrap_err().to_string();
-    assert!(refused.contains("follows /counter/number/value") && refused.contains("slate unlink"), "{refused}");
-    let set = agent.database().unwrap().set(&[("modules.thinker.params.gain", "2.0")]).unwrap_err().to_string();
+    assert!(
+        refused.contains("follows /counter/number/value") && refused.contains("slate unlink"),
+        "{refused}"
+    );
+    let set =
+        agent.database().unwrap().set(&[("modules.thinker.params.gain", "2.0")]).unwrap_err().to_string();
     assert!(set.contains("follows"), "{set}");
     steps(&mut agent, 4);
     assert_eq!(number(&agent, "thinker/seen/metres"), 5.0, "7 is out of range");
@@ -314,11 +323,17 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         words.iter().for_each(|word| assert!(flat.contains(word), "{word}: {flat}"));
         assert!(flat.contains("here") && flat.contains("test.toml"), "{flat}");
     };
-    refused("\"thinker/refined/angle\" = \"sensor/raw/degrees\"", &["deg", "rad", "`thinker/refined/angle`", "exact"]);
+    refused(
+        "\"thinker/refined/angle\" = \"sensor/raw/degrees\"",
+        &["deg", "rad", "`thinker/refined/angle`", "exact"],
+    );
     refused("\"thinker/tame/metres\" = \"sensor/raw/place/x\"", &["f64 in m", "u32 in mm"]);
     refused("\"thinker/tame/count\" = \"thinker/refined/count\"", &["u32 does not hold every u64"]);
-    refused("\"thinker/refined\" = \"sensor/raw\"", &["Raw has no field `angle`"]);
-    refused("\"thinker/refined/angel\" = \"sensor/raw/degrees\"", &["no field `angel`", "did you mean angle?"]);
+    refused("\"other/refined\" = \"sensor/raw\"", &["Raw has no field `angle`"]);
+    refused(
+        "\"thinker/refined/angel\" = \"sensor/raw/degrees\"",
+        &["no field `angel`", "did you mean angle?"],
+    );
     refused("\"thinker/refined/count\" = \"sensor/raw/cuont\"", &["no field `cuont`", "did you mean count?"]);
     refused("\"thinker/refined/count\" = \"sensor/raw/ranges/9\"", &["no item `9`", "at most 4"]);
     refused("\"thinker/params/gani\" = \"counter/number/value\"", &["no field `gani`", "gain"]);
@@ -333,7 +348,13 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         &["other/point -> thinker/point -> other/point", "circle"],
     );
     refused("\"thinker/tame\" = { from = \"sensor/raw\", when = \"good\" }", &["`good` is no condition"]);
-    refused("\"thinker/tame\" = { from = \"sensor/raw\", when = \"goood == true\" }", &["no field `goood`", "good"]);
-    refused("\"thinker/tame\" = { from = \"sensor/raw\", carrier = \"tcp\" }", &["`carrier` has no meaning here"]);
+    refused(
+        "\"thinker/tame\" = { from = \"sensor/raw\", when = \"goood == true\" }",
+        &["no field `goood`", "good"],
+    );
+    refused(
+        "\"thinker/tame\" = { from = \"sensor/raw\", carrier = \"tcp\" }",
+        &["`carrier` has no meaning here"],
+    );
     refused("\"thinker/tame\" = { from = \"sensor/raw\", policy = \"skip\" }", &["no queue input"]);
 }

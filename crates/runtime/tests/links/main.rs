@@ -11,6 +11,7 @@
 mod common;
 mod conversion;
 mod model;
+mod queues;
 mod relinking;
 mod support;
 mod threads;

@@ -97,7 +97,12 @@ impl Builder<'_, '_> {
             );
             return Err(Failed);
         };
-        for joint in self.survey.joints.iter().filter(|joint| joint.target == Target::Command(index) && joint.is_plain()) {
+        for joint in self
+            .survey
+            .joints
+            .iter()
+            .filter(|joint| joint.target == Target::Command(index) && joint.is_plain())
+        {
             if let (module, Wire::Port(port)) = joint.port
                 && self.survey.modules[module].description.ports[port].descriptor.hash != descriptor.hash
             {

@@ -25,7 +25,7 @@ use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
-use crate::runner::{Health, Runner};
+use crate::runner::{Health, QueueGauge, Runner};
 pub(super) use rewiring::{Rewiring, rewire};
 
 /// Reader handles for tools, and for modules that come later.
@@ -52,6 +52,8 @@ pub(super) struct Ground {
     pub means: Means,
     /// Counts outputs, for the digest.
     pub index: u32,
+    /// How queue inputs keep up, by the path of the port.
+    pub gauges: BTreeMap<String, Arc<QueueGauge>>,
     /// Memory that isolated modules see.
     pub arenas: Arenas,
     /// What was set in modules that are away for a moment, by path.
@@ -106,7 +108,8 @@ pub(super) fn build(
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder = Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
+    let mut builder =
+        Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }

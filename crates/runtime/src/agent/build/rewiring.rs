@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use slate_blackboard::{Access, Placement};
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Access, Placement};
 use slate_module::Direction;
 
 use super::{Builder, Failed, Ground};
@@ -32,7 +32,8 @@ pub(in crate::agent) fn rewire(
     paths: &BTreeSet<String>,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder = Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
+    let mut builder =
+        Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
     let mut wirings = BTreeMap::new();
     for (m, wires) in changed {
         // What is wrong was complained about.

@@ -15,8 +15,8 @@ use crate::agent::survey::{Joint, Target, Way, Wire};
 use crate::configuration::LinkPolicy;
 use crate::link::{Place, Program};
 use crate::runner::{
-    Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring, SourceWiring,
-    Wiring,
+    Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring,
+    SourceWiring, Wiring,
 };
 
 /// Something that a module reads.
@@ -243,7 +243,9 @@ impl Builder<'_, '_> {
                 let value = surveyed.inputs.get(&p).cloned().unwrap_or_else(|| vec![0; port.descriptor.size]);
                 (format!("{}/{}", self.name(m), port.name), value, self.triggers(m, p))
             }
-            Wire::Enabled => (format!("{}/enabled", self.name(m)), vec![surveyed.module.enabled.value.into()], false),
+            Wire::Enabled => {
+                (format!("{}/enabled", self.name(m)), vec![surveyed.module.enabled.value.into()], false)
+            }
             Wire::Params => (format!("{}/params", self.name(m)), surveyed.params.clone(), false),
         };
         let property = self.property(&path)?;
@@ -286,7 +288,8 @@ impl Builder<'_, '_> {
         let (wire, port) = (Wire::Port(p), self.port(m, p).clone());
         let joint = self.joint(m, wire).cloned();
         let link = joint.as_ref().map(|joint| joint.link);
-        let window = link.and_then(|link| link.window.as_ref()).map_or(port.window, |window| window.value.into());
+        let window =
+            link.and_then(|link| link.window.as_ref()).map_or(port.window, |window| window.value.into());
         let reader = if stays {
             None
         } else {
@@ -298,10 +301,28 @@ impl Builder<'_, '_> {
                 Some(LinkPolicy::Evict) => Policy::Evict,
                 Some(LinkPolicy::Skip) | None => Policy::Skip,
             };
+            let (kept, limit) = (property.channel()?.depth(), property.channel()?.budget().window);
+            if kept < window * 2 || usize::from(limit) < window {
+                let span = link.map_or(self.surveyed(m).module.name.span, |link| link.from.span);
+                let message = format!(
+                    "`/{}` keeps {kept} values, and `{}/{}` takes up to {window} at once, which needs {}",
+                    property.path(),
+                    self.name(m),
+                    port.name,
+                    window * 2
+                );
+                let help = "write the link into the file and start the agent again: a property keeps as many values as \
+                            the queues need that are linked then";
+                self.complaints.add(span, message, help);
+                return None;
+            }
             let reader = property.channel()?.queue(policy, Start::Next);
             Some(self.granted(m, wire, &property, reader)?)
         };
+        let path = format!("{}/{}", self.name(m), port.name);
+        let gauge = Arc::clone(self.ground.gauges.entry(path).or_default());
         Some(QueueWiring {
+            gauge,
             slot: p,
             triggers: self.triggers(m, p),
             reader,

@@ -1,5 +1,6 @@
 //! Links of an agent that runs.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::Composer;
@@ -73,18 +74,26 @@ pub struct LinkStatus {
     pub previous: bool,
     /// Age from which a value counts as stale, nanoseconds.
     pub stale: Option<u64>,
+    /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
+    pub queue: Option<(u64, u64)>,
 }
 
 impl Composer {
     /// The links that the agent has, by their inputs.
     pub fn links(&self) -> Vec<LinkStatus> {
+        let composition = self.composition();
+        let queue = |link: &Link| {
+            let gauge = composition.ground.gauges.get(&link.to.value)?;
+            Some((gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed)))
+        };
         let status = |link: &Link| LinkStatus {
+            queue: queue(link),
             to: link.to.value.clone(),
             from: link.from.value.to_string(),
             previous: link.previous,
             stale: link.stale.as_ref().map(|stale| stale.value),
         };
-        self.composition().configuration.links().iter().map(status).collect()
+        composition.configuration.links().iter().map(status).collect()
     }
 
     /// Links an input, between two cycles and with the states of all modules as they are; it may have another link, or a

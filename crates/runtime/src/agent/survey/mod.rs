@@ -18,7 +18,6 @@ use crate::link::{Filter, Place, Program};
 use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
 
-
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
 
@@ -226,7 +225,9 @@ impl<'a> Survey<'a> {
             if let Some(owner) = owner.filter(|owner| !there(owner)) {
                 // Which part of it is a field is not known yet.
                 let mut path = link.from.value.path_in("");
-                while let Some((shorter, _)) = path.rsplit_once('/').map(|(a, b)| (a.to_owned(), b.to_owned())) {
+                while let Some((shorter, _)) =
+                    path.rsplit_once('/').map(|(a, b)| (a.to_owned(), b.to_owned()))
+                {
                     listeners.entry(path).or_default().push(owner);
                     path = shorter;
                 }

@@ -77,7 +77,10 @@ pub(super) fn fit<'a>(
     };
     if (direction == Direction::Outbox) != is_inbox {
         return if is_inbox {
-            refuse(format!("`/{name}` receives messages, but `{to}` reads a value"), "link an input to an output")
+            refuse(
+                format!("`/{name}` receives messages, but `{to}` reads a value"),
+                "link an input to an output",
+            )
         } else {
             refuse(format!("`{to}` sends messages, but `/{name}` is a value"), "link an outbox to an inbox")
         };
@@ -107,7 +110,8 @@ pub(super) fn fit<'a>(
             return None;
         }
     };
-    if let Some(said) = link.policy.as_ref().map(|policy| policy.span).or(link.window.as_ref().map(|window| window.span))
+    if let Some(said) =
+        link.policy.as_ref().map(|policy| policy.span).or(link.window.as_ref().map(|window| window.span))
         && direction != Direction::Queue
     {
         complaints.add(said, format!("`{to}` is no queue input"), "leave `policy` and `window` out");
@@ -139,7 +143,10 @@ pub(super) fn fit<'a>(
         let sink_place = match place(own, if sink.wire == Wire::Enabled { "value" } else { &sink.field }) {
             Ok(place) if !place.may_be_missing() => place,
             Ok(_) => {
-                return refuse(format!("`{to}` is an item of a list, which may be shorter"), "link the whole list");
+                return refuse(
+                    format!("`{to}` is an item of a list, which may be shorter"),
+                    "link the whole list",
+                );
             }
             Err(NoPlace { message, help }) => {
                 complaints.add(link.to.span, format!("`{to}`: {message}"), help);
@@ -148,7 +155,9 @@ pub(super) fn fit<'a>(
         };
         match interface {
             None if matches!(target, Target::Absent(_)) => Way::Pending(Arc::new(sink_place)),
-            None => return refuse(format!("the type of `/{name}` is not known"), "link to the whole command"),
+            None => {
+                return refuse(format!("the type of `/{name}` is not known"), "link to the whole command");
+            }
             Some(interface) => {
                 // A switch is named as a whole.
                 let from = if sink.wire == Wire::Enabled && from.is_empty() && interface.hash == own.hash {

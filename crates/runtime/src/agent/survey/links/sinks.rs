@@ -38,7 +38,8 @@ pub(super) fn sink<'a>(
         }
         "params" if !field.is_empty() => return sink(Wire::Params),
         "params" => {
-            let names = modules[module].description.parameters.iter().map(|parameter| parameter.name.as_str());
+            let names =
+                modules[module].description.parameters.iter().map(|parameter| parameter.name.as_str());
             let help = format!("link one of them: {}", names.collect::<Vec<_>>().join(", "));
             complaints.add(link.to.span, format!("`{to}` is all parameters of `{own}`"), help);
             return None;
@@ -55,7 +56,9 @@ pub(super) fn sink<'a>(
         return None;
     };
     let (message, help) = match &ports[at] {
-        port if port.direction == Direction::Input || linkable(&port) && field.is_empty() => return sink(Wire::Port(at)),
+        port if port.direction == Direction::Input || linkable(&port) && field.is_empty() => {
+            return sink(Wire::Port(at));
+        }
         port if linkable(&port) => (
             format!("`{own}/{name}` takes whole values, and no fields of them"),
             "link the whole, or make it a plain input",

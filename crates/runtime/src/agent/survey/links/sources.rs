@@ -41,7 +41,16 @@ impl<'s, 'a> Sources<'s, 'a> {
         complaints: &'s mut Complaints<'a>,
     ) -> Self {
         let found = vec![Found::NotYet; sinks.len()];
-        Self { configuration, dormant, survey, sinks, complaints, found, open: Vec::new(), absent: Vec::new() }
+        Self {
+            configuration,
+            dormant,
+            survey,
+            sinks,
+            complaints,
+            found,
+            open: Vec::new(),
+            absent: Vec::new(),
+        }
     }
 
     fn modules(&self) -> &'s [Surveyed<'a>] {
@@ -97,7 +106,11 @@ impl<'s, 'a> Sources<'s, 'a> {
         let own = self.configuration.agent_name();
         if let Some(agent) = link.from.value.agent().filter(|agent| *agent != own) {
             let message = format!("`{}` belongs to agent `{agent}`", link.from.value);
-            self.complaints.add(link.from.span, message, format!("this agent is `{own}`; links join its own ports"));
+            self.complaints.add(
+                link.from.span,
+                message,
+                format!("this agent is `{own}`; links join its own ports"),
+            );
             return false;
         }
         let transport = &link.transport;
@@ -122,7 +135,8 @@ impl<'s, 'a> Sources<'s, 'a> {
             if let Some(module) = owner(self.dormant, path) {
                 return Some(self.absent(module, path));
             }
-            let actuators = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
+            let actuators =
+                self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
             let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
             let names: Vec<_> = modules.chain(actuators).collect();
             let help = suggest(path, names.iter().copied());
@@ -162,7 +176,9 @@ impl<'s, 'a> Sources<'s, 'a> {
                 "link to the command that passed its gate: `<actuator>/command`",
             ),
             Direction::Aspect | Direction::Provider => (format!("`/{path}` is a service"), SERVICE),
-            Direction::Outbox => (format!("`/{path}` sends messages"), "link it to an inbox, and not the other way round"),
+            Direction::Outbox => {
+                (format!("`/{path}` sends messages"), "link it to an inbox, and not the other way round")
+            }
         };
         self.complaints.add(link.from.span, message, help);
         None
@@ -179,7 +195,9 @@ impl<'s, 'a> Sources<'s, 'a> {
         for link in links {
             // Also to find circles of links to parts.
             match self.joint(link) {
-                Some(joint) if joint.is_plain() && !joint.link.previous && joint.filter.is_none() => plain = Some(joint),
+                Some(joint) if joint.is_plain() && !joint.link.previous && joint.filter.is_none() => {
+                    plain = Some(joint)
+                }
                 Some(_) => {}
                 None => return Some(None),
             }
@@ -209,7 +227,12 @@ impl<'s, 'a> Sources<'s, 'a> {
 }
 
 /// What a link reads, as messages call it.
-pub(super) fn target_name(configuration: &Configuration, survey: &Survey<'_>, absent: &[Absent], target: Target) -> String {
+pub(super) fn target_name(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    absent: &[Absent],
+    target: Target,
+) -> String {
     match target {
         Target::Absent(index) => absent[index].path.clone(),
         other => survey.path(configuration, other),
