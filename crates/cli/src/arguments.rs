@@ -54,8 +54,13 @@ pub enum Verb {
     },
     /// Ends a stop of the actuators of a running agent.
     Reset(AgentOption),
-    /// Lets commands through to the actuators of a running agent.
-    Arm(AgentOption),
+    /// Lets commands through to the actuators of a running agent, or to one.
+    Arm {
+        /// Its name, such as `r2/wheels`; all of them unless given.
+        actuator: Option<String>,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
 }
 
 #[derive(Debug, Args)]

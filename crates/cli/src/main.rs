@@ -48,7 +48,7 @@ fn main() -> ExitCode {
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),
-        Verb::Arm(agent) => stop::arm(agent),
+        Verb::Arm { actuator, agent } => stop::arm(agent, actuator.as_deref()),
     };
     match result {
         Ok(_) if output::is_lost() => ExitCode::from(2),

@@ -34,10 +34,17 @@ pub enum ModuleVerb {
 pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
     match verb {
         ModuleVerb::List { json, agent } => list(agent, *json)?,
-        ModuleVerb::Enable { name, agent } => agent.connect()?.enable(name, true)?,
-        ModuleVerb::Disable { name, agent } => agent.connect()?.enable(name, false)?,
+        ModuleVerb::Enable { name, agent } => switch(agent, name, true)?,
+        ModuleVerb::Disable { name, agent } => switch(agent, name, false)?,
     }
     Ok(true)
+}
+
+fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
+    let changed = agent.connect()?.enable(name, on)?;
+    let (state, already) = (if on { "on" } else { "off" }, if changed { "" } else { " already" });
+    output::line(format_args!("{name} is {state}{already}"));
+    Ok(())
 }
 
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
@@ -46,10 +53,12 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
         output::json(&modules);
         return Ok(());
     }
-    let head = ["module", "condition", "ticks", "late", "panics", "plugin"].map(String::from);
+    let head = ["module", "condition", "ticks", "late", "panics", "plugin", "shadow"].map(String::from);
     let row = |module: &slate::runtime::remote::ModuleEntry| {
         let [ticks, misses, panics] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
-        [module.name.clone(), module.condition.clone(), ticks, misses, panics, module.plugin.clone()]
+        let shadow = if module.has_shadow { "new code beside it" } else { "" };
+        let [name, condition, plugin] = [&module.name, &module.condition, &module.plugin].map(Clone::clone);
+        [name, condition, ticks, misses, panics, plugin, shadow.into()]
     };
     output::columns([head].into_iter().chain(modules.iter().map(row)));
     Ok(())

@@ -13,14 +13,21 @@ pub fn stop(agent: &AgentOption, reason: &str) -> Result<bool, Failure> {
 
 /// Ends a stop.
 pub fn reset(agent: &AgentOption) -> Result<bool, Failure> {
-    agent.connect()?.reset()?;
-    output::line("the stop is over; `slate arm` lets commands through");
+    let was_stopped = agent.connect()?.reset()?;
+    output::line(if was_stopped {
+        "the stop is over; `slate arm` lets commands through"
+    } else {
+        "no actuator was stopped; which are armed stays as it is"
+    });
     Ok(true)
 }
 
-/// Lets commands through to the actuators.
-pub fn arm(agent: &AgentOption) -> Result<bool, Failure> {
-    agent.connect()?.arm()?;
-    output::line("the actuators are armed");
+/// Lets commands through to the actuators, or to one.
+pub fn arm(agent: &AgentOption, actuator: Option<&str>) -> Result<bool, Failure> {
+    agent.connect()?.arm(actuator)?;
+    match actuator {
+        Some(name) => output::line(format_args!("{name} is armed")),
+        None => output::line("the actuators are armed"),
+    }
     Ok(true)
 }

@@ -31,10 +31,15 @@ pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
     let file = std::path::absolute(&options.out)
         .map_err(|source| Failure::File { path: options.out.clone(), source })?;
     let mut client = options.agent.connect()?;
+    // A file that can't be written is told before the recording, and not after it.
+    client.export_trace(&file, 0, 0)?;
     let from = client.record_trace(true)?;
     std::thread::sleep(Duration::try_from_secs_f64(options.seconds).unwrap_or(Duration::ZERO));
     let to = client.record_trace(false)?;
     let spans = client.export_trace(&file, from, to)?;
-    output::line(format_args!("{spans} spans in {}; open it in https://ui.perfetto.dev", file.display()));
+    output::line(format_args!(
+        "{spans} spans in {}; open it in https://ui.perfetto.dev",
+        slate::runtime::printable(&file)
+    ));
     Ok(true)
 }

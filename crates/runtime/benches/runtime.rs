@@ -304,6 +304,32 @@ fn thousand(duration: Duration) {
             of("loop/state/overruns")
         );
     }
+    floor(duration, Duration::from_micros(100));
+}
+
+/// How often a bare thread on this machine misses the next millisecond when it wakes each millisecond and works for so
+/// long: what no framework can better.
+fn floor(duration: Duration, work: Duration) {
+    let period = Duration::from_millis(1);
+    let start = Instant::now();
+    let (mut next, mut overruns, mut times) = (start, 0, Vec::new());
+    while start.elapsed() < duration {
+        thread::sleep(next.saturating_duration_since(Instant::now()));
+        let began = Instant::now();
+        while began.elapsed() < work {
+            std::hint::spin_loop();
+        }
+        times.push(began.elapsed().as_nanos() as f64 * 1e-3);
+        next += period;
+        if Instant::now() > next {
+            overruns += 1;
+            while next < Instant::now() {
+                next += period;
+            }
+        }
+    }
+    report("a bare thread that works for 100 us each", "us", times);
+    println!("{:<44} {overruns} overruns", "");
 }
 
 /// From the emit of a point to a thread that waits for it, and the same with a bare futex, in turn; both threads sleep

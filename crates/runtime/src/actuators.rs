@@ -156,6 +156,11 @@ impl Actuator {
         inner.publish(now);
     }
 
+    /// Why it is stopped, if it is.
+    pub fn stop_reason(&self) -> Option<String> {
+        self.locked().gate.stop_reason()
+    }
+
     /// Ends a stop; the gate then has to be armed.
     pub fn reset(&self) {
         self.locked().gate.reset();

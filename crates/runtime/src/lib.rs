@@ -16,18 +16,20 @@ mod link;
 pub mod log;
 mod main_loop;
 pub mod plugin;
+mod printable;
 pub mod remote;
 mod runner;
 pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
-    Agent, Composer, LinkStatus, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus, Reload,
-    StartError, Stopper, SystemClock,
+    Agent, Composer, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus,
+    Reload, StartError, Stopper, SystemClock,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
     ScheduledStage, SenseAct,
 };
+pub use printable::printable;
 pub use slate_module::Stage;

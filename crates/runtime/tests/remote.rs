@@ -36,7 +36,7 @@ struct TellerParams {
     first: f64,
     #[param(default = 1.0, range = 0.0..=1e6, doc = "told second")]
     second: f64,
-    #[param(default = 7, doc = "not told")]
+    #[param(default = 7, doc = "not told; 13 panics")]
     third: u64,
 }
 
@@ -53,6 +53,7 @@ impl Module for Teller {
         if params.first != params.second {
             *apart += 1.0;
         }
+        assert_ne!(params.third, 13, "an unlucky number");
         now.log(Level::Debug, format_args!("told"));
         io.told.set(Pair { first: params.first, second: params.second });
         io.apart.set(Number { value: *apart + io.input.value });
@@ -144,7 +145,8 @@ fn several_parameters_change_in_one_write_and_are_listed_as_different() {
     assert_eq!((&settings[0].value, settings[0].text.as_str()), (&json!(3), "3"));
     let differences = client.differences().unwrap();
     assert_eq!(differences[0].file.as_deref(), Some("2.0"));
-    assert_eq!(differences[1].file, None);
+    assert_eq!((&differences[1].file, differences[1].default.as_deref()), (&None, Some("1.0")));
+    assert_eq!((&changed[1].before, changed[1].default.as_deref()), (&None, Some("1.0")));
     // The text is no file, so it stays as it is.
     assert!(refused(client.save(SaveTo::Origin)).message.contains("built in"));
 }
@@ -232,10 +234,35 @@ fn modules_are_switched_by_name() {
     let teller = client.modules().unwrap().into_iter().find(|module| module.name == "teller").unwrap();
     assert_eq!((teller.kind.as_str(), teller.condition.as_str(), teller.ticks), ("teller", "INACTIVE", 0));
     assert_eq!(client.differences().unwrap()[0].path, "modules.teller.enabled");
-    client.enable("teller", true).unwrap();
+    assert!(!client.enable("teller", false).unwrap(), "it is off already");
+    assert!(client.enable("teller", true).unwrap());
+    assert!(!client.enable("teller", true).unwrap(), "it is on already");
     agent.step();
     assert_eq!(agent.counts("teller").unwrap().0, 1);
-    assert!(refused(client.enable("telle", true)).message.contains("telle"));
+}
+
+#[test]
+fn switching_what_does_nothing_is_refused() {
+    let (mut agent, _server, mut client) = open("useless");
+    for on in [true, false] {
+        let unknown = refused(client.enable("telle", on));
+        assert_eq!(unknown.message, "no module is called `telle`");
+        assert_eq!(unknown.help, "did you mean teller?");
+    }
+    let clock = refused(client.enable("counter", false));
+    assert!(clock.message.contains("`counter` is the time source"), "{clock:?}");
+    assert!(agent.step());
+    let before = agent.now();
+    assert!(agent.step() && agent.now() > before, "time goes on");
+    // Each panic but the last one is followed by a fresh start.
+    client.set(&[change("modules.teller.params.third", "13")]).unwrap();
+    (0..20).for_each(|_| assert!(agent.step()));
+    let teller = client.modules().unwrap().into_iter().find(|module| module.name == "teller").unwrap();
+    assert_eq!(teller.condition, "FAULTED");
+    let faulted = refused(client.enable("teller", true));
+    assert!(faulted.message.contains("`teller` has failed for good"), "{faulted:?}");
+    assert!(faulted.help.contains(&format!("slate plugin reload {}", teller.plugin)), "{faulted:?}");
+    assert!(client.enable("teller", false).unwrap(), "off it can be");
 }
 
 #[test]
@@ -252,7 +279,13 @@ fn plugins_are_listed_and_refused_in_words() {
     assert!(missing.message.contains("/nowhere/x.so"), "{missing:?}");
     assert!(refused(client.reload(&teller.name, None)).message.contains("linked in"));
     client.unload(&teller.name).unwrap();
+    let plugins = client.plugins().unwrap();
+    let known = plugins.iter().find(|plugin| plugin.name == teller.name).unwrap();
+    assert!(!known.loaded && known.file.is_none());
     assert!(client.modules().unwrap().iter().all(|module| module.name != "teller"));
+    let loaded = client.load(&teller.name).unwrap();
+    assert_eq!((loaded.plugins.len(), &loaded.modules[..]), (1, &["teller".to_owned()][..]));
+    assert_eq!((&loaded.plugins[0].name, &loaded.plugins[0].file), (&teller.name, &None), "linked in");
 }
 
 #[test]
@@ -262,8 +295,16 @@ fn actuators_are_stopped_and_armed() {
     assert_eq!(stream.ask(r#"{"call":"stop","reason":"a test"}"#), json!({ "result": null }));
     let refusal = stream.ask(r#"{"call":"arm"}"#);
     assert!(refusal["error"]["help"].as_str().unwrap().contains("reset"), "{refusal}");
-    assert_eq!(stream.ask(r#"{"call":"reset"}"#), json!({ "result": null }));
+    assert_eq!(refusal["error"]["message"], "still stopped: `wheel` (a test)");
+    let one = stream.ask(r#"{"call":"arm","actuator":"wheel"}"#);
+    assert_eq!(one, refusal, "the only one");
+    assert_eq!(stream.ask(r#"{"call":"reset"}"#), json!({ "result": true }));
+    assert_eq!(stream.ask(r#"{"call":"reset"}"#), json!({ "result": false }), "nothing is stopped");
+    assert_eq!(stream.ask(r#"{"call":"arm","actuator":"wheel"}"#), json!({ "result": null }));
     assert_eq!(stream.ask(r#"{"call":"arm"}"#), json!({ "result": null }));
+    let unknown = stream.ask(r#"{"call":"arm","actuator":"whele"}"#);
+    assert_eq!(unknown["error"]["message"], "no actuator is called `whele`");
+    assert_eq!(unknown["error"]["help"], "did you mean wheel?");
 }
 
 /// A tool that says what it likes.
@@ -455,6 +496,34 @@ fn changes_are_saved_with_the_comments_of_the_file() {
     assert!(client.differences().unwrap().is_empty());
     client.set(&[change("modules.teller.params.first", "4.5")]).unwrap();
     assert!(refused(client.save(SaveTo::Host)).message.contains("no file of this computer"));
+    drop((server, agent));
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
+#[test]
+fn an_edit_that_is_refused_is_told_and_not_overwritten() {
+    let path = file("refused");
+    let agent =
+        load(&Database::open(&path, configuration::Options::default()).unwrap(), MemoryTarget::default());
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    client.set(&[change("modules.teller.params.second", "3.5")]).unwrap();
+    assert_eq!(client.refused_edit().unwrap(), None);
+    let edited = TEXT.replace("first = 2.0", "first = -3.0");
+    std::fs::write(&path, &edited).unwrap();
+    // At once, whether or not the agent has looked at the file by now.
+    for refusal in [client.refused_edit().unwrap().unwrap(), refused(client.save(SaveTo::Origin))] {
+        assert!(refusal.message.contains("robot.toml:5:"), "{refusal:?}");
+        assert!(refusal.message.contains("outside 0 to 1000000"), "{refusal:?}");
+        assert!(refusal.report.unwrap().contains("params = { first = -3.0"));
+    }
+    assert!(refused(client.save(SaveTo::Origin)).message.starts_with("nothing is saved: a file was edited"));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), edited);
+    assert_eq!(number(&agent, "teller/params/second"), 3.5);
+    std::fs::write(&path, TEXT.replace("[modules.relay]", "[modules.relay] # mended")).unwrap();
+    eventually(|| client.save(SaveTo::Origin).is_ok());
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("{ first = 2.0, second = 3.5 }\n[modules.relay] # mended"), "{text}");
     drop((server, agent));
     std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
 }

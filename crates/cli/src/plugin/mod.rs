@@ -4,7 +4,7 @@ mod new;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use slate::runtime::remote::{PluginEntry, Reloaded};
+use slate::runtime::remote::{LoadedPlugin, PluginEntry, Reloaded};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -114,14 +114,14 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
         output::json(&plugins);
         return Ok(());
     }
-    let head = ["plugin", "version", "library", "modules"].map(String::from);
+    let head = ["plugin", "version", "library", "modules", "shadow"].map(String::from);
     let row = |plugin: &PluginEntry| {
         let library = match (&plugin.file, plugin.loaded) {
-            (_, false) => "not loaded".into(),
-            (Some(file), true) => file.display().to_string(),
-            (None, true) => "linked in".into(),
+            (file, false) => format!("not loaded; {}", code(file.as_deref())),
+            (file, true) => code(file.as_deref()),
         };
-        [plugin.name.clone(), plugin.version.clone(), library, plugin.modules.join(", ")]
+        let shadow = plugin.shadow.as_deref().map(slate::runtime::printable).unwrap_or_default();
+        [plugin.name.clone(), plugin.version.clone(), library, plugin.modules.join(", "), shadow]
     };
     output::columns([head].into_iter().chain(plugins.iter().map(row)));
     Ok(())
@@ -133,13 +133,21 @@ fn load(agent: &AgentOption, plugin: &str) -> Result<(), Failure> {
     let is_file = plugin.contains(['/', '.']) || path.is_file();
     let file = if is_file { Some(absolute(path)?) } else { None };
     let mut client = agent.connect()?;
-    let modules = match file {
+    let loaded = match file {
         Some(file) => client.load_library(&file)?,
         None => client.load(plugin)?,
     };
-    let modules = if modules.is_empty() { "none".into() } else { modules.join(", ") };
-    output::line(format_args!("loaded; modules: {modules}"));
+    for LoadedPlugin { name, file } in &loaded.plugins {
+        output::line(format_args!("{name} is loaded; its code: {}", code(file.as_deref())));
+    }
+    let modules = if loaded.modules.is_empty() { "none".into() } else { loaded.modules.join(", ") };
+    output::line(format_args!("modules: {modules}"));
     Ok(())
+}
+
+/// Where code comes from.
+fn code(file: Option<&Path>) -> String {
+    file.map_or_else(|| "linked in".into(), slate::runtime::printable)
 }
 
 fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {

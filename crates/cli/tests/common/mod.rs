@@ -79,7 +79,8 @@ impl Running {
         panic!("{agent} is not reached");
     }
 
-    fn command(&self, arguments: &[&str]) -> Command {
+    /// The command, to be called in another way.
+    pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_slate"));
         command.args(arguments).current_dir(&self.folder).env("XDG_RUNTIME_DIR", &self.sockets);
         command

@@ -31,7 +31,7 @@ use crate::main_loop::{
 use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::WeakComposer;
-pub use composer::{Composer, LinkStatus, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
+pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
@@ -177,6 +177,7 @@ impl Agent {
         let ground = Ground {
             board,
             logger,
+            hang,
             lockstep,
             mode: options.mode,
             stop: options.stop,

@@ -79,7 +79,9 @@ impl PluginControl {
 
 fn carry_out(composer: &Composer, Request { what, plugin, module, .. }: &Request) -> Answer {
     let done = match *what {
-        Plugins::LOAD => composer.load(plugin).map(|modules| format!("modules: {}", modules.join(", "))),
+        Plugins::LOAD => {
+            composer.load(plugin).map(|loaded| format!("modules: {}", loaded.modules.join(", ")))
+        }
         Plugins::UNLOAD if composer.runs(module, plugin) => {
             return Err(format!("`{plugin}` has the code of `{module}`, which asks for it to be unloaded"));
         }

@@ -97,6 +97,8 @@ impl Shared {
                 Ok(result) => return Ok(result),
                 Err(RecvTimeoutError::Disconnected) => return Err(NotReturned),
                 Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => {
+                    // What has not begun must not be done later, when nobody waits for it.
+                    drop(self.jobs.take());
                     return Err(NotReturned);
                 }
                 Err(RecvTimeoutError::Timeout) => {}

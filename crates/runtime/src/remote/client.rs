@@ -10,8 +10,8 @@ use serde::de::DeserializeOwned;
 use super::line::{self, Line};
 use super::place;
 use super::protocol::{
-    Answer, Call, Changed, Different, Greeting, LinkEntry, ModuleEntry, PluginEntry, Reading, Refusal,
-    Reloaded, Saved, SettingEntry, UnloadedPlugin, VERSION,
+    Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry, Reading,
+    Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
 
@@ -155,13 +155,13 @@ impl Client {
         self.call(&Call::PluginList {})
     }
 
-    /// Loads a plugin of the configuration; the modules that came.
-    pub fn load(&mut self, name: &str) -> Result<Vec<String>, ClientError> {
+    /// Loads a plugin of the configuration.
+    pub fn load(&mut self, name: &str) -> Result<LoadedPlugins, ClientError> {
         self.call(&Call::PluginLoad { name: Some(name.into()), file: None })
     }
 
-    /// Loads a library, by its absolute path; the modules that came.
-    pub fn load_library(&mut self, file: &Path) -> Result<Vec<String>, ClientError> {
+    /// Loads a library, by its absolute path.
+    pub fn load_library(&mut self, file: &Path) -> Result<LoadedPlugins, ClientError> {
         self.call(&Call::PluginLoad { name: None, file: Some(file.into()) })
     }
 
@@ -206,14 +206,14 @@ impl Client {
         self.call(&Call::Stop { reason: reason.into() })
     }
 
-    /// Ends a stop of the actuators.
-    pub fn reset(&mut self) -> Result<(), ClientError> {
+    /// Ends a stop of the actuators; false when none was stopped.
+    pub fn reset(&mut self) -> Result<bool, ClientError> {
         self.call(&Call::Reset {})
     }
 
-    /// Lets commands through to the actuators.
-    pub fn arm(&mut self) -> Result<(), ClientError> {
-        self.call(&Call::Arm {})
+    /// Lets commands through to the actuators, or to one.
+    pub fn arm(&mut self, actuator: Option<&str>) -> Result<(), ClientError> {
+        self.call(&Call::Arm { actuator: actuator.map(Into::into) })
     }
 
     /// The modules.
@@ -221,8 +221,8 @@ impl Client {
         self.call(&Call::ModuleList {})
     }
 
-    /// Switches a module on or off.
-    pub fn enable(&mut self, name: &str, on: bool) -> Result<(), ClientError> {
+    /// Switches a module on or off; false when it was so already.
+    pub fn enable(&mut self, name: &str, on: bool) -> Result<bool, ClientError> {
         let name = name.into();
         self.call(&if on { Call::ModuleEnable { name } } else { Call::ModuleDisable { name } })
     }
@@ -261,6 +261,11 @@ impl Client {
     /// What holds and is not what the files say.
     pub fn differences(&mut self) -> Result<Vec<Different>, ClientError> {
         self.call(&Call::ConfigDiff {})
+    }
+
+    /// What is wrong with files that were edited and are refused.
+    pub fn refused_edit(&mut self) -> Result<Option<Refusal>, ClientError> {
+        self.call(&Call::ConfigRefused {})
     }
 
     /// Writes what was changed at run time into the files.

@@ -9,11 +9,11 @@ use slate_blackboard::interface;
 use slate_blackboard::{BoardError, Url};
 
 use super::protocol::{
-    Answer, Call, Changed, Different, LinkEntry, ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved,
-    SettingEntry, UnloadedPlugin,
+    Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
+    Reading, Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin,
 };
 use crate::configuration::{Change, Database, Report, SaveTo, Value};
-use crate::{Composer, NewLink, PluginError, Reload};
+use crate::{Composer, Loaded, NewLink, PluginError, Reload};
 
 /// What calls act on.
 pub(super) struct Desk {
@@ -78,11 +78,13 @@ impl Desk {
                     .into_iter()
                     .fold(NewLink::new(to, from), |link, (name, value)| link.with(name, value));
                 let composer = &self.composer;
-                linked(if dry_run { composer.check_link(&link) } else { composer.link(&link) })
+                let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
+                result(self.changed(changes.map_err(refused)?))
             }
             Call::Unlink { to, dry_run } => {
                 let composer = &self.composer;
-                linked(if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) })
+                let changes = if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) };
+                result(self.changed(changes.map_err(refused)?))
             }
             Call::LinkList {} => {
                 let entry = |link: crate::LinkStatus| LinkEntry {
@@ -97,6 +99,7 @@ impl Desk {
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
             Call::ConfigDiff {} => self.differences(),
+            Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
             Call::ConfigSave { to } => self.save(to),
             Call::Read { url } => self.read(&url),
             Call::Stop { reason } => {
@@ -105,13 +108,11 @@ impl Desk {
                 result(())
             }
             Call::Reset {} => {
+                let was_stopped = self.composer.actuators().iter().any(|(_, reason)| reason.is_some());
                 self.composer.reset();
-                result(())
+                result(was_stopped)
             }
-            Call::Arm {} if self.composer.arm() => result(()),
-            Call::Arm {} => {
-                Err(refusal("an actuator is still stopped", "end the stop first: reset, then arm"))
-            }
+            Call::Arm { actuator } => self.arm(actuator.as_deref()),
         }
     }
 
@@ -123,14 +124,15 @@ impl Desk {
             loaded: plugin.loaded,
             kinds: plugin.kinds,
             modules: plugin.modules,
+            shadow: plugin.shadow,
         };
         result(self.composer.plugins().into_iter().map(entry).collect::<Vec<_>>())
     }
 
     fn load(&self, name: Option<&str>, file: Option<&Path>) -> Done {
         match (name, file) {
-            (Some(name), None) => result(self.composer.load(name)?),
-            (None, Some(file)) => result(self.composer.load_library(absolute(file)?)?),
+            (Some(name), None) => loaded(self.composer.load(name)?),
+            (None, Some(file)) => loaded(self.composer.load_library(absolute(file)?)?),
             _ => Err(refusal("plugin/load takes a name or a file", "give one of the two")),
         }
     }
@@ -142,7 +144,7 @@ impl Desk {
     fn export_trace(&self, file: &Path, from: u64, to: u64) -> Done {
         let failed = |error: std::io::Error| {
             refusal(
-                format!("{} can't be written: {error}", file.display()),
+                format!("{} can't be written: {error}", crate::printable(file)),
                 "name a file in a folder that exists",
             )
         };
@@ -150,6 +152,26 @@ impl Desk {
         let exported = self.composer.trace().export(from, to, &mut writer).map_err(failed)?;
         writer.flush().map_err(failed)?;
         result(exported.spans)
+    }
+
+    fn arm(&self, actuator: Option<&str>) -> Done {
+        let actuators = self.composer.actuators();
+        let armed = match actuator {
+            None => self.composer.arm(),
+            Some(name) => self.composer.arm_one(name).ok_or_else(|| {
+                let names: Vec<_> = actuators.iter().map(|(name, _)| name.clone()).collect();
+                unknown("actuator", name, &names, "all of them are armed without a name")
+            })?,
+        };
+        if armed {
+            return result(());
+        }
+        let of = |name: &String| actuator.is_none_or(|actuator| actuator == name);
+        let stopped = actuators.into_iter().filter(|(name, _)| of(name));
+        let stopped: Vec<_> =
+            stopped.filter_map(|(name, reason)| Some(format!("`{name}` ({})", reason?))).collect();
+        let message = format!("still stopped: {}", stopped.join(", "));
+        Err(refusal(message, "end the stop first: `slate reset`, then `slate arm`"))
     }
 
     fn modules(&self) -> Done {
@@ -161,6 +183,7 @@ impl Desk {
             ticks: module.ticks,
             misses: module.misses,
             panics: module.panics,
+            has_shadow: module.has_shadow,
         };
         result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
     }
@@ -171,14 +194,8 @@ impl Desk {
         };
         let modules = self.composer.modules();
         let Some(module) = modules.iter().find(|module| module.name == name) else {
-            let names = modules.iter().map(|module| module.name.as_str());
-            let near = slate_blackboard::nearest_names(name, names).join(" or ");
-            let help = if near.is_empty() {
-                "see the list of modules".into()
-            } else {
-                format!("did you mean {near}?")
-            };
-            return Err(refusal(format!("no module is called `{name}`"), &help));
+            let names: Vec<_> = modules.into_iter().map(|module| module.name).collect();
+            return Err(unknown("module", name, &names, "see the list of modules"));
         };
         if !on && self.composer.is_time_source(name) {
             let message = format!("`{name}` is the time source, and without it the world stands still");
@@ -191,6 +208,10 @@ impl Desk {
                 &format!("reload its plugin: slate plugin reload {}", module.plugin),
             ));
         }
+        let present = self.composer.board().read(&format!("{name}/enabled/value"));
+        if present.ok().flatten().is_some_and(|(value, _)| value == interface::Value::Bool(on)) {
+            return result(false);
+        }
         match self.database.as_ref().filter(known) {
             Some(database) => {
                 let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
@@ -199,7 +220,7 @@ impl Desk {
             // One that came with a plugin which was loaded by hand is in no file.
             None => self.composer.enable(name, on)?,
         }
-        result(())
+        result(true)
     }
 
     fn database(&self) -> Result<&Database, Refusal> {
@@ -235,8 +256,18 @@ impl Desk {
         })?;
         match self.composer.unlinked() {
             Some(report) => Err(report.into()),
-            None => result(changed.into_iter().map(Changed::from).collect::<Vec<_>>()),
+            None => result(self.changed(changed)),
         }
+    }
+
+    fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
+        let changed = |change: Change| Changed {
+            default: self.default_of(&change.path),
+            path: change.path,
+            before: text(change.before),
+            after: text(change.after),
+        };
+        changes.into_iter().map(changed).collect()
     }
 
     /// A module among those to change that the agent has, but not its configuration.
@@ -253,12 +284,23 @@ impl Desk {
 
     fn differences(&self) -> Done {
         let different = self.database()?.diff().into_iter().map(|difference| Different {
+            default: self.default_of(&difference.path),
             path: difference.path,
             file: text(difference.file),
             present: text(difference.present),
             origin: difference.origin.map(|origin| origin.to_string()),
         });
         result(different.collect::<Vec<_>>())
+    }
+
+    /// The value that a module has where nothing says another.
+    fn default_of(&self, path: &str) -> Option<String> {
+        let names = toml_edit::Key::parse(path).ok()?;
+        let names: Vec<&str> = names.iter().map(toml_edit::Key::get).collect();
+        let [section, module, part, name] = names[..] else { return None };
+        let value =
+            self.composer.default_of(module, name).filter(|_| (section, part) == ("modules", "params"))?;
+        serde_json::to_string(&value).ok()
     }
 
     fn save(&self, to: SaveTo) -> Done {
@@ -280,18 +322,15 @@ impl Desk {
     }
 }
 
-/// What became of a link; the text that a command makes of it is none of the user's, so it is not shown.
-fn linked(changes: Result<Vec<Change>, Report>) -> Done {
-    match changes {
-        Ok(changes) => result(changes.into_iter().map(Changed::from).collect::<Vec<_>>()),
-        Err(report) => Err(Refusal { report: None, ..report.into() }),
-    }
+/// What was refused of a link; the text that a command makes of it is none of the user's, so it is not shown.
+fn refused(report: Report) -> Refusal {
+    Refusal { report: None, ..report.into() }
 }
 
-impl From<Change> for Changed {
-    fn from(change: Change) -> Self {
-        Self { path: change.path, before: text(change.before), after: text(change.after) }
-    }
+fn loaded(loaded: Loaded) -> Done {
+    let plugin = |(name, file)| LoadedPlugin { name, file };
+    let plugins = loaded.plugins.into_iter().map(plugin).collect();
+    result(LoadedPlugins { plugins, modules: loaded.modules })
 }
 
 fn reloaded(reload: Reload) -> Done {
@@ -317,11 +356,18 @@ fn absolute(file: &Path) -> Result<&Path, Refusal> {
     if file.is_absolute() {
         return Ok(file);
     }
-    Err(refusal(format!("{} is a relative path", file.display()), "give the library's absolute path"))
+    Err(refusal(format!("{} is a relative path", crate::printable(file)), "give the library's absolute path"))
 }
 
 pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {
     Refusal { message: message.into(), help: help.into(), report: None }
+}
+
+/// There is nothing of that name; `help` is for when there is nothing like it either.
+fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
+    let near = slate_blackboard::nearest_names(name, names.iter().map(String::as_str)).join(" or ");
+    let help = if near.is_empty() { help.into() } else { format!("did you mean {near}?") };
+    refusal(format!("no {what} is called `{name}`"), &help)
 }
 
 impl From<Report> for Refusal {

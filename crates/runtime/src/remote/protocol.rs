@@ -28,7 +28,7 @@ pub enum Call {
     /// All plugins: a list of [`PluginEntry`].
     #[serde(rename = "plugin/list")]
     PluginList {},
-    /// Loads a plugin of the configuration by name, or a library; the modules that came.
+    /// Loads a plugin of the configuration by name, or a library: [`LoadedPlugins`].
     #[serde(rename = "plugin/load")]
     PluginLoad {
         /// A plugin or a list of plugins of the configuration.
@@ -93,13 +93,13 @@ pub enum Call {
     /// All modules: a list of [`ModuleEntry`].
     #[serde(rename = "module/list")]
     ModuleList {},
-    /// Switches a module on; nothing.
+    /// Switches a module on: false when it was already.
     #[serde(rename = "module/enable")]
     ModuleEnable {
         /// Its name.
         name: String,
     },
-    /// Switches a module off; nothing.
+    /// Switches a module off: false when it was already.
     #[serde(rename = "module/disable")]
     ModuleDisable {
         /// Its name.
@@ -147,6 +147,9 @@ pub enum Call {
     /// What holds and is not what the files say: a list of [`Different`].
     #[serde(rename = "config/diff")]
     ConfigDiff {},
+    /// What is wrong with files that were edited and are refused: a [`Refusal`], or nothing.
+    #[serde(rename = "config/refused")]
+    ConfigRefused {},
     /// Writes what was changed at run time into the files: [`Saved`].
     #[serde(rename = "config/save")]
     ConfigSave {
@@ -167,12 +170,16 @@ pub enum Call {
         #[serde(default)]
         reason: String,
     },
-    /// Ends a stop of the actuators; nothing.
+    /// Ends a stop of the actuators: false when none was stopped.
     #[serde(rename = "reset")]
     Reset {},
-    /// Lets commands through to the actuators; refused while one is stopped, else nothing.
+    /// Lets commands through to the actuators, or to one; refused while one of them is stopped, else nothing.
     #[serde(rename = "arm")]
-    Arm {},
+    Arm {
+        /// Its name; all of them unless given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        actuator: Option<String>,
+    },
 }
 
 /// What an agent answers.
@@ -204,7 +211,7 @@ pub struct PluginEntry {
     pub name: String,
     /// Its version; empty when it is not loaded.
     pub version: String,
-    /// The library; none when it is linked in.
+    /// The library that its code comes from, or will when it is loaded by name; none when it is linked in.
     pub file: Option<PathBuf>,
     /// Whether it is loaded; else it is only known.
     pub loaded: bool,
@@ -212,6 +219,27 @@ pub struct PluginEntry {
     pub kinds: Vec<String>,
     /// The modules that run its code.
     pub modules: Vec<String>,
+    /// The library with new code that runs beside it, if any does.
+    #[serde(default)]
+    pub shadow: Option<PathBuf>,
+}
+
+/// What a load has brought.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LoadedPlugins {
+    /// The plugins.
+    pub plugins: Vec<LoadedPlugin>,
+    /// The modules.
+    pub modules: Vec<String>,
+}
+
+/// A plugin that was loaded.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LoadedPlugin {
+    /// Its name.
+    pub name: String,
+    /// The library that its code comes from; none when it is linked in.
+    pub file: Option<PathBuf>,
 }
 
 /// A plugin that was unloaded.
@@ -253,6 +281,9 @@ pub struct ModuleEntry {
     pub misses: u64,
     /// Panics caught.
     pub panics: u64,
+    /// Whether new code runs beside it; how that goes is at its `shadow`.
+    #[serde(default)]
+    pub has_shadow: bool,
 }
 
 /// A link of an agent.
@@ -292,6 +323,9 @@ pub struct Changed {
     pub before: Option<String>,
     /// The value from now on, if there is one.
     pub after: Option<String>,
+    /// The value of the module where nothing says another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<String>,
 }
 
 /// A setting that is not what the files say; values as `--set` takes them.
@@ -305,6 +339,9 @@ pub struct Different {
     pub present: Option<String>,
     /// Where that comes from.
     pub origin: Option<String>,
+    /// The value of the module where nothing says another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<String>,
 }
 
 /// Files that were written.

@@ -72,6 +72,8 @@ fn reloaded_and_unloaded() {
         panic!("it vetoes");
     };
     assert_eq!(reason, "it counts on");
+    let refusal = composer.shadow("c_counter", &build(2)).unwrap_err().to_string();
+    assert!(refusal.contains("module `c_counter` is isolated"), "{refusal}");
     let reload = composer.reload("c_counter", Some(&build(2))).unwrap();
     assert!(reload.in_place);
     assert_eq!(reload.modules, [("c_counter".to_owned(), Ok(()))]);

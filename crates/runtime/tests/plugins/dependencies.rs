@@ -16,7 +16,7 @@ fn a_plugin_brings_those_that_it_needs_before_it() {
     let text = dormant("counter", &plain()) + &dormant("dependent", &libraries().other("dependent"));
     let agent = lockstep(&text);
     assert!(names(&agent).is_empty());
-    let mut came = agent.composer().load("dependent").unwrap();
+    let mut came = agent.composer().load("dependent").unwrap().modules;
     came.sort();
     assert_eq!(came, ["counter", "pusher"]);
     assert_eq!(names(&agent), ["counter", "dependent"]);

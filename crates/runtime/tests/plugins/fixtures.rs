@@ -11,8 +11,9 @@ pub struct Libraries {
     folder: PathBuf,
 }
 
-/// Versions of the counter, and the feature that makes them.
-const VERSIONS: [&str; 7] = ["more", "unfit", "ports", "unit", "kinds", "describe", "circle"];
+/// Versions of the counter, and the features that make them.
+const VERSIONS: [&str; 9] =
+    ["more", "unfit", "ports", "unit", "kinds", "describe", "circle", "rogue", "ports,rogue"];
 
 fn tests() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/plugins")

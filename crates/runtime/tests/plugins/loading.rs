@@ -1,8 +1,9 @@
 //! Plugins come and go.
 
 use slate_runtime::Mode;
+use slate_runtime::plugin::LibraryOutline;
 
-use crate::fixtures::libraries;
+use crate::fixtures::{Folder, libraries};
 use crate::support::*;
 
 #[test]
@@ -23,13 +24,13 @@ fn a_plugin_of_the_configuration_is_there_from_the_start() {
 fn a_library_that_is_loaded_by_hand_gets_a_module_of_its_name() {
     let mut agent = lockstep("");
     step(&mut agent, 2);
-    assert_eq!(agent.composer().load_library(&plain()).unwrap(), ["counter"]);
+    assert_eq!(agent.composer().load_library(&plain()).unwrap().modules, ["counter"]);
     step(&mut agent, 3);
     assert_eq!(number(&agent, "counter/count/value"), 3);
     agent.composer().unload("counter").unwrap();
     assert_eq!(agent.modules(), ["beat"]);
     step(&mut agent, 2);
-    assert_eq!(agent.composer().load_library(&plain()).unwrap(), ["counter"], "and again");
+    assert_eq!(agent.composer().load_library(&plain()).unwrap().modules, ["counter"], "and again");
     step(&mut agent, 2);
     assert_eq!(number(&agent, "counter/count/value"), 2);
 }
@@ -44,7 +45,7 @@ fn modules_of_the_configuration_wait_for_their_plugin_and_their_readers_see_them
     let plugin = plugins.iter().find(|plugin| plugin.name == "counter").unwrap();
     assert!(!plugin.loaded && plugin.modules.is_empty());
     assert_eq!(plugin.kinds, ["counter"], "what it brings is known from its file");
-    assert_eq!(agent.composer().load("counter").unwrap(), ["counter"]);
+    assert_eq!(agent.composer().load("counter").unwrap().modules, ["counter"]);
     step(&mut agent, 4);
     assert_eq!(number(&agent, "reader/seen/value"), 4);
     assert_eq!((number(&agent, "reader/seen/alive"), number(&agent, "reader/seen/stale")), (1, 0));
@@ -142,4 +143,16 @@ fn an_actuator_that_an_unloaded_module_led_gets_its_safe_command() {
     agent.composer().load("dependent").unwrap();
     step(&mut agent, 2);
     assert_eq!(number(&agent, "wheel/command/value"), 3);
+}
+
+#[test]
+fn what_a_library_says_of_itself_is_read_without_the_rest_of_it() {
+    let folder = Folder::new();
+    let library = folder.copy(&plain());
+    // More than there is memory for; none of it is on the disk.
+    std::fs::File::options().write(true).open(&library).unwrap().set_len(1 << 38).unwrap();
+    assert_eq!(LibraryOutline::read(&library).unwrap().name, "counter");
+    let odd = folder.write("\u{1b}[2J.so", b"no library");
+    let error = LibraryOutline::read(&odd).unwrap_err().to_string();
+    assert!(error.contains("\\u{1b}[2J.so: is no shared library"), "{error:?}");
 }

@@ -20,4 +20,6 @@ mod mistakes;
 mod native;
 mod refusals;
 mod reload;
+mod shadow;
+mod shadow_faults;
 mod support;

@@ -28,7 +28,7 @@ fn refusal(file: &Path) -> String {
 fn without_a_mistake_it_is_loaded() {
     let folder = Folder::new();
     let mut agent = lockstep("");
-    assert_eq!(agent.composer().load_library(&rogue(&folder, &[])).unwrap(), ["rogue"]);
+    assert_eq!(agent.composer().load_library(&rogue(&folder, &[])).unwrap().modules, ["rogue"]);
     step(&mut agent, 3);
     assert_eq!(agent.counts("rogue"), Some((3, 0, 0)));
 }

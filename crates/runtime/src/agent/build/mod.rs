@@ -9,6 +9,7 @@ mod wiring;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::time::Duration;
 
 use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::commit::CommitWord;
@@ -25,7 +26,7 @@ use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
-use crate::runner::{Health, QueueGauge, Runner};
+use crate::runner::{Health, Patience, QueueGauge, Runner};
 pub(super) use rewiring::{Rewiring, rewire};
 
 /// Reader handles for tools, and for modules that come later.
@@ -39,6 +40,8 @@ const USUAL_WINDOW: usize = 16;
 pub(super) struct Ground {
     pub board: Arc<Board>,
     pub logger: Arc<Logger>,
+    /// How long a module's call may take before it hangs.
+    pub hang: Duration,
     pub lockstep: bool,
     pub mode: Mode,
     pub stop: StopLatch,
@@ -87,6 +90,16 @@ impl Ground {
             wake: Arc::new(Wake::new()),
         });
         post.clone()
+    }
+
+    /// How long the last calls of a module are waited for.
+    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> Patience {
+        Patience {
+            module: Arc::clone(module),
+            limit: (!is_isolated).then_some(self.hang),
+            logger: Arc::clone(&self.logger),
+            clock: Arc::clone(&self.means.clock),
+        }
     }
 
     /// Where the service of a port is found.

@@ -19,10 +19,10 @@ struct Exchange {
 }
 
 /// Modules that went on with other code together, and their old instances.
-struct Exchanged {
-    seats: Vec<Arc<Seat>>,
-    own_thread: bool,
-    old: Vec<Retired>,
+pub(super) struct Exchanged {
+    pub seats: Vec<Arc<Seat>>,
+    pub own_thread: bool,
+    pub old: Vec<Retired>,
 }
 
 impl Composer {
@@ -76,7 +76,7 @@ impl Composer {
     }
 
     /// Lets modules go on with their old code, in the state that they had with it.
-    fn take_back(&self, exchanged: Exchanged) {
+    pub(super) fn take_back(&self, exchanged: Exchanged) {
         let Exchanged { seats, own_thread, old } = exchanged;
         let involved = seats.clone();
         let back = self.shared.with_seats(&seats, own_thread, move || {
@@ -99,9 +99,8 @@ fn exchange_all(exchanges: Vec<Exchange>) -> Option<Outcome> {
     let mut carried = Vec::new();
     let mut ready = Vec::new();
     for Exchange { seat, own_thread, fresh } in exchanges {
-        let (kind, instance) = fresh.into_parts();
         // It ends with this when a module does not return.
-        let fresh = Retired::new(kind.clone(), instance);
+        let (kind, instance) = fresh.parts();
         let (old_kind, old) = {
             // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
             let runner = unsafe { seat.runner() };
@@ -121,7 +120,7 @@ fn exchange_all(exchanges: Vec<Exchange>) -> Option<Outcome> {
 }
 
 /// Exchanges the code of a module whose seat is claimed, or the loop's; returns the old one.
-fn exchange_one(seat: &Seat, fresh: Retired) -> Retired {
+pub(super) fn exchange_one(seat: &Seat, fresh: Retired) -> Retired {
     let (kind, instance) = fresh.into_parts();
     // SAFETY: as said above, nobody else uses the runner.
     let runner = unsafe { seat.runner() };

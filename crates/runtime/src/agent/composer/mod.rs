@@ -47,13 +47,24 @@ pub struct PluginStatus {
     pub name: String,
     /// Its version.
     pub version: String,
-    /// The library; none when it is linked in.
+    /// The library that its code comes from, or will when it is loaded by name; none when it is linked in.
     pub file: Option<PathBuf>,
     /// Whether it is loaded; else it is only known.
     pub loaded: bool,
     /// The kinds of modules that it brings.
     pub kinds: Vec<String>,
     /// The modules that run its code.
+    pub modules: Vec<String>,
+    /// The library with new code that runs beside it, if any does.
+    pub shadow: Option<PathBuf>,
+}
+
+/// What a load has brought.
+#[derive(Clone, Debug, Default)]
+pub struct Loaded {
+    /// The plugins, each with its library; none when it is linked in.
+    pub plugins: Vec<(String, Option<PathBuf>)>,
+    /// The modules.
     pub modules: Vec<String>,
 }
 
@@ -74,6 +85,8 @@ pub struct ModuleStatus {
     pub misses: u64,
     /// Panics caught.
     pub panics: u64,
+    /// Whether new code runs beside it; how that goes is at its `shadow`.
+    pub has_shadow: bool,
 }
 
 /// Where a plugin's code comes from.
@@ -131,12 +144,11 @@ impl Composer {
     }
 
     /// Loads a plugin, or a list of plugins, of the configuration, with the plugins that it needs. The modules of the
-    /// configuration that are of its kinds begin; a kind of which there is none gets a module of its name. Returns the
-    /// modules that came.
+    /// configuration that are of its kinds begin; a kind of which there is none gets a module of its name.
     ///
     /// # Errors
     /// What does not fit; nothing is loaded then.
-    pub fn load(&self, name: &str) -> Result<Vec<String>, PluginError> {
+    pub fn load(&self, name: &str) -> Result<Loaded, PluginError> {
         self.bring(|gathered| gathered.named_afresh(name))
     }
 
@@ -144,14 +156,14 @@ impl Composer {
     ///
     /// # Errors
     /// What does not fit; nothing is loaded then.
-    pub fn load_library(&self, file: &Path) -> Result<Vec<String>, PluginError> {
+    pub fn load_library(&self, file: &Path) -> Result<Loaded, PluginError> {
         self.bring(|gathered| gathered.library(file, None))
     }
 
     fn bring(
         &self,
         gather: impl FnOnce(&mut Gathered<'_>) -> Result<(), PluginError>,
-    ) -> Result<Vec<String>, PluginError> {
+    ) -> Result<Loaded, PluginError> {
         let mut composition = self.composition();
         let mut gathered = Gathered::new(&composition);
         gather(&mut gathered)?;
@@ -167,10 +179,13 @@ impl Composer {
         }
         let changed = composition.change(target, &self.shared, &BTreeMap::new())?;
         composition.origins = origins;
-        for plugin in &came {
-            self.say(&format!("plugin {} is loaded; modules: {}", plugin.name(), list(&changed.arrived)));
+        let file = |name: &str| composition.origins.get(name).map(|origin| origin.file.clone());
+        let plugins: Vec<_> = came.iter().map(|plugin| (plugin.name().into(), file(plugin.name()))).collect();
+        for (name, file) in &plugins {
+            let code = file.as_ref().map_or_else(|| "linked in".into(), |file| crate::printable(file));
+            self.say(&format!("plugin {name} is loaded ({code}); modules: {}", list(&changed.arrived)));
         }
-        Ok(changed.arrived)
+        Ok(Loaded { plugins, modules: changed.arrived })
     }
 
     /// Unloads a plugin, or the plugins of a list in reverse order: their modules end, their outputs get their safe
@@ -203,14 +218,16 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
-        // New code beside a module ends with it.
-        names.iter().for_each(|name| drop(composition.trials.remove(name)));
         self.ask(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
         // Before anything is ended for it.
         composition.check(&target)?;
         let _closed = self.end_threads(&composition, &leaving)?;
+        // New code beside a module ends with it.
+        for name in &names {
+            self.end_trial(&mut composition, name);
+        }
         // What left is dropped before the libraries are looked at.
         drop(composition.change(target, &self.shared, &BTreeMap::new())?);
         let residence = |name: String| {
@@ -274,6 +291,13 @@ impl Composer {
         self.shared.board.write(&format!("{module}/enabled/value"), &value, self.shared.clock.now()).map(drop)
     }
 
+    /// The default of a module's parameter.
+    pub(crate) fn default_of(&self, module: &str, parameter: &str) -> Option<Value> {
+        let composition = self.composition();
+        let parameters = &composition.present.get(module)?.description.parameters;
+        parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
+    }
+
     /// Whether a module is the agent's clock.
     pub(crate) fn is_time_source(&self, module: &str) -> bool {
         self.composition().configuration.time_source().is_some_and(|source| source.value == module)
@@ -289,19 +313,27 @@ impl Composer {
             loaded: true,
             kinds: plugin.kinds().iter().map(|kind| kind.name().into()).collect(),
             modules: composition.modules_of(&[plugin.name().to_owned()]),
+            shadow: composition.trials.get(plugin.name()).map(|trial| trial.origin.file.clone()),
         });
         let known: BTreeMap<&str, Vec<String>> =
             composition.catalogue.dormant.iter().fold(BTreeMap::new(), |mut known, (kind, plugin)| {
                 known.entry(plugin.as_str()).or_default().push(kind.clone());
                 known
             });
+        // A plugin of the configuration is loaded rather than one of its name that is linked in.
+        let entries = composition.configuration.plugins();
+        let file = |name: &str| {
+            let entry = entries.iter().find(|entry| entry.name.value == name)?;
+            entry.file.as_ref().map(|file| file.value.clone())
+        };
         let dormant = known.into_iter().map(|(name, kinds)| PluginStatus {
             name: name.into(),
             version: String::new(),
-            file: None,
+            file: file(name),
             loaded: false,
             kinds,
             modules: Vec::new(),
+            shadow: None,
         });
         loaded.chain(dormant).collect()
     }
@@ -323,6 +355,7 @@ impl Composer {
                 ticks: present.seat.ticks(),
                 misses: health.misses.load(Ordering::Relaxed),
                 panics: health.panics.load(Ordering::Relaxed),
+                has_shadow: composition.trials.values().any(|trial| trial.modules.contains(name)),
             }
         };
         composition.present.iter().map(status).collect()
@@ -342,6 +375,7 @@ impl Composer {
     pub fn stop_actuators(&self, reason: &str) {
         let now = self.now();
         self.shared.actuators().iter().for_each(|actuator| actuator.stop(reason, now));
+        self.log(Level::Warn, &format!("the actuators are stopped: {reason}"));
     }
 
     /// As [`Agent::reset`](crate::Agent::reset).
@@ -352,6 +386,17 @@ impl Composer {
     /// As [`Agent::arm`](crate::Agent::arm).
     pub fn arm(&self) -> bool {
         self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
+    }
+
+    /// Lets commands through to one actuator; false when it is still stopped, and nothing when there is none of that name.
+    pub fn arm_one(&self, actuator: &str) -> Option<bool> {
+        self.shared.actuators().iter().find(|other| other.name() == actuator).map(|actuator| actuator.arm())
+    }
+
+    /// The actuators, each with why it is stopped, if it is.
+    pub fn actuators(&self) -> Vec<(String, Option<String>)> {
+        let actuators = self.shared.actuators();
+        actuators.iter().map(|actuator| (actuator.name().into(), actuator.stop_reason())).collect()
     }
 
     fn say(&self, text: &str) {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Description, Plugin};
@@ -31,7 +32,8 @@ pub struct Reload {
 
 impl Composer {
     /// Exchanges the code of a plugin: with what its library is now, or with `file`. It is done between two ticks, and
-    /// each module's state is carried over when it fits the new code; else the module begins afresh.
+    /// each module's state is carried over when it fits the new code; else the module begins afresh. New code beside the
+    /// plugin ends.
     ///
     /// # Errors
     /// What does not fit; the old code goes on then.
@@ -40,13 +42,6 @@ impl Composer {
         let Some(old) = composition.catalogue.plugin(name).cloned() else {
             return Err(unknown(&composition, name));
         };
-        if composition.trials.contains_key(name) {
-            return Err(PluginError::Shadow {
-                name: name.into(),
-                reason: "new code runs beside it".into(),
-                help: format!("`slate plugin promote {name}`, or `slate plugin shadow {name} --end`"),
-            });
-        }
         let origin = composition.origins.get(name).cloned();
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
             return Err(PluginError::LinkedIn { name: name.into() });
@@ -55,16 +50,7 @@ impl Composer {
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }
-        let target = composition.target(|catalogue| catalogue.plugins.retain(|plugin| plugin.name() != name));
-        check_kinds(&target.catalogue, &new)?;
-        for dependency in new.dependencies() {
-            if target.catalogue.plugin(dependency).is_none() {
-                return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
-            }
-        }
-        check_circle(&target.catalogue, &new, &mut vec![name.to_owned()])?;
-        let exchanged = |catalogue: &mut Catalogue| catalogue.replace(&new);
-        let described = composition.check(&composition.target(exchanged))?;
+        let described = self.admit(&composition, &new)?;
         let modules = composition.modules_of(&[name.to_owned()]);
         let mut in_place = true;
         for module in &modules {
@@ -73,23 +59,22 @@ impl Composer {
                 .get(module)
                 .is_some_and(|fitting| alike(&present.description, &fitting.description));
         }
-        for (module, fitting) in &described {
-            // What can't be made is found out before anything is changed.
-            let comes = !composition.present.contains_key(module);
-            if comes || (!in_place && modules.contains(module)) {
+        self.try_arrivals(&composition, &described)?;
+        for module in modules.iter().filter(|_| !in_place) {
+            if let Some(fitting) = described.get(module) {
                 self.fresh(&composition, module, fitting)?;
             }
         }
         let modules = if in_place {
             let modules = self.exchange(&mut composition, &modules, described)?;
-            let target = composition.target(exchanged);
-            composition.catalogue = target.catalogue;
-            // Kinds that are new to the configuration come now.
-            let target = composition.target(|_| {});
-            composition.change(target, &self.shared, &BTreeMap::new())?;
+            self.end_trial(&mut composition, name);
+            self.take_in(&mut composition, &new)?;
             modules
         } else {
             self.ask(&composition, &modules)?;
+            // While they are away nothing may miss them; found out before anything is ended for it.
+            composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
+            self.end_trial(&mut composition, name);
             composition.ground.kept = composition.settings(&modules);
             let replaced = self.replace(&mut composition, &modules, &old, &new);
             composition.ground.kept.clear();
@@ -106,6 +91,43 @@ impl Composer {
             self.say(&format!("module {module} runs the new code of plugin {name} {what}"));
         }
         Ok(Reload { plugin: name.into(), modules, in_place, old_library })
+    }
+
+    /// What the modules would be with another version of a plugin, when that fits.
+    pub(super) fn admit(
+        &self,
+        composition: &Composition,
+        new: &Plugin,
+    ) -> Result<BTreeMap<String, Fitting>, PluginError> {
+        let name = new.name();
+        let others = composition.target(|catalogue| catalogue.plugins.retain(|plugin| plugin.name() != name));
+        check_kinds(&others.catalogue, new)?;
+        for dependency in new.dependencies() {
+            if others.catalogue.plugin(dependency).is_none() {
+                return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
+            }
+        }
+        check_circle(&others.catalogue, new, &mut vec![name.to_owned()])?;
+        Ok(composition.check(&composition.target(|catalogue| catalogue.replace(new)))?)
+    }
+
+    /// Whether the modules that come can be made, before anything is changed.
+    pub(super) fn try_arrivals(
+        &self,
+        composition: &Composition,
+        described: &BTreeMap<String, Fitting>,
+    ) -> Result<(), PluginError> {
+        let mut come = described.iter().filter(|(module, _)| !composition.present.contains_key(*module));
+        come.try_for_each(|(module, fitting)| self.fresh(composition, module, fitting).map(drop))
+    }
+
+    /// A version of a plugin whose code the modules run already takes its place; kinds that are new come now.
+    pub(super) fn take_in(&self, composition: &mut Composition, new: &Plugin) -> Result<(), PluginError> {
+        let target = composition.target(|catalogue| catalogue.replace(new));
+        composition.catalogue = target.catalogue;
+        let target = composition.target(|_| {});
+        composition.change(target, &self.shared, &BTreeMap::new())?;
+        Ok(())
     }
 
     /// An instance of the new code for a module, with its present parameters when they fit.
@@ -126,7 +148,8 @@ impl Composer {
         let made = fitting.setup.with(|setup| kind.create(setup, params));
         let instance =
             made.map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
-        Ok(Retired::new(kind, instance))
+        let is_isolated = present.is_some_and(|present| present.isolation.is_some());
+        Ok(Retired::new(kind, instance, composition.ground.patience(&Arc::from(module), is_isolated)))
     }
 
     /// Takes modules out whose ports are other ones with the new code, and puts them in again.

@@ -1,0 +1,109 @@
+//! Modules that are switched and plugins that come and go in an agent that runs, and output that nobody gets.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::fs::File;
+use std::process::{Command, Stdio};
+
+use common::{Running, library, text};
+
+const EXP1: [&str; 5] = ["run", "exp1", "--headless", "--rate", "1"];
+
+#[test]
+fn a_switch_says_what_it_did_and_what_it_can_not_do() {
+    let mut running = Running::new("switches");
+    running.start("exp1", &EXP1);
+    assert_eq!(running.done(&["module", "enable", "referee"]), "referee is on already\n");
+    assert_eq!(running.done(&["module", "disable", "referee"]), "referee is off\n");
+    assert_eq!(running.done(&["module", "disable", "referee"]), "referee is off already\n");
+    assert_eq!(running.read("exp1", "/referee/enabled/value"), false);
+    assert_eq!(running.done(&["module", "enable", "referee"]), "referee is on\n");
+    assert_eq!(running.read("exp1", "/referee/enabled/value"), true);
+
+    let words = ["`simulator` is the time source", "stands still", "end the agent instead"];
+    running.fails(1, &["module", "disable", "simulator"], &words);
+    assert_eq!(running.read("exp1", "/simulator/enabled/value"), true);
+    for verb in ["enable", "disable"] {
+        let words = ["no module is called `r2/planer`", "did you mean r2/planner"];
+        running.fails(1, &["module", verb, "r2/planer"], &words);
+        running.fails(2, &["module", verb], &["<NAME>"]);
+    }
+}
+
+#[test]
+fn a_load_says_which_code_it_took() {
+    let mut running = Running::new("code");
+    running.start("exp1", &EXP1);
+    let (file, list) = (library("libslate_exp1.so"), ["plugin", "list"]);
+    let line = || {
+        let list = running.done(&list);
+        list.lines().find(|line| line.starts_with("slate-exp1")).unwrap().to_owned()
+    };
+    assert!(line().contains("  linked in  "), "{}", line());
+    running.done(&["plugin", "unload", "slate-exp1"]);
+    assert!(line().contains("not loaded; linked in"), "{}", line());
+    let said = running.done(&["plugin", "load", "slate-exp1"]);
+    assert!(said.starts_with("slate-exp1 is loaded; its code: linked in\nmodules: "), "{said}");
+    running.done(&["plugin", "unload", "slate-exp1"]);
+    let said = running.done(&["plugin", "load", &file]);
+    assert!(said.starts_with(&format!("slate-exp1 is loaded; its code: {file}\nmodules: ")), "{said}");
+    assert!(line().contains(&file), "{}", line());
+}
+
+#[test]
+fn new_code_is_tried_beside_the_old_and_takes_over() {
+    let mut running = Running::new("beside");
+    running.start("exp1", &EXP1);
+    let file = library("libslate_exp1.so");
+    running.fails(1, &["plugin", "shadow", "slate-exp2", &file], &["no plugin `slate-exp2`", "slate-exp1"]);
+    running.fails(1, &["plugin", "promote", "slate-exp1"], &["no new code runs beside it"]);
+    running.fails(1, &["plugin", "shadow", "slate-exp1", "--end"], &["no new code runs beside it"]);
+    assert!(running.done(&["plugin", "shadow", "slate-exp1"]).contains("no new code runs beside slate-exp1"));
+
+    let said = running.done(&["plugin", "shadow", "slate-exp1", &file]);
+    assert!(said.contains("r2/planner: new code runs beside it, see /r2/planner/shadow"), "{said}");
+    let lines = |arguments: &[&str], word: &str| {
+        let said = running.done(arguments);
+        said.lines().filter(|line| line.contains(word)).count()
+    };
+    let modules = said.lines().count();
+    assert_eq!(lines(&["module", "list"], "new code beside it"), modules);
+    assert_eq!(lines(&["plugin", "list"], &file), 1);
+    let steps = || running.read("exp1", "/r2/planner/shadow")["ticks"].as_u64().unwrap_or(0);
+    assert!((0..1000).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+        steps() > 5
+    }));
+    let shown = running.done(&["plugin", "shadow", "slate-exp1"]);
+    let planner: Vec<_> =
+        shown.lines().find(|line| line.starts_with("r2/planner")).unwrap().split_whitespace().collect();
+    assert_eq!((planner[2], planner[4]), ("0", "0"), "the same code makes no difference: {shown}");
+
+    running.done(&["plugin", "shadow", "slate-exp1", "--end"]);
+    assert_eq!(lines(&["module", "list"], "new code beside it"), 0);
+    running.done(&["plugin", "shadow", "slate-exp1", &file]);
+    let said = running.done(&["plugin", "promote", "slate-exp1"]);
+    assert!(said.contains("slate-exp1 is exchanged between two ticks"), "{said}");
+    assert_eq!(said.matches("goes on with its state").count(), modules, "{said}");
+    assert_eq!(lines(&["module", "list"], "new code beside it"), 0);
+    assert_eq!(lines(&["plugin", "list"], &file), 1, "it is its code now");
+}
+
+#[test]
+fn output_that_is_lost_is_told() {
+    let mut running = Running::new("lost");
+    running.start("exp1", &EXP1);
+    for arguments in [&["plugin", "list"][..], &["module", "list", "--json"], &["config", "get"], &["stop"]] {
+        let output = running.command(arguments).stdout(File::create("/dev/full").unwrap()).output().unwrap();
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.matches("stdout can't be written").count(), 1, "{arguments:?}: {stderr}");
+        // Who has gone, as `head` does, misses nothing.
+        let mut gone = Command::new("true").stdin(Stdio::piped()).spawn().unwrap();
+        let pipe = gone.stdin.take().unwrap();
+        gone.wait().unwrap();
+        let output = running.command(arguments).stdout(pipe).output().unwrap();
+        assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()), "{arguments:?}");
+    }
+}
