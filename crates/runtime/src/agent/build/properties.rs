@@ -6,12 +6,23 @@ use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, BoardError, Placement, Property, Store};
-use slate_module::{Direction, PortDescription};
+use slate_module::{Direction, Interface, PortDescription};
 
 use super::{Builder, Failed, SPARE_READERS};
 use crate::agent::parameters::enabled_descriptor;
 use crate::agent::survey::{Implied, Target, Wire};
 use crate::aspects::followed;
+use crate::runner::{ModuleState, ModuleTiming};
+use crate::timing::TimingHistogram;
+
+/// What every module's runner writes.
+fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
+    [
+        (Implied::State, "How the module is.", ModuleState::DESCRIPTOR),
+        (Implied::Timing, "How long its ticks take.", ModuleTiming::DESCRIPTOR),
+        (Implied::Histogram, "How long its ticks took.", TimingHistogram::DESCRIPTOR),
+    ]
+}
 
 /// Who reads what the host sets: its module, and tools.
 const SETTING: Budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: 1 };
@@ -145,9 +156,18 @@ impl Builder<'_, '_> {
         joints.map(|joint| (joint.field.clone(), joint.link.from.value.to_string())).collect()
     }
 
-    /// Parameters and `enabled`.
+    /// Parameters, `enabled`, and what tells of the module, as others may be linked to all of it.
     fn implied(&mut self, m: usize) -> Result<(), Failed> {
         let name = self.name(m);
+        for (implied, doc, descriptor) in told() {
+            let path = format!("{name}/{}", implied.name());
+            if self.standing(m, &path, descriptor)?.is_none() {
+                let (_, budget) = self.demand(Target::Implied(m, implied), &path);
+                let store = Store { capacity: 0, depth: 1, budget };
+                let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+                self.added(m, added)?;
+            }
+        }
         let (descriptor, params) = (self.surveyed(m).description.params, self.surveyed(m).params.clone());
         let path = format!("{name}/params");
         let property = self.host_property(m, &path, "Parameters of the module.", descriptor)?;
