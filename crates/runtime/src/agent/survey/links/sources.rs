@@ -80,13 +80,13 @@ impl<'s, 'a> Sources<'s, 'a> {
     }
 
     fn circle(&mut self, at: usize) {
-        let links = &self.configuration.links()[..];
+        let links = self.configuration.links();
         let mut names: Vec<_> = self.open[at..].iter().map(|link| links[*link].to.value.as_str()).collect();
         names.extend(names.first().copied());
         let span = links[self.open[at]].from.span;
         let message = format!("{} read each other in a circle", names.join(" -> "));
         self.complaints.add(span, message, "link one of them to an output");
-        for link in self.open[at..].to_vec() {
+        for link in self.open[at..].iter().copied() {
             self.found[link] = Found::Joint(None);
         }
     }
