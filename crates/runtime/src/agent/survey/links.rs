@@ -71,9 +71,15 @@ pub(super) fn split_module<'p>(modules: &[Surveyed<'_>], path: &'p str) -> Optio
     None
 }
 
-/// The first name of a path, and the rest.
-fn split_first(path: &str) -> (&str, &str) {
-    path.split_once('/').unwrap_or((path, ""))
+/// The port whose name begins a path in a module, and the rest, which is a field: the longest name wins, as names of ports
+/// may have slashes. Without one, the first name of the path.
+fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p str, &'p str) {
+    let names = ports.iter().map(|port| port.name.as_str());
+    let longest = names.filter(|name| is_part(path, name)).map(str::len).max();
+    match longest {
+        Some(length) => (&path[..length], path[length..].trim_start_matches('/')),
+        None => path.split_once('/').unwrap_or((path, "")),
+    }
 }
 
 /// A path and the path of a field below it.

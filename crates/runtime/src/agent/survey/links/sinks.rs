@@ -2,7 +2,7 @@
 
 use slate_module::{Direction, PortDescription};
 
-use super::{SERVICE, is_service, owner, split_first, split_module};
+use super::{SERVICE, is_service, owner, split_module, split_port};
 use crate::agent::survey::{Complaints, Survey, Wire, suggest};
 use crate::configuration::Link;
 
@@ -29,7 +29,7 @@ pub(super) fn sink<'a>(
         }
         return None;
     };
-    let (name, field) = split_first(rest);
+    let (name, field) = split_port(&modules[module].description.ports, rest);
     let sink = |wire| Some(Sink { module, wire, field: field.to_owned() });
     let own = &modules[module].module.name.value;
     match name {

@@ -3,7 +3,7 @@
 use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
-use super::{SERVICE, fit, is_service, join, owner, split_first, split_module, wire_name};
+use super::{SERVICE, fit, is_service, join, owner, split_module, split_port, wire_name};
 use crate::agent::survey::{Absent, Complaints, Implied, Joint, Survey, Surveyed, Target, Wire, suggest};
 use crate::configuration::{Configuration, Link};
 
@@ -143,7 +143,7 @@ impl<'s, 'a> Sources<'s, 'a> {
             self.complaints.add(link.from.span, format!("nothing is called `/{path}`"), help);
             return None;
         };
-        let (name, field) = split_first(rest);
+        let (name, field) = split_port(&self.modules()[module].description.ports, rest);
         let field = field.to_owned();
         if let Some(implied) = Implied::of(name) {
             if implied == Implied::Enabled
@@ -209,20 +209,20 @@ impl<'s, 'a> Sources<'s, 'a> {
     fn actuator(&self, path: &str) -> Option<Source> {
         self.configuration.actuators().iter().enumerate().find_map(|(index, actuator)| {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
-            let (name, field) = split_first(rest);
+            let (name, field) = split_port(&[], rest);
             (name == "command").then(|| Source { target: Target::Command(index), field: field.into() })
         })
     }
 
     fn absent(&mut self, module: &str, path: &str) -> Source {
-        let (name, field) = split_first(path[module.len()..].trim_start_matches('/'));
-        let absent = Absent { path: format!("{module}/{name}"), module: module.into() };
+        // What of it is a field is known when the module is there, and then it is linked anew.
+        let absent = Absent { path: path.into(), module: module.into() };
         let known = self.absent.iter().position(|other| *other == absent);
         let index = known.unwrap_or_else(|| {
             self.absent.push(absent);
             self.absent.len() - 1
         });
-        Source { target: Target::Absent(index), field: field.into() }
+        Source { target: Target::Absent(index), field: String::new() }
     }
 }
 
