@@ -7,6 +7,7 @@ mod connection;
 mod display;
 mod examples;
 mod failure;
+mod link;
 mod mission;
 mod module;
 mod observation;
@@ -41,6 +42,8 @@ fn main() -> ExitCode {
         Verb::Examples => examples::list(),
         Verb::Plugin(verb) => plugin::plugin(verb),
         Verb::Module(verb) => module::module(verb),
+        Verb::Link(options) => link::link(options),
+        Verb::Unlink(options) => link::unlink(options),
         Verb::Trace(options) => trace::trace(options),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
