@@ -134,6 +134,11 @@ impl Client {
             Ok(Line::End) => {
                 Err(self.lost(std::io::Error::new(ErrorKind::UnexpectedEof, "it has closed the connection")))
             }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                let limit = self.stream.read_timeout().ok().flatten().unwrap_or(ANSWER);
+                let said = format!("no answer within {} s; it may go on with what it was asked", limit.as_secs());
+                Err(self.lost(std::io::Error::new(ErrorKind::TimedOut, said)))
+            }
             Err(error) => Err(self.lost(error)),
         }
     }

@@ -23,16 +23,20 @@ pub(super) struct Desk {
 
 type Done = Result<serde_json::Value, Refusal>;
 
+/// What a line asks for.
+pub(super) fn read(line: &[u8]) -> Result<Call, Refusal> {
+    serde_json::from_slice(line).map_err(|error| {
+        refusal(
+            format!("the line is no call: {error}"),
+            r#"send a call a line, such as {"call":"plugin/list"}"#,
+        )
+    })
+}
+
 impl Desk {
-    /// Answers a line.
-    pub fn answer(&self, line: &[u8]) -> Answer {
-        let call = serde_json::from_slice(line).map_err(|error| {
-            refusal(
-                format!("the line is no call: {error}"),
-                r#"send a call a line, such as {"call":"plugin/list"}"#,
-            )
-        });
-        match call.and_then(|call| self.call(call)) {
+    /// Answers a call.
+    pub fn answer(&self, call: Call) -> Answer {
+        match self.call(call) {
             Ok(result) => Answer::Result(result),
             Err(refusal) => Answer::Error(refusal),
         }
