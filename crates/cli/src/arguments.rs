@@ -98,8 +98,8 @@ pub struct RunOptions {
     #[arg(long)]
     pub headless: bool,
 
-    /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs go as fast as they
-    /// can.
+    /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs of a simulator go as
+    /// fast as they can. A robot without a simulator goes with the wall clock.
     #[arg(long, value_parser = parse_rate)]
     pub rate: Option<Rate>,
 

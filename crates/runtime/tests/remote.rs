@@ -74,7 +74,7 @@ impl Module for Door {
     type Params = ();
     type State = ();
 
-    fn create(_: &Setup<'_>, (): &()) -> Result<(), Refusal> {
+    fn create(_: &Setup<'_>, (): &()) -> Result<(), slate_module::Refusal> {
         drop(DOOR.lock());
         Ok(())
     }
