@@ -44,6 +44,26 @@ pub enum Verb {
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),
+    /// Reads a property of a running agent, or a field of one.
+    Get {
+        /// Its URL, such as `/loop/histogram` or `/r2/planner/state/ticks`.
+        url: String,
+        /// Prints value, sequence and time as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Lists the properties of a running agent.
+    List {
+        /// Which of them, such as `/r2/planner/*` or `/**/timing`; all unless given.
+        pattern: Option<String>,
+        /// Prints the list as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
     /// Stops all actuators of a running agent, until `reset` and `arm`. It is no emergency stop.
     Stop {
         /// Why; it is kept and shown.

@@ -13,6 +13,7 @@ mod module;
 mod observation;
 mod output;
 mod plugin;
+mod property;
 mod run;
 mod scene;
 mod stop;
@@ -45,6 +46,8 @@ fn main() -> ExitCode {
         Verb::Link(options) => link::link(options),
         Verb::Unlink(options) => link::unlink(options),
         Verb::Trace(options) => trace::trace(options),
+        Verb::Get { url, json, agent } => property::get(agent, url, *json),
+        Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

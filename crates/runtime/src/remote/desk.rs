@@ -3,14 +3,15 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::Serialize;
 use slate_blackboard::interface;
-use slate_blackboard::{BoardError, Url};
+use slate_blackboard::{BoardError, Pattern, Property, Url};
 
 use super::protocol::{
     Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
-    Reading, Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin,
+    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin,
 };
 use crate::configuration::{Change, Database, Report, SaveTo, Value};
 use crate::{Composer, Loaded, NewLink, PluginError, Reload};
@@ -105,6 +106,7 @@ impl Desk {
             Call::ConfigDiff {} => self.differences(),
             Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
             Call::ConfigSave { to } => self.save(to),
+            Call::PropertyList { pattern } => self.properties(pattern.as_deref()),
             Call::Read { url } => self.read(&url),
             Call::Stop { reason } => {
                 let reason = if reason.is_empty() { "by a tool" } else { &reason };
@@ -309,6 +311,24 @@ impl Desk {
 
     fn save(&self, to: SaveTo) -> Done {
         result(Saved { files: self.database()?.save(to)? })
+    }
+
+    fn properties(&self, pattern: Option<&str>) -> Done {
+        let pattern = pattern.map(Pattern::parse).transpose();
+        let pattern =
+            pattern.map_err(|error| refusal(error.to_string(), "such as /r2/planner/* or /**/timing"))?;
+        let entry = |property: &Arc<Property>| PropertyEntry {
+            path: property.path().into(),
+            interface: property.descriptor().name.to_string(),
+            doc: property.doc().to_string(),
+        };
+        let properties = self.composer.board().properties();
+        let wanted = properties
+            .iter()
+            .filter(|property| pattern.as_ref().is_none_or(|pattern| pattern.matches(property.path())));
+        let mut entries: Vec<_> = wanted.map(entry).collect();
+        entries.sort_unstable_by(|a, b| a.path.cmp(&b.path));
+        result(entries)
     }
 
     fn read(&self, url: &str) -> Done {

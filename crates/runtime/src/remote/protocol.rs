@@ -157,6 +157,13 @@ pub enum Call {
         #[serde(default)]
         to: SaveTo,
     },
+    /// The properties: a list of [`PropertyEntry`].
+    #[serde(rename = "property/list")]
+    PropertyList {
+        /// Which of them, such as `/r2/**/timing`; all unless given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pattern: Option<String>,
+    },
     /// The newest value of a property or a field: [`Reading`], or nothing before the first write.
     #[serde(rename = "read")]
     Read {
@@ -360,4 +367,15 @@ pub struct Reading {
     pub sequence: u64,
     /// When it was written, nanoseconds of the agent's time.
     pub time: u64,
+}
+
+/// A property.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PropertyEntry {
+    /// Its path, such as `r2/planner/timing`.
+    pub path: String,
+    /// What its values are.
+    pub interface: String,
+    /// What it is for.
+    pub doc: String,
 }

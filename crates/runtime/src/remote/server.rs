@@ -17,7 +17,7 @@ use serde::Serialize;
 use super::desk::{self, Desk, refusal};
 use super::line::{self, Line};
 use super::place::Place;
-use super::protocol::{Answer, Call, Greeting, Refusal, LINE_LIMIT, VERSION};
+use super::protocol::{Answer, Call, Greeting, LINE_LIMIT, Refusal, VERSION};
 use crate::Agent;
 
 /// How many tools may be connected; for one more, the one that was silent for the longest is let go.

@@ -91,7 +91,8 @@ fn tried_first() {
             let file = whole.with_file_name("damaged.so");
             std::fs::write(&file, damaged).unwrap();
             let loaded = plugin::load(&file);
-            ended += usize::from(loaded.is_err_and(|error| error.problem.contains("tried it first ended by")));
+            ended +=
+                usize::from(loaded.is_err_and(|error| error.problem.contains("tried it first ended by")));
         }
     }
     assert!(ended > 0);

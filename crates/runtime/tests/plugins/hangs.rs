@@ -165,8 +165,7 @@ fn a_create_that_hangs_is_given_up_and_lists_do_not_wait_for_it() {
         Running::start(&robot_with(&format!("hang = {FOR_EVER}")), Mode::Staged, &["beat/count/value"]);
     running.board.write("counter/params/fault", &Value::Integer(CREATE_HANGS.into()), 0).unwrap();
     std::thread::scope(|scope| {
-        let reload =
-            scope.spawn(|| running.composer.reload("counter", Some(&libraries().counter("more"))));
+        let reload = scope.spawn(|| running.composer.reload("counter", Some(&libraries().counter("more"))));
         while !reload.is_finished() {
             let start = std::time::Instant::now();
             assert!(running.composer.plugins().iter().any(|plugin| plugin.name == "counter"));
