@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
@@ -58,8 +58,8 @@ impl TimeSource for RecordedTimes {
 
 /// The agent's time, nanoseconds since its start: the system's monotonic clock, or what a time source says.
 pub(crate) struct Clock {
-    /// The monotonic time at the start.
-    start: u64,
+    /// The monotonic time at the start; another one when the agent goes on from a snapshot.
+    start: AtomicI64,
     /// What the time source said last, if there is one.
     driven: Option<AtomicU64>,
     calendar: Calendar,
@@ -78,7 +78,7 @@ impl Clock {
     pub fn new(driven: bool, calendar: Option<Calendar>) -> Self {
         let calendar = calendar.unwrap_or_else(|| Arc::new(date));
         let date = calendar();
-        Self { start: monotonic(), driven: driven.then(AtomicU64::default), calendar, date }
+        Self { start: AtomicI64::new(monotonic() as i64), driven: driven.then(AtomicU64::default), calendar, date }
     }
 
     #[inline]
@@ -97,7 +97,8 @@ impl Clock {
     /// A monotonic time as one since the agent's start; on the system's clock that is the agent's time.
     #[inline]
     pub fn at(&self, monotonic: u64) -> u64 {
-        monotonic.saturating_sub(self.start)
+        // Whoever looks while an agent goes on from a snapshot gets a time before it, or of it.
+        (monotonic as i64).saturating_sub(self.start.load(Ordering::Relaxed)).max(0) as u64
     }
 
     /// Sets a driven clock; the system's goes by itself.
@@ -105,6 +106,12 @@ impl Clock {
         if let Some(now) = &self.driven {
             now.store(time, Ordering::Release);
         }
+    }
+
+    /// Goes on from another time: a driven clock as said, and the system's from now on.
+    pub fn resume(&self, time: u64) {
+        self.set(time);
+        self.start.store((monotonic() as i64).saturating_sub_unsigned(time), Ordering::Relaxed);
     }
 
     /// The date of an agent's time: for people, who read logs. Nothing is measured with it, as it may jump.
