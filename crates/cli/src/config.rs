@@ -1,5 +1,6 @@
 use clap::Subcommand;
 use slate::runtime::configuration::{SaveTo, parse_change};
+use slate::runtime::remote::{Changed, ClientError, Different};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -74,29 +75,46 @@ fn set(agent: &AgentOption, settings: &[String]) -> Result<(), Failure> {
     if changed.is_empty() {
         output::line("nothing changes: all is as it should be");
     }
-    let text = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".into());
-    for change in &changed {
-        output::line(format_args!("{}: {} -> {}", change.path, text(&change.before), text(&change.after)));
+    for Changed { path, before, after, default } in &changed {
+        let text = |value: &Option<String>| {
+            let default = default.as_ref().map(|default| format!("{default} (default)"));
+            value.clone().or(default).unwrap_or_else(|| "none".into())
+        };
+        output::line(format_args!("{path}: {} -> {}", text(before), text(after)));
     }
     Ok(())
 }
 
 fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {
-    let differences = agent.connect()?.differences()?;
+    let mut client = agent.connect()?;
+    let differences = client.differences()?;
     if json {
         output::json(&differences);
-        return Ok(());
+    } else {
+        differences.iter().for_each(show);
     }
-    for difference in &differences {
-        if let Some(file) = &difference.file {
-            output::line(format_args!("- {} = {file}", difference.path));
-        }
-        if let Some(present) = &difference.present {
-            let origin = difference.origin.as_deref().unwrap_or_default();
-            output::line(format_args!("+ {} = {present}  # {origin}", difference.path));
-        }
+    if let Some(refusal) = client.refused_edit()? {
+        eprintln!("a file was edited and is refused; what it said before goes on:");
+        return Err(ClientError::Refused(refusal).into());
     }
     Ok(())
+}
+
+fn show(difference: &Different) {
+    let Different { path, file, present, origin, default } = difference;
+    match (file, default) {
+        (Some(file), _) => output::line(format_args!("- {path} = {file}")),
+        (None, Some(default)) => output::line(format_args!("- {path} = {default}  # default")),
+        (None, None) => {}
+    }
+    match (present, default) {
+        (Some(present), _) => {
+            let origin = origin.as_deref().unwrap_or_default();
+            output::line(format_args!("+ {path} = {present}  # {origin}"));
+        }
+        (None, Some(default)) => output::line(format_args!("+ {path} = {default}  # default")),
+        (None, None) => {}
+    }
 }
 
 fn save(agent: &AgentOption, host: bool) -> Result<(), Failure> {
@@ -104,6 +122,6 @@ fn save(agent: &AgentOption, host: bool) -> Result<(), Failure> {
     if saved.files.is_empty() {
         output::line("nothing to save: the files say it all");
     }
-    saved.files.iter().for_each(|file| output::line(file.display()));
+    saved.files.iter().for_each(|file| output::line(slate::runtime::printable(file)));
     Ok(())
 }

@@ -50,7 +50,7 @@ impl From<StartError> for Failure {
 
 fn no_checkout(said: Option<&Path>) -> String {
     match said {
-        Some(said) => format!("{} is no folder of Slate's sources", said.display()),
+        Some(said) => format!("{} is no folder of Slate's sources", slate::runtime::printable(said)),
         None => "Slate's sources were not found".into(),
     }
 }

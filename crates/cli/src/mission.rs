@@ -99,11 +99,13 @@ impl Mission {
         let number = |name: &str| metrics.as_ref().and_then(|m| m.get(name)).and_then(Value::as_f64);
         let count = |name: &str| number(name).map_or(0, |n| n as u64);
         let status = self.status_counts();
+        let mut conditions = scene::conditions(&self.application.configuration);
+        conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
         let summary = Summary {
             example: self.application.name.clone(),
             seed: self.application.configuration.seed().value,
             mode: self.mode.name().into(),
-            conditions: scene::conditions(&self.application.configuration),
+            conditions,
             outcome,
             message,
             sim_time_s: now as f64 * 1e-9,

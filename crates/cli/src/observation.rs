@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use slate::blackboard::interface::{Value, View};
+use slate::blackboard::interface::{Field, Value, View};
 use slate::blackboard::{Board, Property};
 use slate::record::{Route, Sample};
 use slate::runtime::configuration::Configuration;
@@ -23,6 +23,7 @@ pub struct Observation {
     pub robots: Vec<ObservedRobot>,
     metrics: Option<Arc<Property>>,
     verdict: Option<Arc<Property>>,
+    speed: Option<(Arc<Property>, &'static Field)>,
 }
 
 /// How a robot is now.
@@ -68,8 +69,21 @@ impl Observation {
         }
         let metrics = find("report.metrics");
         let verdict = find("mission.outcome");
+        let speed = configuration.value("report.speed").and_then(|spanned| {
+            let text = spanned.value.as_str().unwrap_or_default();
+            let field = board.find(text.trim_start_matches('/')).ok().and_then(|(property, name)| {
+                let field = property.descriptor().fields.iter().find(|field| field.name == name)?;
+                Some((property, field))
+            });
+            if field.is_none() {
+                let message = format!("there is no field `{text}`");
+                let help = "name that of a parameter, such as \"/planner/params/speed\"";
+                complaints.push(configuration.diagnostic(spanned.span, message, Some(help.into())));
+            }
+            field
+        });
         if complaints.is_empty() {
-            Ok(Self { robots, metrics, verdict })
+            Ok(Self { robots, metrics, verdict, speed })
         } else {
             Err(Failure::Configuration(complaints.into()))
         }
@@ -85,6 +99,13 @@ impl Observation {
         let verdict = value(self.verdict.as_ref()?)?;
         let text = |name: &str| verdict.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
         Some((text("state"), text("reason")))
+    }
+
+    /// The speed that the robots are set to, with its unit.
+    pub fn speed(&self) -> Option<String> {
+        let (property, field) = self.speed.as_ref()?;
+        let number = value(property)?.get(field.name)?.as_f64()?;
+        Some(format!("{number} {}", field.unit).trim_end().to_owned())
     }
 
     /// Whether the mission is still going on.

@@ -85,7 +85,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         std::fs::write(&path, text).map_err(|source| Failure::File { path, source })?;
     }
     output::line(&finished.summary);
-    output::line(format_args!("report: {}", directory.display()));
+    output::line(format_args!("report: {}", slate::runtime::printable(&directory)));
     if options.common.json {
         output::line(finished.summary.json_line()?);
     }

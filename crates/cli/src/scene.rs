@@ -43,9 +43,6 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
     if let Some(layout) = text("world.layout") {
         conditions.insert("layout".into(), layout);
     }
-    if let Some(speed) = text("report.speed") {
-        conditions.insert("speed".into(), speed);
-    }
     if let Ok(Some(scenario)) = scenario(configuration) {
         let noisy = scenario.placements.iter().any(|placement| {
             placement.description.sonar.get(&scenario.sonar).is_some_and(|sonar| sonar.noise_constant > 0.0)
@@ -61,5 +58,11 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
 fn scenario(configuration: &Configuration) -> Result<Option<Scenario>, Failure> {
     let Some(table) = configuration.table("world") else { return Ok(None) };
     let scenario = Scenario::new(&Value::from(table), configuration.seed().value);
-    scenario.map(Some).map_err(|error| Failure::World(error.to_string()))
+    scenario.map(Some).map_err(|error| {
+        let text = error.to_string();
+        match configuration.value(&error.source_name) {
+            Some(wrong) => Failure::Configuration(configuration.diagnostic(wrong.span, text, None).into()),
+            None => Failure::World(text),
+        }
+    })
 }

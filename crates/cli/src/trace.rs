@@ -37,6 +37,9 @@ pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
     std::thread::sleep(Duration::try_from_secs_f64(options.seconds).unwrap_or(Duration::ZERO));
     let to = client.record_trace(false)?;
     let spans = client.export_trace(&file, from, to)?;
-    output::line(format_args!("{spans} spans in {}; open it in https://ui.perfetto.dev", file.display()));
+    output::line(format_args!(
+        "{spans} spans in {}; open it in https://ui.perfetto.dev",
+        slate::runtime::printable(&file)
+    ));
     Ok(true)
 }

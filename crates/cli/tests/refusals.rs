@@ -67,6 +67,7 @@ fn settings_that_are_wrong_are_shown() {
     set("seed_text", "agent.seed=x", &["seed", "whole number"]);
     set("link", "robots.r2.links.\"planner/goal\"=knowledge/gaol", &["gaol", "did you mean goal"]);
     set("report", "report.robots.r2.pose=/nothing", &["/nothing"]);
+    set("speed", "report.speed=/r2/planner/params/sped", &["/r2/planner/params/sped"]);
 }
 
 #[test]
@@ -93,6 +94,7 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
         let text = exp1.replacen(from, to, 1);
         mistaken(name, &text, line(&text, to.lines().last().unwrap()), words);
     };
+    change("reversed", "start = [-2.0, 2.0,", "start = [2.0, -2.0,", &["the least x, 2, is above"]);
     change(
         "interface",
         "\"range_monitor/sonar\" = \"/simulator/r2/sonar\"",

@@ -15,6 +15,7 @@ pub mod isolation;
 pub mod log;
 mod main_loop;
 pub mod plugin;
+mod printable;
 pub mod remote;
 mod runner;
 pub mod synchronization;
@@ -29,4 +30,5 @@ pub use main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
     ScheduledStage, SenseAct,
 };
+pub use printable::printable;
 pub use slate_module::Stage;

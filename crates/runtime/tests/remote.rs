@@ -145,7 +145,8 @@ fn several_parameters_change_in_one_write_and_are_listed_as_different() {
     assert_eq!((&settings[0].value, settings[0].text.as_str()), (&json!(3), "3"));
     let differences = client.differences().unwrap();
     assert_eq!(differences[0].file.as_deref(), Some("2.0"));
-    assert_eq!(differences[1].file, None);
+    assert_eq!((&differences[1].file, differences[1].default.as_deref()), (&None, Some("1.0")));
+    assert_eq!((&changed[1].before, changed[1].default.as_deref()), (&None, Some("1.0")));
     // The text is no file, so it stays as it is.
     assert!(refused(client.save(SaveTo::Origin)).message.contains("built in"));
 }
@@ -497,6 +498,34 @@ fn changes_are_saved_with_the_comments_of_the_file() {
     assert!(client.differences().unwrap().is_empty());
     client.set(&[change("modules.teller.params.first", "4.5")]).unwrap();
     assert!(refused(client.save(SaveTo::Host)).message.contains("no file of this computer"));
+    drop((server, agent));
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
+#[test]
+fn an_edit_that_is_refused_is_told_and_not_overwritten() {
+    let path = file("refused");
+    let agent =
+        load(&Database::open(&path, configuration::Options::default()).unwrap(), MemoryTarget::default());
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    client.set(&[change("modules.teller.params.second", "3.5")]).unwrap();
+    assert_eq!(client.refused_edit().unwrap(), None);
+    let edited = TEXT.replace("first = 2.0", "first = -3.0");
+    std::fs::write(&path, &edited).unwrap();
+    // At once, whether or not the agent has looked at the file by now.
+    for refusal in [client.refused_edit().unwrap().unwrap(), refused(client.save(SaveTo::Origin))] {
+        assert!(refusal.message.contains("robot.toml:5:"), "{refusal:?}");
+        assert!(refusal.message.contains("outside 0 to 1000000"), "{refusal:?}");
+        assert!(refusal.report.unwrap().contains("params = { first = -3.0"));
+    }
+    assert!(refused(client.save(SaveTo::Origin)).message.starts_with("nothing is saved: a file was edited"));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), edited);
+    assert_eq!(number(&agent, "teller/params/second"), 3.5);
+    std::fs::write(&path, TEXT.replace("[modules.relay]", "[modules.relay] # mended")).unwrap();
+    eventually(|| client.save(SaveTo::Origin).is_ok());
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("{ first = 2.0, second = 3.5 }\n[modules.relay] # mended"), "{text}");
     drop((server, agent));
     std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::math::{cos, sin};
 
+use crate::error::DescriptionError;
 use crate::geometry::{Point, Polygon, Pose};
 use crate::scenario::Layout;
 use crate::world::{Body, World};
@@ -34,6 +35,26 @@ pub struct ObstructedWay {
 const TRIES: usize = 10_000;
 
 impl ObstructedWay {
+    /// Whether the strips are ones.
+    ///
+    /// # Errors
+    /// The setting with a least value above the greatest, and both.
+    pub fn check(&self) -> Result<(), DescriptionError> {
+        let strips = [("start", self.start), ("disturber_start", self.disturber_start)];
+        for (name, [west, east, south, north]) in strips {
+            for (axis, least, greatest) in [("x", west, east), ("y", south, north)] {
+                if least.is_nan() || greatest.is_nan() || least > greatest {
+                    let message = format!(
+                        "the least {axis}, {least}, is above the greatest, {greatest}; write least x, greatest x, \
+                         least y, greatest y"
+                    );
+                    return Err(DescriptionError::new(&format!("world.random.{name}"), message));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Draws a layout.
     ///
     /// # Errors

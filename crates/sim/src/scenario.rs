@@ -105,6 +105,7 @@ impl Scenario {
             })?;
             descriptions.insert(name.clone(), description);
         }
+        section.random.as_ref().map_or(Ok(()), layout::ObstructedWay::check)?;
         let layout = match section.layouts.get(&section.layout) {
             Some(layout) => layout.clone(),
             None if section.layout == "random" => {

@@ -10,6 +10,7 @@ pub use slate_module::blackboard;
 pub use slate_record as record;
 pub use slate_runtime as runtime;
 pub use slate_safety as safety;
+pub use slate_share as share;
 pub use slate_sim as sim;
 
 /// What a module's file imports.
@@ -45,4 +46,6 @@ mod documents {
     mod isolation {}
     #[doc = include_str!("../../../book/src/12-aspects.md")]
     mod aspects {}
+    #[doc = include_str!("../../../book/src/13-team-knowledge.md")]
+    mod team_knowledge {}
 }

@@ -43,7 +43,6 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
-            "report.speed=\"0.0975 m/s\"",
         ],
     ),
     (
@@ -54,7 +53,6 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r2.modules.avoid_wall.params.fixed=true",
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
-            "report.speed=\"0.0975 m/s\"",
         ],
     ),
 ];

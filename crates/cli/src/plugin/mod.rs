@@ -120,7 +120,7 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
             (file, false) => format!("not loaded; {}", code(file.as_deref())),
             (file, true) => code(file.as_deref()),
         };
-        let shadow = plugin.shadow.as_ref().map(|file| file.display().to_string()).unwrap_or_default();
+        let shadow = plugin.shadow.as_deref().map(slate::runtime::printable).unwrap_or_default();
         [plugin.name.clone(), plugin.version.clone(), library, plugin.modules.join(", "), shadow]
     };
     output::columns([head].into_iter().chain(plugins.iter().map(row)));
@@ -147,7 +147,7 @@ fn load(agent: &AgentOption, plugin: &str) -> Result<(), Failure> {
 
 /// Where code comes from.
 fn code(file: Option<&Path>) -> String {
-    file.map_or_else(|| "linked in".into(), |file| file.display().to_string())
+    file.map_or_else(|| "linked in".into(), slate::runtime::printable)
 }
 
 fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {

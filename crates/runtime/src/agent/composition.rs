@@ -136,9 +136,7 @@ impl Composition {
         let mut changed = Changed::default();
         for runner in &mut runners {
             let Some(Ok(state)) = states.get(&*runner.name) else { continue };
-            // SAFETY: the runner was just made, so nobody runs it.
-            let fits = unsafe { runner.kind.restore(runner.instance, state) };
-            changed.restored.insert(runner.name.to_string(), fits.map_err(|refusal| refusal.0));
+            changed.restored.insert(runner.name.to_string(), runner.restore(state));
         }
         for (index, runner) in arriving.iter().zip(runners) {
             let surveyed = &survey.modules[*index];
@@ -291,9 +289,11 @@ impl Composition {
         let Present { seat, own_thread, .. } = present;
         if own_thread {
             seat.retire();
-            shared.threads().join_one(&seat);
+            shared.threads().join_one(&seat, self.ground.hang, shared.clock.now());
         }
         if seat.is_late() {
+            let text = format!("{name} has not returned from its tick; its library stays open");
+            shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
             // Its thread still refers to it, and so does the library to which that may return.
             std::mem::forget(seat);
             return Err("its tick has not returned".into());
@@ -306,14 +306,10 @@ impl Composition {
         runner.set_condition(Condition::Unloaded, now);
         runner.publish_safe(now);
         self.ground.post(name).health.set(Condition::Unloaded);
-        if runner.instance.is_null() {
-            return Err("it had failed".into());
-        }
-        if !keep {
-            return Ok(Vec::new());
-        }
-        // SAFETY: nobody else has the runner any more.
-        unsafe { runner.kind.save(runner.instance) }.map_err(|refusal| refusal.0)
+        let retired = runner.retire();
+        // Its ports are free for others, also when its last calls don't return.
+        drop(runner);
+        if keep { retired.save() } else { Ok(Vec::new()) }
     }
 
     /// Takes the properties of modules that have left off the board, but for those that others read.

@@ -143,6 +143,8 @@ mod tests {
         assert_eq!(end.unwrap(), End::Stopped);
         let (cycles, _) = agent.board().read("loop/state/cycles").unwrap().unwrap();
         assert_eq!(asked.load(Ordering::Relaxed), 5, "it is asked no more");
+        agent.composer().set_schedule(Schedule::default());
+        assert_eq!(Arc::strong_count(&asked), 1, "once it has returned, a change drops it");
         assert_eq!(
             agent.counts("other").unwrap().0 as f64,
             cycles.as_f64().unwrap(),

@@ -176,6 +176,7 @@ impl Agent {
         let ground = Ground {
             board,
             logger,
+            hang,
             lockstep,
             mode: options.mode,
             stop: options.stop,

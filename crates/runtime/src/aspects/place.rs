@@ -14,9 +14,16 @@ use crate::runner::Memory;
 pub(crate) struct ServicePlace {
     /// Counts changes, so that a tick sees with one look that there was none.
     version: AtomicU64,
-    current: Mutex<Option<Arc<Provided>>>,
+    current: Mutex<Current>,
     /// Wakes the threads of those that need it.
     wakes: Mutex<Vec<Arc<Wake>>>,
+}
+
+#[derive(Debug, Default)]
+struct Current {
+    service: Option<Arc<Provided>>,
+    /// Whether nobody gets it for now.
+    is_suspended: bool,
 }
 
 /// A service that is provided.
@@ -45,13 +52,27 @@ impl Drop for Provided {
 
 impl ServicePlace {
     fn set(&self, service: Option<Arc<Provided>>) {
-        let mut current = self.current.lock().unwrap_or_else(PoisonError::into_inner);
-        let old = std::mem::replace(&mut *current, service);
+        // The code of another library may run when the old one is dropped, which must not happen under the lock.
+        drop(self.change(|current| std::mem::replace(&mut current.service, service)));
+    }
+
+    /// Keeps the service from those that need it, or gives it to them again; who is in a tick keeps it until the next
+    /// one. No code of the provider runs here.
+    pub fn suspend(&self, is_suspended: bool) {
+        self.change(|current| current.is_suspended = is_suspended);
+    }
+
+    fn change<R>(&self, change: impl FnOnce(&mut Current) -> R) -> R {
+        let mut current = self.current();
+        let result = change(&mut current);
         self.version.fetch_add(1, Ordering::Release);
         drop(current);
-        // The code of another library may run here, which must not happen under the lock.
-        drop(old);
         self.wakes().iter().for_each(|wake| wake.notify(1));
+        result
+    }
+
+    fn current(&self) -> MutexGuard<'_, Current> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn wakes(&self) -> MutexGuard<'_, Vec<Arc<Wake>>> {
@@ -66,7 +87,7 @@ impl ServicePlace {
     }
 
     fn is_provided(&self) -> bool {
-        self.current.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+        self.current().service.is_some()
     }
 }
 
@@ -94,7 +115,8 @@ impl AspectPort {
         if version != self.seen {
             // Who changes it now will be seen before the next tick.
             if let Ok(current) = self.place.current.try_lock() {
-                self.held.clone_from(&current);
+                let service = if current.is_suspended { &None } else { &current.service };
+                self.held.clone_from(service);
                 self.seen = version;
             }
         }
@@ -116,6 +138,8 @@ struct Inner {
 
 impl ProviderPort {
     pub fn new(slot: usize, place: Arc<ServicePlace>, kind: ModuleKind) -> Self {
+        // What a module has left that never returned is not called any more, and its code may be in it for ever.
+        std::mem::forget(place.change(std::mem::take).service);
         let table = ProviderTable { context: std::ptr::null_mut(), provide, withdraw };
         let mut inner = Box::new(Inner { table, place, kind });
         inner.table.context = (&raw mut *inner).cast();
@@ -130,6 +154,11 @@ impl ProviderPort {
     /// Whether the service is provided now.
     pub fn is_provided(&self) -> bool {
         self.inner.place.is_provided()
+    }
+
+    /// Keeps the service from those that need it while the module is late, or gives it to them again.
+    pub fn suspend(&self, is_suspended: bool) {
+        self.inner.place.suspend(is_suspended);
     }
 
     /// The instance that provided the service is gone; `kind` comes next.

@@ -135,6 +135,7 @@ impl Build<'_> {
                 .get("memory")
                 .and_then(|memory| self.problems.size("memory", memory))
                 .unwrap_or(usual.memory),
+            memory_at: table.get("memory").map(|memory| memory.span),
             rearm: match table.get("rearm") {
                 Some(_) => self.problems.flag(table, "rearm").is_some_and(|rearm| rearm.value),
                 None => usual.rearm,

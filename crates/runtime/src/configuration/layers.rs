@@ -43,7 +43,7 @@ impl Layers {
     pub(super) fn file(&mut self, path: &Path, asked: Option<Span>) {
         let failed = |this: &mut Self, reason: String, help: &str| {
             this.incomplete = true;
-            let message = format!("can't read the configuration {}: {reason}", path.display());
+            let message = format!("can't read the configuration {}: {reason}", crate::printable(path));
             this.problems.0.push(Problem { span: asked, message, help: Some(help.into()) });
         };
         let hint = match asked {
@@ -59,7 +59,7 @@ impl Layers {
         }
         if self.read.insert(canonical.clone()) {
             self.open.push(canonical);
-            self.text(path.display().to_string(), SourceKind::File, Some(path), text);
+            self.text(crate::printable(path), SourceKind::File, Some(path), text);
             self.open.pop();
         }
     }

@@ -191,6 +191,13 @@ impl Configuration {
         self.merged.at(names.iter().map(String::as_str))
     }
 
+    /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or else at
+    /// `otherwise`.
+    pub fn place_of(&self, complaint: &str, otherwise: Span) -> Span {
+        let named = complaint.split_once(": ").and_then(|(path, _)| self.value(path));
+        named.map_or(otherwise, |value| value.span)
+    }
+
     /// The settings at a path and below it, in the order of their paths; an empty path is everything.
     ///
     /// # Errors

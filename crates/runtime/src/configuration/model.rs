@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use slate_blackboard::Url;
 use slate_module::{Level, Stage, Trigger};
 
-use super::source::Spanned;
+use super::source::{Span, Spanned};
 use super::value::Table;
 use crate::log::{Levels, SyslogAddress};
 use crate::main_loop::Schedule;
@@ -39,6 +39,8 @@ pub struct Module {
 pub struct Isolation {
     /// Bytes that the module may allocate.
     pub memory: u64,
+    /// Where that is written, if it is.
+    pub memory_at: Option<Span>,
     /// Whether the actuators that it commands stay armed when it fails, and follow it again when it starts anew.
     pub rearm: bool,
 }
@@ -46,7 +48,7 @@ pub struct Isolation {
 impl Default for Isolation {
     /// 1 GB, and disarmed.
     fn default() -> Self {
-        Self { memory: 1_000_000_000, rearm: false }
+        Self { memory: 1_000_000_000, memory_at: None, rearm: false }
     }
 }
 

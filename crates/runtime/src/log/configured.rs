@@ -53,7 +53,7 @@ impl Logger {
         if let Some(file) = &wanted.file {
             let rotation = Rotation { size: file.size, keep: file.keep };
             let target = FileTarget::open(&file.path.value, rotation).map_err(|error| {
-                let what = format!("the log file {} can't be opened", file.path.value.display());
+                let what = format!("the log file {} can't be opened", crate::printable(&file.path.value));
                 cannot(file.path.span, what, &error, "choose a file that this user may write")
             })?;
             opened.push(Box::new(target));

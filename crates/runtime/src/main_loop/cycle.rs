@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::guest::{Asked, Forget, ask};
+use super::guest::{Asked, PutAway, ask};
 use super::{Control, Core, Cycle, Flow, PolicyRole, STAGE_LIMIT, Seat, Shared, TimeRole, workers};
 use crate::clock::monotonic;
 use crate::main_loop::policy::Place;
@@ -34,7 +34,7 @@ pub(super) struct Position {
     /// Whether workers were given steps that are not committed yet.
     helped: bool,
     /// Set while a guest is asked.
-    pub asking: Option<Forget>,
+    pub asking: Option<PutAway>,
 }
 
 /// What this thread knows of the cycle.
@@ -139,8 +139,8 @@ fn begin(shared: &Shared) -> Option<Turn> {
     let (inside, last) = {
         // SAFETY: this thread holds the token; the reference ends before the time source is asked.
         let core = unsafe { shared.core() };
-        if let Some(forget) = core.position.asking.take() {
-            let text = format!("{} did not return; the default holds", forget(core));
+        if let Some(put_away) = core.position.asking.take() {
+            let text = format!("{} did not return; the default holds", put_away(core));
             shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
         }
         (core.position.inside, core.time)

@@ -1,5 +1,6 @@
 //! Code that decides something for the loop: which stage comes next, what time it is.
 
+use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -42,30 +43,50 @@ pub(super) trait Role {
     fn guest(core: &mut Core) -> &mut Option<Guest<Self::Code>>;
 }
 
-/// Puts a guest that did not return away for ever: the late thread is still in it.
-fn forget<R: Role>(core: &mut Core) -> &'static str {
-    let guest = R::guest(core).take();
-    let what = guest.as_ref().map_or("", |guest| guest.what);
-    std::mem::forget(guest);
+/// A guest that did not return. Its thread is in it as long as its seat is late.
+pub(super) struct Absent {
+    seat: Option<Arc<Seat>>,
+    #[allow(dead_code, reason = "it is kept, not used")]
+    guest: Box<dyn Any + Send>,
+}
+
+impl Absent {
+    /// Whether it has returned meanwhile, and can be dropped.
+    pub fn has_returned(&self) -> bool {
+        self.seat.as_ref().is_some_and(|seat| !seat.is_late())
+    }
+}
+
+/// Puts a guest that did not return away.
+fn put_away<R: Role>(core: &mut Core) -> &'static str
+where
+    Guest<R::Code>: Send + 'static,
+{
+    let Some(guest) = R::guest(core).take() else { return "" };
+    let what = guest.what;
+    core.absent.push(Absent { seat: guest.seat.clone(), guest: Box::new(guest) });
     what
 }
 
 /// How the thread that takes the loop over gets rid of a guest that did not return; says what it was.
-pub(super) type Forget = fn(&mut Core) -> &'static str;
+pub(super) type PutAway = fn(&mut Core) -> &'static str;
 
 /// Asks a guest. The caller holds the loop's token and no reference to the core, and looks at nothing of the loop after
 /// [`Asked::Lost`].
-pub(super) fn ask<R: Role, A>(shared: &Shared, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A> {
+pub(super) fn ask<R: Role, A>(shared: &Shared, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A>
+where
+    Guest<R::Code>: Send + 'static,
+{
     let (code, seat) = {
         // SAFETY: the caller holds the token; the reference ends before the call, which may lose it.
         let core = unsafe { shared.core() };
         let Some(guest) = R::guest(core) else { return Asked::Nobody };
         let seat = guest.seat.as_ref().map(Arc::as_ptr);
         let code: *mut R::Code = &raw mut *guest.code;
-        core.position.asking = Some(forget::<R> as Forget);
+        core.position.asking = Some(put_away::<R> as PutAway);
         (code, seat)
     };
-    // SAFETY: the guest owns a share of the seat, and is itself kept or forgotten but not dropped while it is asked.
+    // SAFETY: the guest owns a share of the seat, and is not dropped while it is asked, also not when it is put away.
     let seat = seat.map(|seat| unsafe { &*seat });
     if let Some(seat) = seat {
         if !seat.is_idle() && !seat.readmit() {
@@ -73,7 +94,7 @@ pub(super) fn ask<R: Role, A>(shared: &Shared, question: impl FnOnce(&mut R::Cod
             unsafe { shared.core() }.position.asking = None;
             return Asked::Nobody;
         }
-        seat.begin(false, monotonic());
+        seat.begin_call(false, monotonic());
     }
     // SAFETY: only the holder of the token uses the guest, and it is not dropped before the call returns.
     let answer = catch_unwind(AssertUnwindSafe(|| question(unsafe { &mut *code })));

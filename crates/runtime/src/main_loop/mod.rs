@@ -50,7 +50,7 @@ pub(crate) use workers::Workers;
 use cycle::Position;
 use driving::Ending;
 use gauges::{LoopGauges, Publisher, StageGauge};
-use guest::{Guest, Role};
+use guest::{Absent, Guest, Role};
 use jobs::{Jobs, Token};
 use notices::Notices;
 use plan::{Parts, Plan};
@@ -118,6 +118,8 @@ pub(crate) struct Core {
     time: Option<u64>,
     policy: Option<Guest<dyn LoopPolicy>>,
     time_source: Option<Guest<dyn TimeSource>>,
+    /// Those of them that did not return.
+    absent: Vec<Absent>,
     /// Where the loop stands, for the thread that takes the token over.
     position: Position,
     notices: Notices,
@@ -208,6 +210,7 @@ impl Shared {
             time: None,
             policy: None,
             time_source: time_source.map(|code| Guest { what: TIME_SOURCE, seat: None, code }),
+            absent: Vec::new(),
             position: Position::default(),
             notices: Notices::default(),
         };
@@ -332,7 +335,8 @@ impl Shared {
             shared.deadline.store(0, Ordering::Release);
             let policy = core.policy.take_if(|guest| guest.has_left(&watched));
             let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));
-            Some((plan, actuators, policy, time_source))
+            let returned: Vec<_> = core.absent.extract_if(.., |absent| absent.has_returned()).collect();
+            Some((plan, actuators, policy, time_source, returned))
         });
         // What is no longer needed is dropped here and not on the loop.
         drop(exchanged);

@@ -112,7 +112,8 @@ impl Seat {
         self.begin_call(helped, started);
     }
 
-    fn begin_call(&self, helped: bool, started: u64) {
+    /// Before another call of the module, which is watched like a step and counts as none.
+    pub fn begin_call(&self, helped: bool, started: u64) {
         self.started.store(started, Ordering::Relaxed);
         count(&self.begun);
         self.helped.store(helped, Ordering::Relaxed);
@@ -261,9 +262,7 @@ impl Seat {
             return false;
         }
         // SAFETY: the seat was claimed, so the late thread will not touch the runner.
-        let runner = unsafe { self.runner() };
-        runner.set_condition(Condition::Late, now);
-        runner.publish_safe(now);
+        unsafe { self.runner() }.give_up(now);
         self.state.store(LATE, Ordering::Release);
         true
     }

@@ -31,10 +31,18 @@ impl ModuleThreads {
         Ok(())
     }
 
-    /// Waits for a module's thread, which ends.
-    pub fn join_one(&mut self, seat: &Arc<Seat>) {
+    /// Waits for the thread of a module that nobody watches any more. A step that takes longer than `limit` is given up.
+    pub fn join_one(&mut self, seat: &Arc<Seat>, limit: Duration, now: u64) {
         let Some(at) = self.threads.iter().position(|(other, _)| Arc::ptr_eq(other, seat)) else { return };
         let (seat, thread) = self.threads.swap_remove(at);
+        let mut waited = Duration::ZERO;
+        while !thread.is_finished() && waited < limit {
+            std::thread::sleep(JOINING);
+            waited += JOINING;
+        }
+        if let Some(step) = seat.running() {
+            seat.give_up(step, now);
+        }
         join(&seat, thread);
     }
 
@@ -45,9 +53,12 @@ impl ModuleThreads {
     }
 }
 
+/// How often is looked whether a thread has ended.
+const JOINING: Duration = Duration::from_micros(200);
+
 fn join(seat: &Seat, thread: JoinHandle<()>) {
     while !thread.is_finished() && !seat.is_late() {
-        std::thread::sleep(Duration::from_micros(200));
+        std::thread::sleep(JOINING);
     }
     if thread.is_finished() {
         // A panic in a module does not reach its thread, so there is nothing to learn from the result.

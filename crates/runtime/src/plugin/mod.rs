@@ -12,7 +12,7 @@ pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 
 /// Why a file can't be used as a plugin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
-#[error("{}: {problem}", file.display())]
+#[error("{}: {problem}", crate::printable(.file))]
 #[diagnostic(help("{help}"))]
 pub struct LibraryError {
     /// The file.

@@ -1,10 +1,11 @@
 //! What a library offers and needs, read from a section of its file without running any of its code.
 
+use std::fs::File;
 use std::path::Path;
 
 use object::elf;
 use object::read::elf::FileHeader;
-use object::{Endianness, Object, ObjectSection, ObjectSymbol};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, ReadCache, ReadRef};
 use serde::{Deserialize, Serialize};
 use slate_module::table::ABI;
 
@@ -90,11 +91,13 @@ impl LibraryOutline {
         if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
             return Err(refuse("is no file".into(), PATH));
         }
-        let bytes = std::fs::read(file).map_err(unreadable)?;
-        Self::of(&bytes).map_err(|(problem, help)| refuse(problem, help))
+        // A library may have hundreds of megabytes, of which little is looked at. It is not mapped, as whoever cuts it off
+        // meanwhile would end this process.
+        let parts = ReadCache::new(File::open(file).map_err(unreadable)?);
+        Self::of(&parts).map_err(|(problem, help)| refuse(problem, help))
     }
 
-    fn of(bytes: &[u8]) -> Result<Self, (String, &'static str)> {
+    fn of<'d>(bytes: impl ReadRef<'d>) -> Result<Self, (String, &'static str)> {
         const LIBRARY: &str = "build it as a shared library for this machine: crate-type = [\"cdylib\"]";
         const TRUNCATED: &str = "build or copy it again";
         let header = elf::FileHeader64::<Endianness>::parse(bytes)

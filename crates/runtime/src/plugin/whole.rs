@@ -1,26 +1,27 @@
 //! Whether a file is as its headers say. The system's loader maps what they say without a look at the rest, and ends
 //! the process when it is wrong; so what they say twice must agree.
 
-use object::Endianness;
 use object::elf::{self, FileHeader64, ProgramHeader64, SectionHeader64};
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable};
+use object::{Endianness, ReadRef};
 
 type Segment = ProgramHeader64<Endianness>;
 type Section = SectionHeader64<Endianness>;
 
 /// What is wrong with the file's headers, in words.
-pub(super) fn check(header: &FileHeader64<Endianness>, bytes: &[u8]) -> Result<(), String> {
+pub(super) fn check<'d>(header: &FileHeader64<Endianness>, bytes: impl ReadRef<'d>) -> Result<(), String> {
     let damaged = |error: object::Error| format!("is damaged: {error}");
     let endian = header.endian().map_err(damaged)?;
     let segments = header.program_headers(endian, bytes).map_err(damaged)?;
     let sections = header.sections(endian, bytes).map_err(damaged)?;
     let view = View { endian, segments };
-    let is_cut = segments.iter().any(|segment| !is_in_file(segment.file_range(endian), bytes))
+    let size = bytes.len().map_err(|()| "has no size")?;
+    let is_cut = segments.iter().any(|segment| !is_in_file(segment.file_range(endian), size))
         || sections
             .iter()
-            .any(|section| section.file_range(endian).is_some_and(|range| !is_in_file(range, bytes)));
+            .any(|section| section.file_range(endian).is_some_and(|range| !is_in_file(range, size)));
     if is_cut {
-        return Err(format!("is cut off after {} bytes", bytes.len()));
+        return Err(format!("is cut off after {size} bytes"));
     }
     view.loads()?;
     for (i, segment) in segments.iter().enumerate() {
@@ -36,8 +37,8 @@ pub(super) fn check(header: &FileHeader64<Endianness>, bytes: &[u8]) -> Result<(
     view.read_only_later(&sections)
 }
 
-fn is_in_file((start, length): (u64, u64), bytes: &[u8]) -> bool {
-    start.checked_add(length).is_some_and(|end| end <= bytes.len() as u64)
+fn is_in_file((start, length): (u64, u64), size: u64) -> bool {
+    start.checked_add(length).is_some_and(|end| end <= size)
 }
 
 /// The smallest page of any machine.
@@ -126,7 +127,10 @@ impl View<'_> {
     }
 
     /// The loader finds its instructions by a segment.
-    fn dynamic(&self, sections: &SectionTable<'_, FileHeader64<Endianness>>) -> Result<(), String> {
+    fn dynamic<'d, R: ReadRef<'d>>(
+        &self,
+        sections: &SectionTable<'d, FileHeader64<Endianness>, R>,
+    ) -> Result<(), String> {
         let endian = self.endian;
         let mut said = self.of_type(elf::PT_DYNAMIC);
         let section = sections.iter().find(|section| section.sh_type(endian) == elf::SHT_DYNAMIC);
@@ -144,7 +148,10 @@ impl View<'_> {
     }
 
     /// What is made read-only after loading is not what the library writes to later.
-    fn read_only_later(&self, sections: &SectionTable<'_, FileHeader64<Endianness>>) -> Result<(), String> {
+    fn read_only_later<'d, R: ReadRef<'d>>(
+        &self,
+        sections: &SectionTable<'d, FileHeader64<Endianness>, R>,
+    ) -> Result<(), String> {
         let endian = self.endian;
         for segment in self.of_type(elf::PT_GNU_RELRO) {
             let Some((start, end)) = self.memory(segment) else { continue };

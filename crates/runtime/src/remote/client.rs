@@ -242,6 +242,11 @@ impl Client {
         self.call(&Call::ConfigDiff {})
     }
 
+    /// What is wrong with files that were edited and are refused.
+    pub fn refused_edit(&mut self) -> Result<Option<Refusal>, ClientError> {
+        self.call(&Call::ConfigRefused {})
+    }
+
     /// Writes what was changed at run time into the files.
     pub fn save(&mut self, to: SaveTo) -> Result<Saved, ClientError> {
         self.call(&Call::ConfigSave { to })

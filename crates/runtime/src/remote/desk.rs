@@ -76,6 +76,7 @@ impl Desk {
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
             Call::ConfigDiff {} => self.differences(),
+            Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
             Call::ConfigSave { to } => self.save(to),
             Call::Read { url } => self.read(&url),
             Call::Stop { reason } => {
@@ -120,7 +121,7 @@ impl Desk {
     fn export_trace(&self, file: &Path, from: u64, to: u64) -> Done {
         let failed = |error: std::io::Error| {
             refusal(
-                format!("{} can't be written: {error}", file.display()),
+                format!("{} can't be written: {error}", crate::printable(file)),
                 "name a file in a folder that exists",
             )
         };
@@ -231,6 +232,7 @@ impl Desk {
             None => report.into(),
         })?;
         let changed = changed.into_iter().map(|change| Changed {
+            default: self.default_of(&change.path),
             path: change.path,
             before: text(change.before),
             after: text(change.after),
@@ -252,12 +254,23 @@ impl Desk {
 
     fn differences(&self) -> Done {
         let different = self.database()?.diff().into_iter().map(|difference| Different {
+            default: self.default_of(&difference.path),
             path: difference.path,
             file: text(difference.file),
             present: text(difference.present),
             origin: difference.origin.map(|origin| origin.to_string()),
         });
         result(different.collect::<Vec<_>>())
+    }
+
+    /// The value that a module has where nothing says another.
+    fn default_of(&self, path: &str) -> Option<String> {
+        let names = toml_edit::Key::parse(path).ok()?;
+        let names: Vec<&str> = names.iter().map(toml_edit::Key::get).collect();
+        let [section, module, part, name] = names[..] else { return None };
+        let value =
+            self.composer.default_of(module, name).filter(|_| (section, part) == ("modules", "params"))?;
+        serde_json::to_string(&value).ok()
     }
 
     fn save(&self, to: SaveTo) -> Done {
@@ -308,7 +321,7 @@ fn absolute(file: &Path) -> Result<&Path, Refusal> {
     if file.is_absolute() {
         return Ok(file);
     }
-    Err(refusal(format!("{} is a relative path", file.display()), "give the library's absolute path"))
+    Err(refusal(format!("{} is a relative path", crate::printable(file)), "give the library's absolute path"))
 }
 
 pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {

@@ -25,7 +25,8 @@ fn safe_folder() -> Result<PathBuf> {
     if metadata.is_dir() && metadata.uid() == user && metadata.mode() & 0o077 == 0 {
         return Ok(folder);
     }
-    let message = format!("{} is not a folder that only its owner {user} may enter", folder.display());
+    let message =
+        format!("{} is not a folder that only its owner {user} may enter", crate::printable(&folder));
     Err(Error::new(ErrorKind::PermissionDenied, message))
 }
 

@@ -121,6 +121,9 @@ pub enum Call {
     /// What holds and is not what the files say: a list of [`Different`].
     #[serde(rename = "config/diff")]
     ConfigDiff {},
+    /// What is wrong with files that were edited and are refused: a [`Refusal`], or nothing.
+    #[serde(rename = "config/refused")]
+    ConfigRefused {},
     /// Writes what was changed at run time into the files: [`Saved`].
     #[serde(rename = "config/save")]
     ConfigSave {
@@ -279,6 +282,9 @@ pub struct Changed {
     pub before: Option<String>,
     /// The value from now on, if there is one.
     pub after: Option<String>,
+    /// The value of the module where nothing says another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<String>,
 }
 
 /// A setting that is not what the files say; values as `--set` takes them.
@@ -292,6 +298,9 @@ pub struct Different {
     pub present: Option<String>,
     /// Where that comes from.
     pub origin: Option<String>,
+    /// The value of the module where nothing says another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub default: Option<String>,
 }
 
 /// Files that were written.

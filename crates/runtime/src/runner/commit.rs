@@ -127,8 +127,16 @@ impl Runner {
         self.services.iter().for_each(|service| service.rest(now));
     }
 
+    /// A step was given up: its outputs become safe, and nobody calls its services.
+    pub fn give_up(&mut self, now: u64) {
+        self.set_condition(Condition::Late, now);
+        self.publish_safe(now);
+        self.providers.iter().for_each(|provider| provider.suspend(true));
+    }
+
     /// A late step has returned: what it wrote is dropped, and it may run again.
     pub fn welcome_back(&mut self) {
+        self.providers.iter().for_each(|provider| provider.suspend(false));
         for output in &mut self.outputs {
             output.aside = None;
         }

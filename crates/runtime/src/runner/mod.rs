@@ -5,6 +5,7 @@ mod commit;
 mod health;
 mod ports;
 mod prepare;
+mod retired;
 mod shadow;
 mod supervision;
 
@@ -22,6 +23,7 @@ use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use retired::{Patience, Retired};
 pub(crate) use shadow::{Shadow, ShadowState};
 
 pub(crate) use supervision::Supervised;
@@ -117,6 +119,8 @@ pub(crate) struct Runner {
     pub log: Box<ModuleLog>,
     /// What the instance is made with, also anew after a panic.
     pub setup: OwnSetup,
+    /// How long its end is waited for.
+    pub patience: Patience,
     pub slots: Box<[PortSlot]>,
     /// Behind `frame.random`.
     #[allow(dead_code, reason = "the frame points to it")]
@@ -296,72 +300,48 @@ impl Runner {
         let kind = std::mem::replace(&mut self.kind, kind);
         self.withdraw();
         self.services.iter_mut().for_each(|service| service.begin(&self.kind));
-        Retired { kind, instance: std::mem::replace(&mut self.instance, instance) }
+        let old = std::mem::replace(&mut self.instance, instance);
+        Retired::new(kind, old, self.patience.clone())
+    }
+
+    /// Gives a module that has not begun yet the state that another instance has saved.
+    ///
+    /// # Errors
+    /// Why it begins afresh: the state doesn't fit, or the call does not return.
+    pub fn restore(&mut self, state: &[u8]) -> Result<(), String> {
+        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        let retired = Retired::new(self.kind.clone(), instance, self.patience.clone());
+        let (retired, fits) = retired.restored(state.to_vec());
+        self.instance = retired.into_parts().1;
+        if self.instance.is_null() {
+            match self.create() {
+                Ok(instance) => self.instance = instance,
+                Err(refusal) => {
+                    self.set_condition(Condition::Faulted, 0);
+                    self.log.write(slate_module::Level::Error, &refusal.0);
+                }
+            }
+        }
+        fits
+    }
+
+    /// Takes the instance out, so that it ends apart from the ports. Nobody runs it: a late module is never retired.
+    pub fn retire(&mut self) -> Retired {
+        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        self.withdraw();
+        self.services.iter_mut().for_each(|service| service.end());
+        Retired::new(self.kind.clone(), instance, self.patience.clone())
     }
 
     /// Ends the instance.
     pub fn destroy(&mut self) {
-        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
-        self.withdraw();
-        self.services.iter_mut().for_each(|service| service.end());
-        if !instance.is_null() {
-            // SAFETY: the table made this instance and nobody runs it: a late module is never destroyed.
-            unsafe { self.kind.destroy(instance) }
-        }
+        self.retire().end_here();
     }
 }
 
 impl Drop for Runner {
     fn drop(&mut self) {
-        self.destroy();
-    }
-}
-
-/// An instance that is no longer used, with its code; it ends when this is dropped.
-pub(crate) struct Retired {
-    kind: ModuleKind,
-    instance: *mut (),
-}
-
-// SAFETY: instances are `Send`, and nobody else uses this one.
-unsafe impl Send for Retired {}
-
-impl Retired {
-    /// An instance that was made and is not used yet.
-    pub fn new(kind: ModuleKind, instance: *mut ()) -> Self {
-        Self { kind, instance }
-    }
-
-    /// Makes a step.
-    ///
-    /// # Safety
-    /// The frame was filled for this instance.
-    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
-        // SAFETY: passed on to the caller.
-        unsafe { (self.kind.table().tick)(self.instance, frame) }
-    }
-
-    /// Gives the instance a saved state.
-    ///
-    /// # Errors
-    /// What doesn't fit.
-    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
-        // SAFETY: the kind made this instance, and nobody else uses it.
-        unsafe { self.kind.restore(self.instance, state) }
-    }
-
-    /// Takes the instance out.
-    pub fn into_parts(mut self) -> (ModuleKind, *mut ()) {
-        (self.kind.clone(), std::mem::replace(&mut self.instance, std::ptr::null_mut()))
-    }
-}
-
-impl Drop for Retired {
-    fn drop(&mut self) {
-        if !self.instance.is_null() {
-            // SAFETY: the kind made this instance, and nobody uses it.
-            unsafe { self.kind.destroy(self.instance) }
-        }
+        drop(self.retire());
     }
 }
 

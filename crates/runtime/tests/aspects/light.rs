@@ -117,6 +117,10 @@ pub struct MeterParams {
     panic_from: u64,
     #[param(default = 0, unit = "ms", doc = "how long a reading takes")]
     hold: u64,
+    #[param(default = 0, doc = "the tick that hangs")]
+    hang_at: u64,
+    #[param(default = 0, unit = "ms", doc = "how long it hangs")]
+    hang: u64,
     #[param(default = 0, doc = "provides and withdraws by turns, if not 0")]
     flap: u64,
 }
@@ -141,6 +145,9 @@ impl Module for Meter {
         let number = now.number();
         if number == params.panic_at || (params.panic_from > 0 && number >= params.panic_from) {
             panic!("as the test wants");
+        }
+        if number == params.hang_at {
+            std::thread::sleep(Duration::from_millis(params.hang));
         }
         if number == params.withdraw_at || (params.flap > 0 && number.is_multiple_of(2)) {
             io.light.withdraw();

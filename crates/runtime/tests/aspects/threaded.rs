@@ -78,3 +78,40 @@ fn a_provider_on_its_own_thread_is_switched_off_and_on() {
     assert_eq!(number(&agent, "lamp/brightness/value"), -1.0);
     assert_eq!(Watch::of(22).counts(), (1, 1));
 }
+
+#[test]
+fn a_service_is_not_called_while_its_provider_is_late_and_goes_on_after_that() {
+    for (watch, trigger) in [(23, ""), (24, "every = \"1ms\"\n")] {
+        let text = format!(
+            "loop.period = \"2ms\"\nloop.hang = \"100ms\"\n[modules.meter]\n{trigger}\
+             params = {{ watch = {watch}, hang_at = 30, hang = 1500 }}\n\
+             [modules.lamp]\n[modules.other]\nplugin = \"lamp\"\nevery = \"1ms\"\n\
+             [modules.filter]\n[modules.candle]\n"
+        );
+        let watch = Watch::of(watch);
+        let readings = || watch.readings.load(Ordering::SeqCst);
+        let users = ["lamp", "other", "filter", "candle"];
+        let agent = run(&text, &plugins(), |composer| {
+            let is = |name: &str, wanted: &str| {
+                let modules = composer.modules();
+                modules.iter().any(|status| status.name == name && status.condition == wanted)
+            };
+            let all = |wanted: &str| users.iter().all(|name| is(name, wanted));
+            wait("all work", || all("WORKING") && readings() > 0);
+            wait("the meter is late", || is("meter", "LATE"));
+            wait("its users wait", || all("WAITING"));
+            let before = readings();
+            wait("the meter returns", || {
+                let read = readings();
+                // Looked at afterwards, so that what is read after the return does not count.
+                let late = is("meter", "LATE");
+                assert!(!late || read == before, "it was called while its provider was late");
+                !late
+            });
+            wait("all work again", || all("WORKING") && readings() > before);
+            assert_eq!(watch.counts(), (1, 0), "it is the same service");
+        });
+        drop(agent);
+        assert_eq!(watch.counts(), (1, 1));
+    }
+}

@@ -210,3 +210,16 @@ fn a_setting_that_is_none_is_explained() {
         assert!(message.starts_with(&format!("--set:{expected}")), "{set}: {message}");
     }
 }
+
+#[test]
+fn what_a_terminal_would_obey_in_a_name_is_written_out() {
+    let name = "\u{1b}[31mred\n.toml";
+    let folder = Folder::new("printable", &[(name, "[lop]\n")]);
+    let report = Database::open(folder.path(name), options(&[])).unwrap_err();
+    let missing = Database::open(folder.path("\u{7}.toml"), options(&[])).unwrap_err();
+    for text in [report.to_string(), report.render(false), missing.to_string()] {
+        assert!(!text.contains(['\u{1b}', '\u{7}']), "{text:?}");
+    }
+    assert!(report.to_string().contains("\\u{1b}[31mred\\n.toml:1:2: "), "{report}");
+    assert!(missing.to_string().contains("\\u{7}.toml"), "{missing}");
+}

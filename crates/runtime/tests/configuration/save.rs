@@ -159,6 +159,36 @@ fn a_table_in_the_place_of_one_of_the_file_has_nothing_of_it() {
 }
 
 #[test]
+fn a_link_that_was_changed_in_two_ways_since_it_was_saved_is_saved_again() {
+    let folder = Folder::new("again", &[("exp1.toml", COMMENTED), ("robot.toml", ROBOT)]);
+    let options = || Options { extra_tables: vec!["world".into(), "seedling".into()], ..Options::default() };
+    let database = Database::open(folder.path("exp1.toml"), options()).unwrap();
+    let own = "robots.r2.links.\"a/new\"";
+    database.set(&[(own, "{ from = \"c/x\", previous = true }")]).unwrap();
+    database.save(SaveTo::Origin).unwrap();
+    database.set(&[(own, "c/x")]).unwrap();
+    database.set(&[("links.\"/r2/a/new\".from", "c/x")]).unwrap();
+    let expected = values(&database.current());
+    database.save(SaveTo::Origin).unwrap();
+    assert!(database.diff().is_empty());
+    let again = Database::open(folder.path("exp1.toml"), options()).unwrap();
+    assert_eq!(values(&again.current()), expected);
+}
+
+#[test]
+fn an_empty_table_in_the_place_of_one_in_several_lines_is_written() {
+    let before = "[modules.a.params]\n# about x\nx.y = 0 # y\nx.text = \"\"\n";
+    let changes = [("modules.a.params.x", "0"), ("modules.a.params.x", "{}")];
+    let text = saved("empty", before, &changes);
+    for words in ["# about x", "# y", "x = {}"] {
+        assert_eq!(text.matches(words).count(), 1, "{words} in {text}");
+    }
+    let before = "[modules.a.params]\nz = 1\n[modules.a.params.x.deep]\ny = 0\n";
+    let text = saved("section", before, &changes);
+    assert_eq!(text, "[modules.a.params]\nz = 1\nx = {}\n");
+}
+
+#[test]
 fn each_value_goes_to_the_file_that_it_comes_from() {
     let files = [
         ("exp1.toml", "include = \"common/base.toml\" # shared\n[loop]\nperiod = \"20ms\"\n"),

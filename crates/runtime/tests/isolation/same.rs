@@ -121,6 +121,15 @@ fn what_it_cannot_do() {
     assert!(text.contains("its process can't be started: No such file"), "{text}");
     let text = refusal(program("/bin/true"));
     assert!(text.contains("`villain` can't be set up") && text.contains("ended with exit code"), "{text}");
+    let own = "[modules.villain]\nisolated = true\n";
+    let text = self::text(&["villain"]).replace(own, &format!("{own}isolation.memory = \"64kB\"\n"));
+    let configuration = Configuration::from_text("test.toml", &text, &Reading::default()).unwrap();
+    let error = Agent::load(&configuration, &plugins(), Options::default()).unwrap_err();
+    let slate_runtime::StartError::Configuration(report) = error else { panic!("{error}") };
+    let line = 1 + text.lines().position(|line| line.starts_with("isolation.memory")).unwrap();
+    let place = format!("test.toml:{line}:20: `villain` may allocate 64000 bytes");
+    assert!(report.to_string().contains(&place), "{report}");
+    assert!(report.to_string().contains("give it more memory"), "{report}");
     let wrong = "[modules.counter]\nisolated = true\nisolation = { memory = 3, rearm = true, core = 1 }";
     let error = Configuration::from_text("test.toml", wrong, &Reading::default()).unwrap_err().to_string();
     assert!(error.contains("`memory` takes a size above zero"), "{error}");

@@ -7,6 +7,10 @@ use crate::fixtures::libraries;
 use crate::support::*;
 
 const SAVE_HANGS: u32 = 6;
+const DESTROY_HANGS: u32 = 7;
+const RESTORE_HANGS: u32 = 8;
+/// Longer than any test waits, milliseconds.
+const FOR_EVER: u64 = 600_000;
 
 fn robot_with(params: &str) -> String {
     let text =
@@ -103,6 +107,54 @@ fn a_reload_that_one_module_hinders_is_made_for_none() {
         }
         running.composer.unload("counter").unwrap();
         running.stop();
+    }
+}
+
+#[test]
+fn an_end_that_hangs_is_given_up_and_other_changes_are_made() {
+    for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"\n")] {
+        let text = robot_with(&format!("fault = {DESTROY_HANGS}, hang = {FOR_EVER}"));
+        let text = text.replace("params =", &format!("{trigger}params ="));
+        let running = Running::start(&text, mode, &["beat/count/value"]);
+        let more = libraries().counter("more");
+        let reload = running.composer.reload("counter", Some(&more)).unwrap();
+        assert!(reload.in_place && reload.modules[0].1.is_ok(), "{mode:?}: {reload:?}");
+        assert_eq!(reload.old_library, "open", "a call of it goes on");
+        until("the new code", || running.value("counter/count/version") == 2);
+        let unloaded = running.composer.unload("counter").unwrap();
+        assert_eq!(unloaded, [("counter".to_owned(), "open")]);
+        until("it is said", || {
+            let said = "counter has not returned from its end within 250 ms";
+            running.log.lines().iter().filter(|line| line.text.contains(said)).count() == 2
+        });
+        running.composer.load_library(&plain()).unwrap();
+        until("it counts", || running.value("reader/seen/value") > 3);
+        assert!(running.composer.plugins().iter().any(|plugin| plugin.name == "counter" && plugin.loaded));
+        let (agent, _, samples) = running.stop();
+        // One that ends with the agent holds the program up no longer either.
+        drop(agent);
+        assert!(samples.windows(2).all(|rows| rows[1][0] == rows[0][0] + 1), "{mode:?}");
+    }
+}
+
+#[test]
+fn a_save_or_restore_that_hangs_while_ports_change_costs_the_state_and_nothing_else() {
+    for (fault, call) in [(SAVE_HANGS, "save"), (RESTORE_HANGS, "restore")] {
+        let text = robot_with(&format!("fault = {fault}, hang = {FOR_EVER}"));
+        let running = Running::start(&text, Mode::Staged, &["beat/count/value"]);
+        let reload = running.composer.reload("counter", Some(&libraries().counter("ports"))).unwrap();
+        assert!(!reload.in_place);
+        assert_eq!(reload.modules[0].1, Err(format!("its {call} has not returned")));
+        until("the new ports", || running.value("counter/twice/value") > 0);
+        let before = running.value("reader/seen/value");
+        until("it is read", || running.value("reader/seen/value") > before);
+        until("it is said", || {
+            let said = format!("counter has not returned from its {call} within 250 ms");
+            running.log.lines().iter().any(|line| line.text.contains(&said))
+        });
+        running.composer.unload("counter").unwrap();
+        let (_, _, samples) = running.stop();
+        assert!(samples.windows(2).all(|rows| rows[1][0] == rows[0][0] + 1), "{call}");
     }
 }
 

@@ -1,8 +1,9 @@
 //! Plugins come and go.
 
 use slate_runtime::Mode;
+use slate_runtime::plugin::LibraryOutline;
 
-use crate::fixtures::libraries;
+use crate::fixtures::{Folder, libraries};
 use crate::support::*;
 
 #[test]
@@ -142,4 +143,16 @@ fn an_actuator_that_an_unloaded_module_led_gets_its_safe_command() {
     agent.composer().load("dependent").unwrap();
     step(&mut agent, 2);
     assert_eq!(number(&agent, "wheel/command/value"), 3);
+}
+
+#[test]
+fn what_a_library_says_of_itself_is_read_without_the_rest_of_it() {
+    let folder = Folder::new();
+    let library = folder.copy(&plain());
+    // More than there is memory for; none of it is on the disk.
+    std::fs::File::options().write(true).open(&library).unwrap().set_len(1 << 38).unwrap();
+    assert_eq!(LibraryOutline::read(&library).unwrap().name, "counter");
+    let odd = folder.write("\u{1b}[2J.so", b"no library");
+    let error = LibraryOutline::read(&odd).unwrap_err().to_string();
+    assert!(error.contains("\\u{1b}[2J.so: is no shared library"), "{error:?}");
 }

@@ -15,6 +15,8 @@ use crate::runner::Supervised;
 
 /// A step that takes this many deadlines does not return any more.
 const DEADLINES: u64 = 10;
+/// What a process allocates before its module does, with room for its stack and its log, bytes.
+const LEAST_MEMORY: usize = 1 << 20;
 
 impl Builder<'_, '_> {
     /// Where the values of a property are: in memory that isolated modules see, if one of them writes or reads them.
@@ -58,6 +60,25 @@ impl Builder<'_, '_> {
         None
     }
 
+    /// Whether a module may allocate as much as one that only copies its values; else there is a complaint.
+    fn has_enough(&mut self, m: usize) -> Option<()> {
+        let surveyed = self.surveyed(m);
+        let description = &surveyed.description;
+        let values = description.ports.iter().map(|port| {
+            let shape = port.descriptor.shape(port.capacity);
+            shape.bytes(shape.capacity).saturating_mul(port.window.max(1))
+        });
+        let needed = values.fold(LEAST_MEMORY + description.params.size, usize::saturating_add) as u64;
+        let wanted = surveyed.module.isolation;
+        let Some(span) = wanted.memory_at.filter(|_| wanted.memory < needed) else { return Some(()) };
+        let message = format!(
+            "`{}` may allocate {} bytes, and its ports and what every module needs have {needed}",
+            surveyed.module.name.value, wanted.memory
+        );
+        self.complaints.add(span, message, "give it more memory, such as \"100MB\"");
+        None
+    }
+
     /// What a module needs that is isolated; nothing for the others, or after a complaint.
     pub(super) fn supervised(&mut self, m: usize) -> Option<Supervised> {
         if !self.is_isolated(m) {
@@ -81,6 +102,7 @@ impl Builder<'_, '_> {
             let arena = self.ground.arenas.own(self.name(writer));
             readable.push(self.arena(m, arena)?);
         }
+        self.has_enough(m)?;
         let surveyed = self.surveyed(m);
         let (wanted, lockstep) = (surveyed.module.isolation, self.ground.lockstep);
         let hang = self.configuration.hang().value;

@@ -7,6 +7,7 @@ mod runners;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::commit::CommitWord;
@@ -23,7 +24,7 @@ use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
-use crate::runner::{Health, Runner};
+use crate::runner::{Health, Patience, Runner};
 
 /// Reader handles for tools, and for modules that come later.
 const SPARE_READERS: u16 = 16;
@@ -36,6 +37,8 @@ const USUAL_WINDOW: usize = 16;
 pub(super) struct Ground {
     pub board: Arc<Board>,
     pub logger: Arc<Logger>,
+    /// How long a module's call may take before it hangs.
+    pub hang: Duration,
     pub lockstep: bool,
     pub mode: Mode,
     pub stop: StopLatch,
@@ -82,6 +85,16 @@ impl Ground {
             wake: Arc::new(Wake::new()),
         });
         post.clone()
+    }
+
+    /// How long the last calls of a module are waited for.
+    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> Patience {
+        Patience {
+            module: Arc::clone(module),
+            limit: (!is_isolated).then_some(self.hang),
+            logger: Arc::clone(&self.logger),
+            clock: Arc::clone(&self.means.clock),
+        }
     }
 
     /// Where the service of a port is found.

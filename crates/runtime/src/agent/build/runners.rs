@@ -78,6 +78,7 @@ impl Builder<'_, '_> {
             random: &raw const *random,
             host: &raw const *host,
         });
+        let patience = self.ground.patience(&name, supervised.is_some());
         let mut runner = Runner {
             condition: None,
             on: true,
@@ -118,6 +119,7 @@ impl Builder<'_, '_> {
             wake: post.wake,
             log,
             setup: surveyed.setup.clone(),
+            patience,
             slots,
             random,
             host,
@@ -177,7 +179,7 @@ impl Builder<'_, '_> {
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 self.complaints.add(
-                    surveyed.module.name.span,
+                    self.configuration.place_of(&refusal.0, surveyed.module.name.span),
                     message,
                     "mend its parameters or what it is set up from",
                 );

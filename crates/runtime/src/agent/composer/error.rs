@@ -75,7 +75,7 @@ pub enum PluginError {
         by: Vec<String>,
     },
     /// The library is of another plugin.
-    #[error("{} is plugin `{found}`, expected `{expected}`", file.display())]
+    #[error("{} is plugin `{found}`, expected `{expected}`", crate::printable(.file))]
     #[diagnostic(help("load it as a plugin of its own, or name the plugin that it shall replace"))]
     OtherPlugin {
         /// The library.

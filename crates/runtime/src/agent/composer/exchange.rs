@@ -99,9 +99,8 @@ fn exchange_all(exchanges: Vec<Exchange>) -> Option<Outcome> {
     let mut carried = Vec::new();
     let mut ready = Vec::new();
     for Exchange { seat, own_thread, fresh } in exchanges {
-        let (kind, instance) = fresh.into_parts();
         // It ends with this when a module does not return.
-        let fresh = Retired::new(kind.clone(), instance);
+        let (kind, instance) = fresh.parts();
         let (old_kind, old) = {
             // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
             let runner = unsafe { seat.runner() };

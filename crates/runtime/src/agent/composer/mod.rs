@@ -191,7 +191,7 @@ impl Composer {
         let file = |name: &str| composition.origins.get(name).map(|origin| origin.file.clone());
         let plugins: Vec<_> = came.iter().map(|plugin| (plugin.name().into(), file(plugin.name()))).collect();
         for (name, file) in &plugins {
-            let code = file.as_ref().map_or_else(|| "linked in".into(), |file| file.display().to_string());
+            let code = file.as_ref().map_or_else(|| "linked in".into(), |file| crate::printable(file));
             self.say(&format!("plugin {name} is loaded ({code}); modules: {}", list(&changed.arrived)));
         }
         Ok(Loaded { plugins, modules: changed.arrived })
@@ -298,6 +298,13 @@ impl Composer {
     pub fn enable(&self, module: &str, on: bool) -> Result<(), BoardError> {
         let value = Value::Bool(on);
         self.shared.board.write(&format!("{module}/enabled/value"), &value, self.shared.clock.now()).map(drop)
+    }
+
+    /// The default of a module's parameter.
+    pub(crate) fn default_of(&self, module: &str, parameter: &str) -> Option<Value> {
+        let composition = self.composition();
+        let parameters = &composition.present.get(module)?.description.parameters;
+        parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
     }
 
     /// Whether a module is the agent's clock.

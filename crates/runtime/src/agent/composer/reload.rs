@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Description, Plugin};
@@ -147,7 +148,8 @@ impl Composer {
         let made = fitting.setup.with(|setup| kind.create(setup, params));
         let instance =
             made.map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
-        Ok(Retired::new(kind, instance))
+        let is_isolated = present.is_some_and(|present| present.isolation.is_some());
+        Ok(Retired::new(kind, instance, composition.ground.patience(&Arc::from(module), is_isolated)))
     }
 
     /// Takes modules out whose ports are other ones with the new code, and puts them in again.

@@ -45,7 +45,7 @@ pub(super) fn survey_module<'a>(
         Ok(description) => description,
         Err(refusal) => {
             complaints.add(
-                module.name.span,
+                configuration.place_of(&refusal.0, module.name.span),
                 format!("{}: {refusal}", module.name.value),
                 "see the module's documentation",
             );

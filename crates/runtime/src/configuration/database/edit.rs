@@ -151,6 +151,14 @@ pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_
     table.insert(key, value);
 }
 
+/// Takes out all that stands in the table at a flat path, which is then written as an empty one: it could show only by
+/// what was in it.
+pub(super) fn empty(document: &mut DocumentMut, path: &[String]) {
+    let (keys, _) = locate(document.as_table(), path);
+    let comments = remove(document, path);
+    put(document.as_item_mut(), &keys, &Value::Table(Default::default()), comments, true);
+}
+
 /// Takes out what stands at a flat path; its comments go to a line beside it, or before the line that it stood in.
 pub(super) fn take_out(document: &mut DocumentMut, path: &[String]) {
     let (keys, _) = locate(document.as_table(), path);

@@ -122,6 +122,17 @@ impl Database {
         self.proposal(self.state(), &[], Files::default()).0
     }
 
+    /// What is wrong with files that were edited since they were read and can't be taken over; what they said before
+    /// goes on to hold.
+    pub fn refused_edit(&self) -> Option<Report> {
+        let state = self.state();
+        let now = state.files.fresh(&Files::default());
+        if state.files.hold_in(&now) {
+            return None;
+        }
+        self.proposal(state, &[], now).0.err()
+    }
+
     /// Adds a check of proposals, such as of the parameters of modules; a change that a check objects to is refused.
     /// Checks are called in the thread that proposes, in the order in which they were added.
     pub fn validate_with(&self, validator: Box<Validator>) {

@@ -5,6 +5,7 @@ use toml_edit::DocumentMut;
 
 use super::super::files;
 use super::super::path::render;
+use super::super::value::{Entry, Table};
 use super::*;
 
 /// Where changes are saved to.
@@ -32,9 +33,17 @@ impl Database {
     /// Each file is replaced in one step.
     ///
     /// # Errors
-    /// A file was changed on the disk since it was read, can't be written, or has no place for the change. Nothing
-    /// is written then, unless the disk fails between two files.
+    /// A file was changed on the disk since it was read, can't be written, or has no place for the change; or any file
+    /// was edited and is refused. Nothing is written then, unless the disk fails between two files.
     pub fn save(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
+        // What would be saved is not what the edited files will say once they are mended.
+        if let Some(refused) = self.refused_edit() {
+            let first = Diagnostic::without_place(
+                "nothing is saved: a file was edited and is refused, so that what it said before goes on",
+                Some("mend what is wrong with it, then save again".into()),
+            );
+            return Err([&[first], refused.diagnostics()].concat().into());
+        }
         let _turn = lock(&self.shared.turn);
         let state = self.state();
         let edited = self.edit(&state, to)?;
@@ -46,7 +55,7 @@ impl Database {
         for file in &edited {
             if files::read(&file.path).ok().as_ref() != state.files.get(&file.path) {
                 return Err(refusal(
-                    format!("{} was changed on the disk since it was read", file.path.display()),
+                    format!("{} was changed on the disk since it was read", crate::printable(&file.path)),
                     "take that over first (reload it; a watched file is by itself), then save again",
                 ));
             }
@@ -54,7 +63,7 @@ impl Database {
         for file in &edited {
             write::replace(&file.canonical, &file.text).map_err(|error| {
                 refusal(
-                    format!("can't write {}: {error}", file.path.display()),
+                    format!("can't write {}: {error}", crate::printable(&file.path)),
                     "make the file and its folder writable, reload, and save again",
                 )
             })?;
@@ -101,7 +110,14 @@ impl Database {
             if let Some(id) = home::home(configuration, &path)
                 && let Some(document) = configuration.sources().get(id).and_then(Source::document)
             {
-                edit::take_out(documents.entry(id).or_insert_with(|| document.clone().into_mut()), &path);
+                let document = documents.entry(id).or_insert_with(|| document.clone().into_mut());
+                let table = &path[..path.len() - 1];
+                let is_empty = |entry: &Entry| entry.value.as_table().is_some_and(Table::is_empty);
+                if configuration.merged.entry(table).is_some_and(is_empty) {
+                    edit::empty(document, table);
+                } else {
+                    edit::take_out(document, &path);
+                }
             }
         }
         let edited = documents.into_iter().filter_map(|(id, document)| {

@@ -43,7 +43,7 @@ impl FileTarget {
     /// When it can't be opened for another reason.
     pub fn open(path: impl AsRef<Path>, rotation: Rotation) -> io::Result<Self> {
         let path = path.as_ref().to_owned();
-        let place = format!("the log file {}", path.display());
+        let place = format!("the log file {}", crate::printable(&path));
         let mut target = Self { path, rotation, file: None, outage: Outage::default(), place };
         match target.opened() {
             Ok(opened) => target.file = Some(opened),

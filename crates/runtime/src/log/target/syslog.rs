@@ -57,7 +57,7 @@ impl SyslogTarget {
     /// The syslog there, for the agent of that name.
     pub fn new(address: SyslogAddress, agent: &str) -> Self {
         let place = match &address {
-            SyslogAddress::Socket(path) => format!("the syslog at {}", path.display()),
+            SyslogAddress::Socket(path) => format!("the syslog at {}", crate::printable(path)),
             SyslogAddress::Server(address) => format!("the syslog at {address}"),
         };
         // The length that RFC 5424 allows.

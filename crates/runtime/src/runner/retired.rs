@@ -1,0 +1,163 @@
+//! The end of instances: code that does not return from it holds nobody up.
+
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use slate_module::{Frame, Level, ModuleKind, Refusal};
+
+use crate::clock::Clock;
+use crate::log::Logger;
+use crate::main_loop::thread_name;
+
+/// How long a module's last calls are waited for, and who is told of one that does not return.
+#[derive(Clone)]
+pub(crate) struct Patience {
+    pub module: Arc<str>,
+    /// None for a module whose calls end by themselves, as its process is ended.
+    pub limit: Option<Duration>,
+    pub logger: Arc<Logger>,
+    pub clock: Arc<Clock>,
+}
+
+impl Patience {
+    /// Does `work` in a thread of its own, and waits for it; nothing when it has not returned by then. The thread keeps
+    /// all that `work` has, the library too.
+    fn wait<R: Send + 'static>(&self, call: &str, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
+        let Some(limit) = self.limit else { return Some(work()) };
+        let (sender, receiver) = channel();
+        let thread = std::thread::Builder::new().name(thread_name(&self.module)).spawn(move || {
+            // Who asked has given up waiting, if it can't be sent; the result ends here then.
+            let _ = sender.send(work());
+        });
+        let why = match thread.map(|_| receiver.recv_timeout(limit)) {
+            Ok(Ok(result)) => return Some(result),
+            Ok(Err(_)) => format!("has not returned from its {call} within {} ms", limit.as_millis()),
+            Err(error) => format!("can't make its {call}: {error}"),
+        };
+        let text = format!("{} {why}; it is waited for no more, and its library stays open", self.module);
+        self.logger.log(self.clock.now(), Level::Error, &text);
+        None
+    }
+}
+
+/// An instance, which ends when this is dropped; null for one that is gone.
+struct Owned {
+    kind: ModuleKind,
+    instance: *mut (),
+}
+
+// SAFETY: instances are `Send`, and nobody else uses this one.
+unsafe impl Send for Owned {}
+
+impl Drop for Owned {
+    fn drop(&mut self) {
+        if !self.instance.is_null() {
+            // SAFETY: the kind made this instance, and nobody uses it.
+            unsafe { self.kind.destroy(self.instance) }
+        }
+    }
+}
+
+/// An instance that is no longer used, with its code. It ends when this is dropped, in a thread that is waited for no
+/// longer than the time after which a module hangs.
+pub(crate) struct Retired {
+    owned: Owned,
+    patience: Patience,
+}
+
+impl Retired {
+    /// An instance that nobody else uses; null when it is gone.
+    pub fn new(kind: ModuleKind, instance: *mut (), patience: Patience) -> Self {
+        Self { owned: Owned { kind, instance }, patience }
+    }
+
+    /// The code, and the instance for as long as this is kept.
+    pub fn parts(&self) -> (&ModuleKind, *mut ()) {
+        (&self.owned.kind, self.owned.instance)
+    }
+
+    /// Makes a step.
+    ///
+    /// # Safety
+    /// The frame was filled for this instance.
+    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.owned.kind.table().tick)(self.owned.instance, frame) }
+    }
+
+    /// Gives the instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
+        // SAFETY: the kind made this instance, and nobody else uses it.
+        unsafe { self.owned.kind.restore(self.owned.instance, state) }
+    }
+
+    /// The last state of the instance, which ends with this.
+    ///
+    /// # Errors
+    /// What can't be saved, or that the call does not return.
+    pub fn save(mut self) -> Result<Vec<u8>, String> {
+        let owned = self.take();
+        if owned.instance.is_null() {
+            return Err("it had failed".into());
+        }
+        let saved = self.patience.wait("save", move || {
+            // SAFETY: as above.
+            let state = unsafe { owned.kind.save(owned.instance) };
+            (state, owned)
+        });
+        let (state, owned) = saved.ok_or("its save has not returned")?;
+        self.owned = owned;
+        state.map_err(|refusal| refusal.0)
+    }
+
+    /// Gives the instance a saved state, in a thread that is waited for as for its end. The instance is null afterwards if
+    /// the call has not returned.
+    ///
+    /// # Errors
+    /// What doesn't fit, or that the call does not return.
+    pub fn restored(mut self, state: Vec<u8>) -> (Self, Result<(), String>) {
+        let owned = self.take();
+        let restored = self.patience.wait("restore", move || {
+            // SAFETY: as above.
+            let fits = unsafe { owned.kind.restore(owned.instance, &state) };
+            (fits, owned)
+        });
+        let fits = match restored {
+            Some((fits, owned)) => {
+                self.owned = owned;
+                fits.map_err(|refusal| refusal.0)
+            }
+            None => Err("its restore has not returned".into()),
+        };
+        (self, fits)
+    }
+
+    /// Takes the instance out.
+    pub fn into_parts(mut self) -> (ModuleKind, *mut ()) {
+        let instance = std::mem::replace(&mut self.owned.instance, std::ptr::null_mut());
+        (self.owned.kind.clone(), instance)
+    }
+
+    /// Ends the instance here and now, however long it takes.
+    pub fn end_here(mut self) {
+        drop(self.take());
+    }
+
+    fn take(&mut self) -> Owned {
+        let instance = std::mem::replace(&mut self.owned.instance, std::ptr::null_mut());
+        Owned { kind: self.owned.kind.clone(), instance }
+    }
+}
+
+impl Drop for Retired {
+    fn drop(&mut self) {
+        let owned = self.take();
+        if !owned.instance.is_null() {
+            self.patience.wait("end", move || drop(owned));
+        }
+    }
+}

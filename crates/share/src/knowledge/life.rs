@@ -1,0 +1,146 @@
+use std::collections::BTreeMap;
+use std::ops::Bound;
+use std::sync::Arc;
+
+use super::Limits;
+use super::limits::FACT_BYTES;
+
+/// The state of one life of an origin after its statement number `version`: exactly what the origin itself had then.
+/// So two replicas that have the same version of a life have the same bytes.
+#[derive(Clone, Debug)]
+pub(crate) struct Life {
+    pub epoch: u64,
+    pub version: u64,
+    /// Retractions up to here are forgotten. Who knows less than this must take the whole life and not what changed.
+    pub floor: u64,
+    /// All earlier lives of the origin are void.
+    pub closes: bool,
+    entries: BTreeMap<u64, Entry>,
+    keys: BTreeMap<Arc<[u8]>, u64>,
+    bytes: usize,
+    retractions: usize,
+}
+
+/// The last word of a life about a key.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub key: Arc<[u8]>,
+    pub time: u64,
+    pub order: u64,
+    /// Nothing when it was retracted.
+    pub body: Option<Body>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Body {
+    pub schema: u64,
+    pub certainty: f64,
+    pub value: Box<[u8]>,
+}
+
+impl Entry {
+    /// What it counts for.
+    pub fn bytes(&self) -> usize {
+        FACT_BYTES + self.key.len() + self.body.as_ref().map_or(0, |body| body.value.len())
+    }
+}
+
+impl Life {
+    pub fn new(epoch: u64) -> Self {
+        Self {
+            epoch,
+            version: 0,
+            floor: 0,
+            closes: false,
+            entries: BTreeMap::new(),
+            keys: BTreeMap::new(),
+            bytes: 0,
+            retractions: 0,
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+
+    pub fn retractions(&self) -> usize {
+        self.retractions
+    }
+
+    pub fn keys(&self) -> impl Iterator<Item = &Arc<[u8]>> {
+        self.keys.keys()
+    }
+
+    /// The last word about the key, with its number.
+    pub fn entry(&self, key: &[u8]) -> Option<(u64, &Entry)> {
+        let sequence = *self.keys.get(key)?;
+        self.entries.get(&sequence).map(|entry| (sequence, entry))
+    }
+
+    /// What was stated after that number, in order.
+    pub fn after(&self, sequence: u64) -> impl Iterator<Item = (u64, &Entry)> {
+        let range = (Bound::Excluded(sequence), Bound::Unbounded);
+        self.entries.range(range).map(|(sequence, entry)| (*sequence, entry))
+    }
+
+    /// Takes a statement in the place of an earlier one about the same key.
+    pub fn insert(&mut self, sequence: u64, entry: Entry) {
+        match self.keys.get_mut(&*entry.key) {
+            Some(known) if *known >= sequence => return,
+            Some(known) => {
+                let earlier = std::mem::replace(known, sequence);
+                self.forget_entry(earlier);
+            }
+            None => {
+                self.keys.insert(entry.key.clone(), sequence);
+            }
+        }
+        self.bytes += entry.bytes();
+        self.retractions += usize::from(entry.body.is_none());
+        self.entries.insert(sequence, entry);
+    }
+
+    fn forget_entry(&mut self, sequence: u64) -> Option<Entry> {
+        let entry = self.entries.remove(&sequence)?;
+        self.bytes -= entry.bytes();
+        self.retractions -= usize::from(entry.body.is_none());
+        Some(entry)
+    }
+
+    /// Forgets retractions up to that number.
+    pub fn raise_floor(&mut self, floor: u64) {
+        if floor <= self.floor {
+            return;
+        }
+        self.floor = floor;
+        if self.retractions == 0 {
+            return;
+        }
+        let forgotten: Vec<u64> = (self.entries.range(..=floor))
+            .filter(|(_, entry)| entry.body.is_none())
+            .map(|(sequence, _)| *sequence)
+            .collect();
+        for sequence in forgotten {
+            if let Some(entry) = self.forget_entry(sequence) {
+                self.keys.remove(&entry.key);
+            }
+        }
+    }
+
+    /// Whether the life has room for the entry.
+    pub fn has_room(&self, entry: &Entry, limits: &Limits) -> bool {
+        let earlier = self.entry(&entry.key).map(|(_, earlier)| earlier.bytes());
+        let facts = self.len() + usize::from(earlier.is_none());
+        let bytes = self.bytes + entry.bytes() - earlier.unwrap_or_default();
+        facts <= limits.facts && bytes <= limits.bytes
+    }
+
+    /// Whether it exceeds what a life may hold.
+    pub fn exceeds(&self, limits: &Limits) -> bool {
+        self.len() > limits.facts || self.bytes > limits.bytes
+    }
+}

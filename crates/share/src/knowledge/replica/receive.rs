@@ -1,0 +1,200 @@
+use std::cmp::Ordering;
+
+use super::spread::Offer;
+use super::{Fresh, Replica, Stage};
+use crate::knowledge::MessageError;
+use crate::knowledge::life::Life;
+use crate::knowledge::wire::{Claim, Message, Section};
+
+/// What a part of a life has brought.
+enum Learned {
+    Nothing,
+    /// It was taken over.
+    Something,
+    /// It was put aside until the rest is there.
+    Part,
+    /// What comes before it is missing.
+    Gap,
+}
+
+impl Replica {
+    /// Takes over what another robot says, and prepares the answers.
+    ///
+    /// # Errors
+    /// When the bytes are no message; then nothing is changed.
+    pub fn receive(&mut self, from: u32, message: &[u8]) -> Result<(), MessageError> {
+        match Message::decode(message, &self.limits)? {
+            Message::Digest { first, last, claims } => self.compare(from, first, last, &claims),
+            Message::Request { claims } => {
+                self.defend(&claims);
+                let offers = claims.iter().map(Offer::beyond).collect();
+                self.answer(from, offers);
+            }
+            Message::Sections { more, sections } => {
+                let (mut wants, mut progress) = (Vec::new(), false);
+                for section in &sections {
+                    let learned = self.learn(section, Some(from));
+                    progress |= matches!(learned, Learned::Something | Learned::Part);
+                    if matches!(learned, Learned::Part | Learned::Gap) {
+                        wants.push(self.claim(section.origin, section.epoch));
+                    }
+                }
+                if sections.iter().any(|section| section.origin == self.robot) {
+                    // What is heard of the earlier lives of this robot is stated anew before they are too long ago.
+                    self.adopt(self.limits.lives / 2);
+                }
+                // Only who gets on asks for more, or two robots that can't take each other's facts would never stop.
+                if more && progress {
+                    let (digest, _) = self.digest(sections.first().map_or(0, |section| section.origin));
+                    self.send(from, digest);
+                } else {
+                    self.request(from, wants);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells what is newer here, and asks for what is newer there.
+    fn compare(&mut self, from: u32, first: u32, last: u32, claims: &[Claim]) {
+        self.defend(claims);
+        let (mut offers, mut wants) = (Vec::new(), Vec::new());
+        let mut theirs = claims.iter().peekable();
+        if first <= last {
+            for (origin, held) in self.origins.range(first..=last) {
+                for life in &held.lives {
+                    let mine = Claim::known(*origin, life.epoch, life.version);
+                    while let Some(claim) = theirs.next_if(|claim| claim.place() < mine.place()) {
+                        self.want(claim, &mut wants);
+                    }
+                    match theirs.next_if(|claim| claim.place() == mine.place()) {
+                        None => offers.push(Offer::whole(*origin, life.epoch)),
+                        Some(claim) => match claim.known.cmp(&life.version) {
+                            Ordering::Less => offers.push(Offer::beyond(claim)),
+                            Ordering::Equal => {}
+                            Ordering::Greater => self.want(claim, &mut wants),
+                        },
+                    }
+                }
+            }
+        }
+        for claim in theirs {
+            self.want(claim, &mut wants);
+        }
+        self.answer(from, offers);
+        self.request(from, wants);
+    }
+
+    fn want(&self, claim: &Claim, wants: &mut Vec<Claim>) {
+        let present = claim.origin == self.robot && claim.epoch >= self.epoch;
+        let void =
+            (self.origins.get(&claim.origin)).is_some_and(|origin| origin.is_void(claim.epoch, &self.limits));
+        if claim.known > 0 && !present && !void {
+            wants.push(self.claim(claim.origin, claim.epoch));
+        }
+    }
+
+    /// Sees to it that this robot has the last word about itself.
+    fn defend(&mut self, claims: &[Claim]) {
+        let own = claims.partition_point(|claim| claim.origin < self.robot);
+        // The newest of its lives stands first.
+        if let Some(claim) = claims.get(own).filter(|claim| claim.origin == self.robot)
+            && self.is_overruled_by(claim.epoch, claim.known)
+        {
+            self.rise_above(claim.epoch);
+        }
+    }
+
+    /// Takes back what this robot has saved.
+    pub(super) fn take_back(&mut self, message: &[u8]) -> Result<(), MessageError> {
+        if let Message::Sections { sections, .. } = Message::decode(message, &self.limits)? {
+            for section in &sections {
+                self.learn(section, None);
+            }
+        }
+        self.fresh.clear();
+        Ok(())
+    }
+
+    fn learn(&mut self, section: &Section<'_>, from: Option<u32>) -> Learned {
+        if section.origin == self.robot {
+            if self.is_overruled_by(section.epoch, section.version) {
+                self.rise_above(section.epoch);
+            }
+            if section.epoch >= self.epoch {
+                return Learned::Nothing;
+            }
+        }
+        let mut known = 0;
+        match self.origins.get(&section.origin) {
+            Some(origin) if origin.is_void(section.epoch, &self.limits) => return Learned::Nothing,
+            Some(origin) => known = origin.version(section.epoch),
+            None if self.origins.len() >= self.limits.robots => {
+                self.counters.refused += 1;
+                return Learned::Nothing;
+            }
+            None => {}
+        }
+        if section.version <= known {
+            return Learned::Nothing;
+        }
+        let place = (section.origin, section.epoch);
+        let changes = section.after <= known && section.floor <= known;
+        let whole = section.after == 0;
+        let stage = match self.stages.remove(&place) {
+            Some(stage) if stage.takes(section) => stage,
+            // A part that is there already, or that can't continue. The stage is given up only when it must be.
+            Some(stage) if !whole || section.floor <= stage.base && section.through < section.version => {
+                self.stages.insert(place, stage);
+                return Learned::Nothing;
+            }
+            _ if !changes && !whole => return Learned::Gap,
+            _ if section.through < section.version && self.stages.len() >= self.limits.stages => {
+                return Learned::Nothing;
+            }
+            _ => Stage::new(section, known, !changes),
+        };
+        self.extend(stage, section, from)
+    }
+
+    /// Adds a part, and takes the life over when it is the last one.
+    fn extend(&mut self, mut stage: Stage, section: &Section<'_>, from: Option<u32>) -> Learned {
+        if !stage.extend(section, &self.limits) {
+            self.counters.refused += 1;
+            return Learned::Nothing;
+        }
+        if section.through == section.version {
+            return self.take_over(section.origin, section.epoch, stage, from);
+        }
+        self.stages.insert((section.origin, section.epoch), stage);
+        Learned::Part
+    }
+
+    /// Takes over all that was put aside of a life.
+    fn take_over(&mut self, robot: u32, epoch: u64, stage: Stage, from: Option<u32>) -> Learned {
+        let held = self.origins.get(&robot).and_then(|origin| origin.life(epoch));
+        let known = held.map_or(0, |held| held.version);
+        let held = held.filter(|_| !stage.whole);
+        let (facts, bytes) = held.map_or((0, 0), |held| (held.len(), held.bytes()));
+        if facts + stage.entries.len() > self.limits.facts || bytes + stage.bytes > self.limits.bytes {
+            // What is replaced or forgotten makes room, so only the outcome tells whether it fits.
+            let mut outcome = held.cloned().unwrap_or_else(|| Life::new(epoch));
+            stage.clone().finish(&mut outcome);
+            if outcome.exceeds(&self.limits) {
+                self.counters.refused += 1;
+                return Learned::Nothing;
+            }
+        }
+        self.tell_of(robot, epoch, Fresh { after: known, from });
+        let origin = self.origins.entry(robot).or_default();
+        let life = origin.life_mut(epoch);
+        if stage.whole {
+            self.changed.extend(life.keys().cloned(), self.limits.facts);
+            *life = Life::new(epoch);
+        }
+        self.changed.extend(stage.entries.iter().map(|(_, entry)| entry.key.clone()), self.limits.facts);
+        stage.finish(life);
+        origin.drop_void(&self.limits, &mut self.changed);
+        Learned::Something
+    }
+}
