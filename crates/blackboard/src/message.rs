@@ -194,6 +194,11 @@ impl Sender {
         self.place as u32
     }
 
+    /// Whether it sends to that mailbox.
+    pub fn is_of(&self, mailbox: &Arc<Mailbox>) -> bool {
+        Arc::ptr_eq(&self.mailbox, mailbox)
+    }
+
     /// Sends a message of `bytes` with `items` tail items, at the host's `time` in nanoseconds. What does not fit is
     /// cut, and what is missing is zero.
     ///

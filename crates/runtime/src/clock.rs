@@ -37,22 +37,48 @@ pub trait TimeSource: Send {
     /// The time of the next cycle, nanoseconds. `last` is the time of the cycle before, if there was one, and `planned`
     /// is a period after that. A time before the last one is refused and counted, and the agent's time stands still.
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64;
+
+    /// What it needs to go on from a snapshot; nothing for one that has no state.
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Goes on from what was saved; false, and nothing is changed, when that does not fit.
+    fn restore(&mut self, _saved: &[u8]) -> bool {
+        true
+    }
 }
 
 /// The times of a recorded run, one for each cycle; after the last of them cycles follow one another by the period.
 #[derive(Clone, Debug)]
-pub struct RecordedTimes(std::vec::IntoIter<u64>);
+pub struct RecordedTimes {
+    times: Vec<u64>,
+    next: usize,
+}
 
 impl RecordedTimes {
     /// From the times in nanoseconds, in their order.
     pub fn new(times: Vec<u64>) -> Self {
-        Self(times.into_iter())
+        Self { times, next: 0 }
     }
 }
 
 impl TimeSource for RecordedTimes {
     fn next(&mut self, _: Option<u64>, planned: u64) -> u64 {
-        self.0.next().unwrap_or(planned)
+        let next = self.times.get(self.next).copied();
+        self.next += usize::from(next.is_some());
+        next.unwrap_or(planned)
+    }
+
+    fn save(&self) -> Vec<u8> {
+        (self.next as u64).to_le_bytes().into()
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let next = saved.try_into().ok().map(|next| u64::from_le_bytes(next) as usize);
+        let Some(next) = next.filter(|next| *next <= self.times.len()) else { return false };
+        self.next = next;
+        true
     }
 }
 

@@ -18,6 +18,7 @@ pub mod plugin;
 mod printable;
 pub mod remote;
 mod runner;
+pub mod snapshot;
 pub mod synchronization;
 pub mod timing;
 

@@ -17,6 +17,8 @@ use crate::aspects::{PlacePolicy, PlaceTime};
 use crate::configuration::{Configuration, Report};
 use crate::isolation::Isolation;
 use crate::main_loop::{Seat, Shared};
+use crate::snapshot::Keepsake;
+use super::snapshot::Watch;
 use crate::runner::{Condition, OwnSetup};
 
 /// A module that is there.
@@ -55,6 +57,10 @@ pub(super) struct Composition {
     pub time_owner: Option<String>,
     /// Whether actuators that come are armed.
     pub armed: bool,
+    /// What the application takes into snapshots.
+    pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
+    /// What takes snapshots by itself.
+    pub watch: Option<Arc<Watch>>,
 }
 
 /// What an agent shall be made of.

@@ -7,6 +7,7 @@ mod composition;
 mod looping;
 mod parameters;
 mod settings;
+mod snapshot;
 mod survey;
 
 use std::collections::BTreeMap;
@@ -199,6 +200,8 @@ impl Agent {
             loop_owner: None,
             time_owner: None,
             armed: options.armed,
+            keepsakes: BTreeMap::new(),
+            watch: None,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
@@ -208,6 +211,10 @@ impl Agent {
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
+        if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
+            composer.composition().watch = Some(Arc::clone(&watch));
+            shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
+        }
         Ok(Self { shared, composer, hang, threads, settings: None })
     }
 
@@ -346,6 +353,10 @@ impl Agent {
         // SAFETY: the token was taken.
         unsafe { shared.core() }.observer = None;
         shared.give_token_back();
+        let watch = self.composer.composition().watch.clone();
+        if let Some(watch) = watch {
+            watch.wait();
+        }
         shared.logger.flush(LAST_LINES);
         if let Some(panic) = panic {
             std::panic::resume_unwind(panic);

@@ -2,6 +2,7 @@
 //! checked and committed. The step in between touches nothing but the frame and its own state.
 
 mod commit;
+mod frozen;
 mod health;
 mod ports;
 mod prepare;
@@ -12,6 +13,7 @@ mod supervision;
 use std::cell::Cell;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use slate_blackboard::Settings;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::commit::CommitWord;
@@ -21,6 +23,7 @@ use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Tr
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
+pub(crate) use frozen::FrozenRunner;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
 pub(crate) use retired::{Patience, Retired};
@@ -123,7 +126,6 @@ pub(crate) struct Runner {
     pub patience: Patience,
     pub slots: Box<[PortSlot]>,
     /// Behind `frame.random`.
-    #[allow(dead_code, reason = "the frame points to it")]
     pub random: Box<Cell<Random>>,
     /// Behind `frame.host`.
     #[allow(dead_code, reason = "the frame points to it")]
@@ -141,7 +143,7 @@ pub(crate) struct Runner {
 pub(crate) type StepCode = unsafe extern "C" fn(*mut (), *const Frame) -> i32;
 
 /// What was measured since `/module/timing` was written last.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Measured {
     written: u64,
     period: u64,
