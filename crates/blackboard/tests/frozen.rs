@@ -5,7 +5,9 @@
 use std::sync::Arc;
 
 use proptest::prelude::*;
-use slate_blackboard::channel::{Budget, Channel, Frozen, Latest, LinkError, Policy, QueueReader, Start, Writer};
+use slate_blackboard::channel::{
+    Budget, Channel, Frozen, Latest, LinkError, Policy, QueueReader, Start, Writer,
+};
 use slate_blackboard::message::{Mailbox, Receiver, Status};
 use slate_blackboard::{Shape, Stamp};
 
@@ -17,7 +19,8 @@ fn channel(depth: usize) -> Arc<Channel> {
 
 fn write(writer: &mut Writer, number: u64) -> Stamp {
     let items = (number % 5) as usize;
-    let bytes: Vec<u8> = number.to_le_bytes().into_iter().chain([number as u8; 16]).take(8 + 4 * items).collect();
+    let bytes: Vec<u8> =
+        number.to_le_bytes().into_iter().chain([number as u8; 16]).take(8 + 4 * items).collect();
     writer.write(&bytes, items, number * 10).unwrap()
 }
 
@@ -152,12 +155,16 @@ fn messages_that_wait_are_copied_and_stay() {
     second.send(&[2; 8], 0, 2).unwrap();
     let last = first.send(&[3; 8], 0, 3).unwrap();
     let waiting = receiver.waiting();
-    let told: Vec<_> = waiting.iter().map(|message| (message.sender, message.bytes[0], message.time)).collect();
+    let told: Vec<_> =
+        waiting.iter().map(|message| (message.sender, message.bytes[0], message.time)).collect();
     assert_eq!(told, [(1, 2, 2), (0, 3, 3)]);
     assert_eq!(first.status(last), Status::Accepted);
     let got = |receiver: &mut Receiver| -> Vec<_> {
         receiver.collect();
-        receiver.messages().map(|message| (message.sender(), message.bytes()[0], message.sequence())).collect()
+        receiver
+            .messages()
+            .map(|message| (message.sender(), message.bytes()[0], message.sequence()))
+            .collect()
     };
     // Another mailbox goes on from there.
     let copy = Mailbox::new(Shape::fixed(8, 8), 2, 2);

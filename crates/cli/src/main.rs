@@ -4,6 +4,7 @@ mod arguments;
 mod batch;
 mod config;
 mod connection;
+mod course;
 mod display;
 mod examples;
 mod failure;
@@ -14,6 +15,7 @@ mod output;
 mod plugin;
 mod run;
 mod scene;
+mod snapshot;
 mod stop;
 mod trace;
 
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         Verb::Plugin(verb) => plugin::plugin(verb),
         Verb::Module(verb) => module::module(verb),
         Verb::Trace(options) => trace::trace(options),
+        Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-use slate_blackboard::{Board, BoardError};
 use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Descriptor, View};
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Board, BoardError};
 use slate_module::Priority;
 use slate_safety::{Gate, GateState, Verdict};
 

@@ -104,7 +104,12 @@ impl Clock {
     pub fn new(driven: bool, calendar: Option<Calendar>) -> Self {
         let calendar = calendar.unwrap_or_else(|| Arc::new(date));
         let date = calendar();
-        Self { start: AtomicI64::new(monotonic() as i64), driven: driven.then(AtomicU64::default), calendar, date }
+        Self {
+            start: AtomicI64::new(monotonic() as i64),
+            driven: driven.then(AtomicU64::default),
+            calendar,
+            date,
+        }
     }
 
     #[inline]

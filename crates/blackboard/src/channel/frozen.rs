@@ -32,7 +32,9 @@ pub struct FrozenValue {
 
 /// A frozen value that a channel has no room for, that has not the bytes of its interface, or is not the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("value {sequence}, of {bytes} bytes and {items} items in its tail, does not fit: there is room for {capacity} items")]
+#[error(
+    "value {sequence}, of {bytes} bytes and {items} items in its tail, does not fit: there is room for {capacity} items"
+)]
 pub struct Misfit {
     /// Its number.
     pub sequence: u64,

@@ -3,8 +3,8 @@ use std::sync::Arc;
 
 use super::pool::{self, Held, NO_SLOT};
 use super::{Channel, FrozenValue, IDLE, Link, LinkError};
-use crate::{Shape, Stamp};
 use crate::sync::{Ordering, order};
+use crate::{Shape, Stamp};
 
 /// What only the writer knows of the slots, and leaves to the next writer.
 #[derive(Debug)]

@@ -12,14 +12,14 @@ use slate_module::{Description, Direction, ModuleKind, Plugin};
 use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
+use super::snapshot::Watch;
 use super::survey::{Complaints, RESERVED, Surveyed, survey};
 use crate::aspects::{PlacePolicy, PlaceTime};
 use crate::configuration::{Configuration, Report};
 use crate::isolation::Isolation;
 use crate::main_loop::{Seat, Shared};
-use crate::snapshot::Keepsake;
-use super::snapshot::Watch;
 use crate::runner::{Condition, OwnSetup};
+use crate::snapshot::Keepsake;
 
 /// A module that is there.
 pub(super) struct Present {

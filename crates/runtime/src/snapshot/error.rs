@@ -53,7 +53,9 @@ pub enum SnapshotError {
     #[diagnostic(transparent)]
     Configuration(#[from] Report),
     /// A module does not stand still.
-    #[error("module `{module}` has not returned from its tick within {limit:?}, so the agent does not stand still")]
+    #[error(
+        "module `{module}` has not returned from its tick within {limit:?}, so the agent does not stand still"
+    )]
     #[diagnostic(help("wait until it returns and try again, or take its plugin out"))]
     Busy {
         /// The module.

@@ -84,7 +84,15 @@ impl Snapshot {
 
     /// The modules, by name, each with its kind and how many ticks it has made.
     pub fn modules(&self) -> impl Iterator<Item = (&str, &str, u64)> {
-        self.image.modules.iter().map(|(name, module)| (name.as_str(), module.kind.as_str(), module.runner.ticks))
+        self.image
+            .modules
+            .iter()
+            .map(|(name, module)| (name.as_str(), module.kind.as_str(), module.runner.ticks))
+    }
+
+    /// What the application has kept under a name.
+    pub fn kept(&self, name: &str) -> Option<&[u8]> {
+        self.image.keepsakes.get(name).map(|bytes| bytes.0.as_slice())
     }
 
     /// How many properties have values in it.
@@ -114,6 +122,6 @@ impl Snapshot {
         let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
         let extra_tables = document.iter().map(|(name, _)| name.to_owned()).collect();
         let options = Options { sets, host: None, extra_tables };
-        Database::from_text(&format!("{}.toml", self.agent()), text, options)
+        Database::from_text(&format!("the snapshot of {}", self.agent()), text, options)
     }
 }

@@ -11,9 +11,9 @@ use slate_module::{ModuleKind, PortDescription};
 use super::text;
 use crate::agent::Composer;
 use crate::agent::composition::Composition;
+use crate::aspects::TimePlace;
 use crate::clock::monotonic;
 use crate::main_loop::{Seat, Shared};
-use crate::aspects::TimePlace;
 use crate::snapshot::{
     Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image, Keepsake, PluginMark,
     Snapshot, SnapshotError,
@@ -125,7 +125,10 @@ impl Subjects {
     pub fn capture(&self, shared: &Shared) -> Option<Result<Image, SnapshotError>> {
         for subject in self.modules.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
-                return Some(Err(SnapshotError::Busy { module: subject.name.clone(), limit: Duration::ZERO }));
+                return Some(Err(SnapshotError::Busy {
+                    module: subject.name.clone(),
+                    limit: Duration::ZERO,
+                }));
             }
         }
         let mut modules = BTreeMap::new();

@@ -104,12 +104,7 @@ fn modules(subjects: &[Subject], image: &Image, problems: &mut Vec<String>) {
             ports.keys().map(|port| format!("{name}/{port}")).collect()
         };
         let (own_keys, its_keys) = (keys(&here), keys(&there));
-        differing(
-            own_keys.iter().map(String::as_str),
-            its_keys.iter().map(String::as_str),
-            "port",
-            problems,
-        );
+        differing(own_keys.iter().map(String::as_str), its_keys.iter().map(String::as_str), "port", problems);
         for (port, here) in &here {
             if let Some(there) = there.get(port).filter(|there| *there != here) {
                 problems.push(format!(

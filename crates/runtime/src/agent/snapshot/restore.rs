@@ -91,7 +91,10 @@ impl Composer {
         let ready = Ready {
             image: snapshot.image.clone(),
             fresh,
-            kept: kept.iter().filter_map(|path| Some((path.clone(), settings.get(path)?.bytes.clone()))).collect(),
+            kept: kept
+                .iter()
+                .filter_map(|path| Some((path.clone(), settings.get(path)?.bytes.clone())))
+                .collect(),
             keepsakes: keepsakes.collect(),
             time: Arc::<TimePlace>::clone(&composition.ground.means.time),
             rearm: composition.armed,
