@@ -163,7 +163,7 @@ impl Actuator {
     ) -> Result<(), BoardError> {
         let mut inner = self.locked();
         let Inner { command, state, .. } = &mut *inner;
-        for (own, writer) in [("command", command), ("state", state)] {
+        for (own, writer) in [("command", command), ("gate", state)] {
             let path = format!("{}/{own}", self.name);
             if let (Some(frozen), Some((property, _))) = (properties.get(&path), board.get(&path)) {
                 property.thaw(&frozen.values, Some(writer))?;

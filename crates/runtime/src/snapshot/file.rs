@@ -83,13 +83,16 @@ pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotErro
     name.push(".part");
     let part = path.with_file_name(name);
     // Of two that write the same file at once, one is refused; what a process left that was killed is replaced.
-    let written = File::create(&part).and_then(|mut file| {
+    let open = File::options().write(true).create(true).truncate(false).open(&part);
+    let written = open.and_then(|mut file| {
         match file.try_lock() {
             Ok(()) => {}
             Err(fs::TryLockError::WouldBlock) => return Err(io::ErrorKind::AlreadyExists.into()),
             Err(fs::TryLockError::Error(error)) => return Err(error),
         }
-        file.set_len(0)?;
+        if file.metadata()?.len() > 0 {
+            file.set_len(0)?;
+        }
         file.write_all(&bytes)?;
         file.sync_all()?;
         fs::rename(&part, path)
@@ -121,26 +124,38 @@ struct Beginning {
 
 fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
     let damaged = |problem: String| SnapshotError::Damaged { file: path.into(), problem };
-    let mut rest = bytes;
-    let document: Document = match ciborium::from_reader(&mut rest) {
+    let document: Document = match ciborium::from_reader(bytes) {
         Ok(document) => document,
         Err(error) => {
             return Err(match ciborium::from_reader::<Beginning, _>(bytes) {
                 Ok(Beginning { slate_snapshot: found }) if found != VERSION => version(path, found),
-                _ => damaged(error.to_string()),
+                _ => damaged(describe(error)),
             });
         }
     };
-    let Document { slate_snapshot, head, checksum: said, image } = document;
-    if slate_snapshot != VERSION {
-        return Err(version(path, slate_snapshot));
+    if document.slate_snapshot != VERSION {
+        return Err(version(path, document.slate_snapshot));
     }
+    // CBOR has several ways to write some values, so a change may be none of the values.
+    let mut again = Vec::with_capacity(bytes.len());
+    ciborium::into_writer(&document, &mut again).map_err(|error| damaged(error.to_string()))?;
+    let Document { head, checksum: said, image, .. } = document;
     let found = checksum(&head, &image.0).map_err(|error| damaged(error.to_string()))?;
-    if found != said || !rest.is_empty() {
+    if found != said || again != bytes {
         return Err(damaged("its checksum is another one".into()));
     }
-    let image = ciborium::from_reader(&*image.0).map_err(|error| damaged(error.to_string()))?;
+    let image = ciborium::from_reader(&*image.0).map_err(|error| damaged(describe(error)))?;
     Ok(Snapshot { head, image })
+}
+
+/// What is wrong with a document, in words.
+fn describe(error: ciborium::de::Error<io::Error>) -> String {
+    match error {
+        ciborium::de::Error::Io(_) => "it ends too early".into(),
+        ciborium::de::Error::Syntax(at) => format!("byte {at} is no CBOR"),
+        ciborium::de::Error::Semantic(_, problem) => problem,
+        ciborium::de::Error::RecursionLimitExceeded => "it is nested too deeply".into(),
+    }
 }
 
 fn version(path: &Path, found: u64) -> SnapshotError {

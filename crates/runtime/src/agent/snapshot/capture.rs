@@ -158,7 +158,7 @@ impl Subjects {
         }
         let gates = shared.actuators();
         for actuator in gates.iter() {
-            written.extend(["command", "state"].map(|own| format!("{}/{own}", actuator.name())));
+            written.extend(["command", "gate"].map(|own| format!("{}/{own}", actuator.name())));
         }
         let properties = match properties(&shared.board, &written) {
             Ok(properties) => properties,

@@ -65,10 +65,7 @@ fn plugins(composition: &Composition, snapshot: &Snapshot, problems: &mut Vec<St
     let here = marks(composition);
     for there in snapshot.plugins() {
         match here.iter().find(|mark| mark.name == there.name) {
-            // One that brings no module that is used may be away.
-            None if is_used(snapshot, there) => {
-                problems.push(format!("plugin `{}` is not loaded", there.name));
-            }
+            None => problems.push(format!("plugin `{}` is not loaded", there.name)),
             Some(here) if here.version != there.version => problems.push(format!(
                 "plugin `{}` has version {} here and {} in it",
                 there.name, here.version, there.version
@@ -76,11 +73,6 @@ fn plugins(composition: &Composition, snapshot: &Snapshot, problems: &mut Vec<St
             _ => {}
         }
     }
-}
-
-/// Plugins that were loaded when they were linked in are there whether modules run their code or not.
-fn is_used(_: &Snapshot, mark: &crate::snapshot::PluginMark) -> bool {
-    mark.file.is_some()
 }
 
 fn modules(subjects: &[Subject], image: &Image, problems: &mut Vec<String>) {
