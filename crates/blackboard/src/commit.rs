@@ -49,6 +49,12 @@ pub enum Pin {
 /// Pins the newest values of readers of one writer as one snapshot, trying `tries` times.
 #[inline]
 pub fn pin(word: &CommitWord, readers: &mut [Latest], tries: u32) -> Pin {
+    pin_both(word, readers, &mut [], tries)
+}
+
+/// As [`pin`], for readers that stand in two places.
+#[inline]
+pub fn pin_both(word: &CommitWord, first: &mut [Latest], second: &mut [Latest], tries: u32) -> Pin {
     for _ in 0..tries {
         let before = word.0.load(order::ACQUIRE);
         if before % 2 == 1 {
@@ -56,17 +62,17 @@ pub fn pin(word: &CommitWord, readers: &mut [Latest], tries: u32) -> Pin {
             continue;
         }
         let mut news = false;
-        for reader in readers.iter_mut() {
+        for reader in first.iter_mut().chain(second.iter_mut()) {
             news |= reader.propose();
         }
         // A candidate of a later commit brings the store of `begin` with it, so this load sees it.
         if word.0.load(Ordering::Relaxed) == before || cfg!(feature = "mutant-commit") {
-            for reader in readers.iter_mut() {
+            for reader in first.iter_mut().chain(second.iter_mut()) {
                 reader.accept();
             }
             return if news { Pin::Fresh } else { Pin::Unchanged };
         }
-        readers.iter_mut().for_each(Latest::reject);
+        first.iter_mut().chain(second.iter_mut()).for_each(Latest::reject);
     }
     Pin::Kept
 }

@@ -18,8 +18,8 @@ mod url;
 pub mod wake;
 
 pub use board::{
-    Access, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError, Property, Settings, Store,
-    Watching, nearest_names,
+    Access, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError, Placement, Property, Setter,
+    Settings, Store, Watching, nearest_names,
 };
 pub use channel::Channel;
 pub use shape::Shape;

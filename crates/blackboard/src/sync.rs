@@ -3,19 +3,19 @@
 #[cfg(loom)]
 pub(crate) use loom::{
     sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering},
-    sync::{Mutex, RwLock},
+    sync::{Mutex, MutexGuard, RwLock},
     thread::{Thread, current, park},
 };
 #[cfg(all(not(loom), feature = "shuttle"))]
 pub(crate) use shuttle::{
     sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering},
-    sync::{Mutex, RwLock},
+    sync::{Mutex, MutexGuard, RwLock},
     thread::{Thread, current, park, park_timeout},
 };
 #[cfg(all(not(loom), not(feature = "shuttle")))]
 pub(crate) use std::{
     sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering},
-    sync::{Mutex, RwLock},
+    sync::{Mutex, MutexGuard, RwLock},
     thread::{Thread, current, park, park_timeout},
 };
 

@@ -5,6 +5,7 @@ use slate::runtime::{Mode, Rate};
 
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
+use crate::link::{LinkOptions, UnlinkOptions};
 use crate::module::ModuleVerb;
 use crate::plugin::PluginVerb;
 use crate::snapshot::SnapshotVerb;
@@ -35,6 +36,10 @@ pub enum Verb {
     /// Lists the modules of a running agent, and switches them on and off.
     #[command(subcommand)]
     Module(ModuleVerb),
+    /// Links an input of a running agent to another property, or lists the links.
+    Link(LinkOptions),
+    /// Takes the link of an input of a running agent away.
+    Unlink(UnlinkOptions),
     /// Records what the modules of a running agent do when, for Perfetto.
     Trace(TraceOptions),
     /// Takes snapshots of a running agent, lets it go on from one, and shows what is in one.

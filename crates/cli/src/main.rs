@@ -8,6 +8,7 @@ mod course;
 mod display;
 mod examples;
 mod failure;
+mod link;
 mod mission;
 mod module;
 mod observation;
@@ -43,6 +44,8 @@ fn main() -> ExitCode {
         Verb::Examples => examples::list(),
         Verb::Plugin(verb) => plugin::plugin(verb),
         Verb::Module(verb) => module::module(verb),
+        Verb::Link(options) => link::link(options),
+        Verb::Unlink(options) => link::unlink(options),
         Verb::Trace(options) => trace::trace(options),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Config(verb) => config::config(verb),

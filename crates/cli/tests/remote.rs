@@ -173,3 +173,32 @@ fn a_library_says_what_it_offers_without_being_opened() {
     running.fails(2, &["plugin", "info", "text.so"], &["text.so: is no shared library"]);
     running.fails(2, &["plugin", "info", "nothing.so"], &["nothing.so: can't be read"]);
 }
+
+#[test]
+fn links_of_a_running_agent_are_listed_tried_changed_and_taken_away() {
+    let mut running = Running::new("links");
+    running.start("exp1", &EXP1);
+    let links: Vec<Value> = serde_json::from_str(&running.done(&["link", "--json"])).unwrap();
+    let link = links.first().unwrap();
+    let (to, from) = (link["to"].as_str().unwrap(), link["from"].as_str().unwrap());
+    assert!(running.done(&["link"]).contains(from));
+    // It is so already.
+    assert!(running.done(&["link", to, from]).contains("nothing changes"));
+    running.fails(
+        1,
+        &["link", "r2/plannr/situation", from],
+        &["no module owns `r2/plannr/situation`", "help"],
+    );
+    running.fails(1, &["link", to, "nobody/home"], &["nothing is called `/nobody/home`", "help"]);
+    running.fails(1, &["link", to, "slate://other/module/property"], &["belongs to agent `other`"]);
+    running.fails(1, &["unlink", "nobody/home"], &["has no link"]);
+    running.fails(2, &["link", to], &["FROM"]);
+    let tried = running.done(&["unlink", to, "--dry-run"]);
+    assert!(tried.contains("it can be done") && tried.contains("false"), "{tried}");
+    let tried = running.done(&["link", to, from, "--stale", "200ms", "--dry-run"]);
+    assert!(tried.contains("it can be done") && tried.contains("stale"), "{tried}");
+    assert!(!running.done(&["config", "diff"]).contains("stale"));
+    assert!(running.done(&["link", to, from, "--stale", "200ms"]).contains("200ms"));
+    assert!(running.done(&["config", "diff"]).contains("stale"));
+    running.finish();
+}

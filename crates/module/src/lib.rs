@@ -98,7 +98,7 @@ pub use plugin::{Maker, ModuleKind, Plugin};
 pub use port::{
     Command, Debug, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority, Queue, Received,
 };
-pub use portable::{PortableDescription, decode_interface};
+pub use portable::{PortableDescription, decode_interface, encode_interface};
 pub use random::Random;
 pub use slate_blackboard as blackboard;
 pub use slate_blackboard::Stamp;

@@ -126,8 +126,11 @@ pub(crate) fn encode_description(description: &Description) -> Result<Vec<u8>, R
     })
 }
 
-/// An interface as CBOR.
-pub(crate) fn encode_interface(descriptor: &Descriptor) -> Result<Vec<u8>, Refusal> {
+/// An interface as CBOR, as [`decode_interface`] reads it.
+///
+/// # Errors
+/// When a name in it can't be encoded.
+pub fn encode_interface(descriptor: &Descriptor) -> Result<Vec<u8>, Refusal> {
     encode(&portable_interface(descriptor))
 }
 

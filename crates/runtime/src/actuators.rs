@@ -54,6 +54,12 @@ impl Actuator {
         self.locked().wakes.push(wake);
     }
 
+    /// Wakes these threads, and no others, when a command has passed.
+    pub fn set_wakes(&self, wakes: Vec<Arc<Wake>>) {
+        let old = std::mem::replace(&mut self.locked().wakes, wakes);
+        drop(old);
+    }
+
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name

@@ -12,6 +12,7 @@ mod clock;
 pub mod configuration;
 mod digest;
 pub mod isolation;
+mod link;
 pub mod log;
 mod main_loop;
 pub mod plugin;
@@ -23,8 +24,8 @@ pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
-    Agent, Composer, Loaded, Mode, ModuleStatus, Options, PluginError, PluginStatus, Reload, StartError,
-    Stopper, SystemClock,
+    Agent, Composer, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus,
+    Reload, StartError, Stopper, SystemClock,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{

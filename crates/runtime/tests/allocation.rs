@@ -175,6 +175,24 @@ fn values_queues_messages_commands_and_log_allocate_nothing() {
 }
 
 #[test]
+fn links_that_convert_filter_and_feed_parameters_allocate_nothing() {
+    let links = r#"
+"twin/left/first" = "counter/number/value"
+"twin/left/second" = { from = "counter/number/value", previous = true }
+"counter/params/hang_ms" = "receiver/timing/ticks"
+"sender/enabled" = "counter/enabled"
+"receiver/history" = { from = "counter/number", every = 2, when = "value > 10" }
+"#;
+    let text = ROBOT.replace("\"receiver/history\" = \"counter/number\"\n", links);
+    let text = text.replace("[modules.sender]", "[modules.twin]\n[modules.sender]");
+    let mut agent = robot(&text, 0);
+    assert_eq!(allocations(&mut agent), 0);
+    let read = |path: &str| number(&agent, path);
+    assert_eq!((read("twin/left/first"), read("twin/left/second")), (4000.0, 3999.0));
+    assert!(read("counter/params/hang_ms") > 0.0);
+}
+
+#[test]
 fn workers_allocate_nothing() {
     assert_eq!(allocations(&mut robot(ROBOT, 2)), 0);
 }

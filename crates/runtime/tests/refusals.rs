@@ -255,12 +255,20 @@ fn links_that_do_not_fit() {
         &["test.toml:4:17", "sends messages", "link an outbox to an inbox"],
     );
     refused(
-        "[modules.relay]\n[modules.b]\nplugin = \"relay\"\n[links]\n\"relay/input\" = \"b/input\"\n",
-        &["test.toml:6:17", "`/b/input` is itself an input", "link to the output that it reads"],
+        "[modules.relay]\n[modules.b]\nplugin = \"relay\"\n[links]\n\"relay/input\" = \"b/input\"\n\"b/input\" = \"relay/input\"\n",
+        &[
+            "test.toml:7:13",
+            "b/input -> relay/input -> b/input read each other in a circle",
+            "link one of them to an output",
+        ],
     );
     refused(
         "[modules.relay]\n[links]\n\"relay/enabled\" = \"counted/number\"\n",
-        &["test.toml:4:19", "`relay/enabled` takes an Enabled", "an output of that interface"],
+        &[
+            "test.toml:4:19",
+            "`relay/enabled` takes bool but `/counted/number` is Number",
+            "the same interface",
+        ],
     );
 }
 

@@ -202,8 +202,6 @@ fn what_does_not_fit_is_refused_whole_with_its_place() {
     refuse("modules.teller.stage", "Act", &["can't change while the agent runs", "next start"]);
     refuse("loop.period", "10ms", &["`loop.period` can't change"]);
     refuse("agent.seed", "3", &["`agent.seed` can't change"]);
-    refuse("links.'relay/input'", "teller/apart", &["can't change"]);
-    refuse("modules.relay.inputs.input.value", "3", &["the link of `relay/input` can't change"]);
     refuse("modules.teller.inputs.inptu.value", "3", &["no input `inptu`"]);
     refuse("log.level", "loud", &["loud"]);
     assert_eq!(sequence(&agent, "teller/params"), before);

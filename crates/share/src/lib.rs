@@ -1,7 +1,41 @@
-//! What the robots of a team share.
+//! What agents share: their properties, and the knowledge of a team.
+//!
+//! A module that is linked to another agent's property does not know that it is elsewhere.
+//! An agent subscribes to another one's property, and gets a mirror of it on its own board, at `agents/<agent>/<path>`,
+//! which its modules read like any other. Each subscription says when values are sent, whether all of them or the
+//! newest, and whether what is lost on the way comes again. No tick and no other agent ever waits for a slow or dead
+//! one: each has two threads and streams of its own, and values stay in the property's own queue until they can be
+//! sent.
+//!
+//! [`session`] is the protocol of two agents, without sockets, clocks or threads. A [`carrier`] brings its packets from
+//! one to the other; [`carrier::local`] does so on one machine. [`peers`] ties both to a board.
 //!
 //! [`knowledge`] is the protocol by which facts reach every robot that is reachable through any chain of robots that know
 //! each other. It is a state machine without sockets, clocks and threads: the host hands it messages and sends what it
 //! has to say, over whatever carries bytes.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use slate_blackboard::Board;
+//! use slate_share::peers::{Peers, Setup, Want};
+//! use slate_share::session::{Identity, Options};
+//!
+//! // The host's clock, and a number for this start of the agent.
+//! let clock = Arc::new(|| 0);
+//! let identity = Identity { agent: "arm".into(), instance: 1 };
+//! let board = Arc::new(Board::new("arm"));
+//! let peers = Peers::start(&board, Setup::new(identity, clock))?;
+//!
+//! peers.connect("base", "local:base")?;
+//! let every_50_ms = Options::default().periodic(50_000_000);
+//! peers.subscribe("base", Want::new("localizer/pose", every_50_ms))?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+pub mod carrier;
+pub mod encoding;
 pub mod knowledge;
+pub mod peers;
+pub mod schema;
+pub mod session;

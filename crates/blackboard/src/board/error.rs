@@ -24,6 +24,14 @@ pub enum BoardError {
         /// Which.
         url: String,
     },
+    /// A link fills it, so nobody else may.
+    #[error("{url} follows {from}; take the link away first: slate unlink {url}")]
+    Linked {
+        /// Which field.
+        url: String,
+        /// What it is linked to.
+        from: String,
+    },
     /// The value or the field doesn't fit.
     #[error("{url}: {error}")]
     Access {

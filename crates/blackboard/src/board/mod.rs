@@ -10,7 +10,7 @@ use std::sync::{Arc, PoisonError};
 pub use error::{BoardError, nearest_names};
 pub use events::{Event, Observer, Settings};
 pub use pattern::{Pattern, PatternError};
-pub use property::{Access, Carrier, Property, Watching};
+pub use property::{Access, Carrier, Property, Setter, Watching};
 
 use crate::channel::{Budget, Channel, ValueMemory};
 use crate::interface::{Descriptor, Value, View, find};
@@ -37,6 +37,20 @@ enum Entry {
     Property(Arc<Property>),
     /// An input that is linked: the URL of the property it reads, which may name a field.
     Alias(String),
+}
+
+/// What shall stand at a path.
+#[derive(Clone, Debug)]
+pub enum Placement {
+    /// A property that was made by [`Board::new_channel`], at its own path.
+    Property(Arc<Property>),
+    /// Another name: a linked input.
+    Alias {
+        /// The name.
+        path: String,
+        /// The path that it leads to.
+        target: String,
+    },
 }
 
 /// What a property with values takes.
@@ -101,6 +115,23 @@ impl Board {
         access: Access,
         memory: Option<Arc<dyn ValueMemory>>,
     ) -> Result<Arc<Property>, BoardError> {
+        self.add(self.new_channel(path, doc, descriptor, store, access, memory)?)
+    }
+
+    /// Makes a property as [`add_channel_in`](Board::add_channel_in) does, which nobody finds before it is
+    /// [placed](Board::place).
+    ///
+    /// # Errors
+    /// When a setting's memory can't be had.
+    pub fn new_channel(
+        &self,
+        path: &str,
+        doc: &str,
+        descriptor: &'static Descriptor,
+        store: Store,
+        access: Access,
+        memory: Option<Arc<dyn ValueMemory>>,
+    ) -> Result<Arc<Property>, BoardError> {
         let shape = descriptor.shape(store.capacity);
         let channel = Channel::new_in(shape, store.depth, store.budget, memory);
         let link_error = |error| BoardError::Link { url: format!("/{path}"), error };
@@ -111,7 +142,30 @@ impl Board {
         let source = self.source(path);
         let told = Arc::clone(&source);
         channel.set_hook(move |link| told.link(link));
-        self.add(Property::new(source, doc, descriptor, access, Carrier::Channel(channel), setter))
+        Ok(Arc::new(Property::new(source, doc, descriptor, access, Carrier::Channel(channel), setter)))
+    }
+
+    /// Puts properties and other names at their paths, all at once, in the place of what stands there. What stood there
+    /// goes as with [`remove`](Board::remove).
+    pub fn place(&self, placements: Vec<Placement>) {
+        let mut gone = Vec::new();
+        let mut entries = self.entries_mut();
+        for placement in placements {
+            let (path, entry) = match placement {
+                Placement::Property(property) => (property.path().to_owned(), Entry::Property(property)),
+                Placement::Alias { path, target } => (path, Entry::Alias(target)),
+            };
+            if let Some(Entry::Property(old)) = entries.get(&path) {
+                old.source().vanish();
+                gone.push(Arc::clone(old));
+            }
+            if let Entry::Property(new) = &entry {
+                new.source().appear();
+            }
+            entries.insert(path, entry);
+        }
+        // Their last owner drops handles, which must not happen under the lock.
+        drop(entries);
     }
 
     /// Adds a property that receives messages.
@@ -126,20 +180,20 @@ impl Board {
         mailbox: Arc<Mailbox>,
     ) -> Result<Arc<Property>, BoardError> {
         let carrier = Carrier::Mailbox(mailbox);
-        self.add(Property::new(self.source(path), doc, descriptor, Access::Messages, carrier, None))
+        let source = self.source(path);
+        self.add(Arc::new(Property::new(source, doc, descriptor, Access::Messages, carrier, None)))
     }
 
     fn source(&self, path: &str) -> Arc<Source> {
         Arc::new(Source::new(path, Arc::clone(&self.observers)))
     }
 
-    fn add(&self, property: Property) -> Result<Arc<Property>, BoardError> {
+    fn add(&self, property: Arc<Property>) -> Result<Arc<Property>, BoardError> {
         let mut entries = self.entries_mut();
         let path = property.path();
         if entries.contains_key(path) {
             return Err(BoardError::Exists { url: format!("/{path}") });
         }
-        let property = Arc::new(property);
         entries.insert(property.path().into(), Entry::Property(Arc::clone(&property)));
         // Nobody finds it before the lock is released, so nothing happens to it before it has appeared.
         property.source().appear();

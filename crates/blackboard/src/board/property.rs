@@ -1,5 +1,5 @@
 use std::ops::DerefMut;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, PoisonError, TryLockError};
 
 use super::BoardError;
 use super::events::Source;
@@ -7,7 +7,7 @@ use crate::Stamp;
 use crate::channel::{Channel, Frozen, Latest, Writer};
 use crate::interface::{AccessError, Descriptor, Value, edit};
 use crate::message::Mailbox;
-use crate::sync::{AtomicU32, Mutex, Ordering};
+use crate::sync::{AtomicU32, Mutex, MutexGuard, Ordering};
 use crate::wake::Wake;
 
 /// A typed value at a URL, with one writer and many readers.
@@ -21,6 +21,8 @@ pub struct Property {
     /// The writer of a property that the host sets: an unlinked input, a parameter.
     setter: Mutex<Option<Writer>>,
     probe: Mutex<Option<Latest>>,
+    /// Fields that links fill, so that nobody sets them, each with what it is linked to.
+    reserved: Mutex<Vec<(String, String)>>,
     watchers: AtomicU32,
     listeners: Mutex<Vec<Arc<Wake>>>,
 }
@@ -67,6 +69,7 @@ impl Property {
             carrier,
             setter: Mutex::new(setter),
             probe: Mutex::new(None),
+            reserved: Mutex::new(Vec::new()),
             watchers: AtomicU32::new(0),
             listeners: Mutex::new(Vec::new()),
         }
@@ -148,6 +151,45 @@ impl Property {
     /// Ends what [`add_listener`](Property::add_listener) began.
     pub fn remove_listener(&self, wake: &Arc<Wake>) {
         locked(&self.listeners).retain(|other| !Arc::ptr_eq(other, wake));
+    }
+
+    /// Refuses that these fields are set from now on, and no others: each with what it is linked to.
+    pub fn reserve(&self, fields: Vec<(String, String)>) {
+        let old = std::mem::replace(&mut *locked(&self.reserved), fields);
+        drop(old);
+    }
+
+    /// Whether a link fills what would be set.
+    fn check_reserved(&self, field: &str, value: &Value) -> Result<(), BoardError> {
+        let reserved = locked(&self.reserved);
+        let has = |name: &str| match value {
+            Value::Table(entries) => entries.iter().any(|(own, _)| own == name),
+            _ => true,
+        };
+        let is_part = |path: &str, whole: &str| {
+            path.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        };
+        let taken = reserved.iter().find(|(name, _)| match field {
+            "" => has(name.split('/').next().unwrap_or_default()),
+            field => is_part(field, name) || is_part(name, field),
+        });
+        match taken {
+            Some((name, from)) => {
+                Err(BoardError::Linked { url: format!("{}/{name}", self.url()), from: from.clone() })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Lets a property that the host sets be written without waiting: nothing while somebody else sets it. Unlike with
+    /// [`set`](Property::set), nobody is told.
+    pub fn try_setter(&self) -> Option<Setter<'_>> {
+        let guard = match self.setter.try_lock() {
+            Ok(guard) => guard,
+            Err(TryLockError::Poisoned(error)) => error.into_inner(),
+            Err(TryLockError::WouldBlock) => return None,
+        };
+        guard.is_some().then_some(Setter { guard })
     }
 
     fn notify(&self) {
@@ -234,6 +276,7 @@ impl Property {
     pub fn set(&self, field: &str, value: &Value, time: u64) -> Result<Stamp, BoardError> {
         let access = |error| BoardError::Access { url: self.url(), error };
         let read_only = || BoardError::ReadOnly { url: self.url() };
+        self.check_reserved(field, value)?;
         // First, so that of two who set different fields at once neither undoes the other.
         let mut setter = locked(&self.setter);
         let writer = setter.as_mut().ok_or_else(read_only)?;
@@ -249,6 +292,19 @@ impl Property {
         drop(setter);
         self.notify();
         Ok(stamp)
+    }
+}
+
+/// The right to write a property that the host sets.
+#[derive(Debug)]
+pub struct Setter<'a> {
+    guard: MutexGuard<'a, Option<Writer>>,
+}
+
+impl Setter<'_> {
+    /// Writes a whole value without a tail; false when a reader holds it up.
+    pub fn write(&mut self, bytes: &[u8], time: u64) -> bool {
+        self.guard.as_mut().is_some_and(|writer| writer.write(bytes, 0, time).is_ok())
     }
 }
 

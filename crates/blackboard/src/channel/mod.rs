@@ -147,6 +147,11 @@ impl Channel {
         self.ring.len()
     }
 
+    /// How many readers it serves.
+    pub fn budget(&self) -> Budget {
+        self.budget
+    }
+
     /// How many values were published.
     #[inline]
     pub fn published(&self) -> u64 {

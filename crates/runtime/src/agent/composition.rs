@@ -12,11 +12,13 @@ use slate_module::{Description, Direction, ModuleKind, Plugin};
 use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
+use super::relinking::Leads;
 use super::snapshot::Watch;
-use super::survey::{Complaints, RESERVED, Surveyed, survey};
+use super::survey::{Complaints, RESERVED, Survey, Surveyed, survey};
 use crate::aspects::{PlacePolicy, PlaceTime};
-use crate::configuration::{Configuration, Report};
+use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Isolation;
+pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
 use crate::snapshot::Keepsake;
@@ -29,6 +31,8 @@ pub(super) struct Present {
     pub own_thread: bool,
     /// How it runs apart, if it does.
     pub isolation: Option<Arc<Isolation>>,
+    /// What its links are.
+    pub leads: Leads,
 }
 
 impl Present {
@@ -57,6 +61,12 @@ pub(super) struct Composition {
     pub time_owner: Option<String>,
     /// Whether actuators that come are armed.
     pub armed: bool,
+    /// The modules that read a path.
+    pub listeners: BTreeMap<String, BTreeSet<String>>,
+    /// Where the configuration is changed.
+    pub database: Option<Database>,
+    /// Why the links are not those of the configuration; they are tried again with its next change.
+    pub unlinked: Option<Report>,
     /// What the application takes into snapshots.
     pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
     /// What takes snapshots by itself.
@@ -153,6 +163,7 @@ impl Composition {
                 description: surveyed.description.clone(),
                 own_thread: self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
                 isolation,
+                leads: survey.leads(&configuration, *index),
             };
             changed.arrived.push(names[*index].to_owned());
             self.present.insert(names[*index].to_owned(), present);
@@ -162,14 +173,7 @@ impl Composition {
             .into_iter()
             .partition(|(name, _)| stays.contains(name.as_str()));
         self.present = staying;
-        let on_loop = |level: &Vec<usize>| {
-            let present = level.iter().map(|index| &self.present[names[*index]]);
-            present
-                .filter(|present| !present.own_thread || present.seat.is_kicked())
-                .map(|present| Arc::clone(&present.seat))
-                .collect()
-        };
-        let stages = survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect();
+        let stages = self.stages(&survey);
         if self.armed {
             // A stop that is still latched keeps them disarmed.
             self.ground.actuators.values().filter(|actuator| !standing.1.contains(actuator.name())).for_each(
@@ -197,11 +201,31 @@ impl Composition {
             let state = self.dispose(&name, present, shared, target.keep);
             changed.left.insert(name, state);
         }
+        self.listeners = listeners(&survey);
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
         self.ground.means.plugins.show(self.catalogue.list());
+        // Links of modules that stay to parts of what came or left.
+        self.unlinked = self.relink(&configuration, shared).err();
+        if let Some(report) = &self.unlinked {
+            let text = format!("links could not be changed: {report}");
+            shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
+        }
         Ok(changed)
+    }
+
+    /// What the loop runs of the modules that are there, stage by stage.
+    pub fn stages(&self, survey: &Survey<'_>) -> Vec<Levels> {
+        let on_loop = |level: &Vec<usize>| {
+            let names = level.iter().map(|index| survey.modules[*index].module.name.value.as_str());
+            names
+                .map(|name| &self.present[name])
+                .filter(|present| !present.own_thread || present.seat.is_kicked())
+                .map(|present| Arc::clone(&present.seat))
+                .collect()
+        };
+        survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect()
     }
 
     /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
@@ -258,7 +282,7 @@ impl Composition {
     }
 
     /// The paths and the actuators that there are.
-    fn standing(&self) -> (BTreeSet<String>, BTreeSet<String>) {
+    pub fn standing(&self) -> (BTreeSet<String>, BTreeSet<String>) {
         (self.paths(), self.ground.actuators.keys().cloned().collect())
     }
 
@@ -269,7 +293,7 @@ impl Composition {
     }
 
     /// After a change that failed: nothing of it stays.
-    fn undo<'n>(
+    pub fn undo<'n>(
         &mut self,
         (paths, actuators): &(BTreeSet<String>, BTreeSet<String>),
         arriving: impl Iterator<Item = &'n str>,
@@ -335,6 +359,12 @@ impl Composition {
             }
         }
     }
+}
+
+/// The modules that read a path.
+pub(super) fn listeners(survey: &Survey<'_>) -> BTreeMap<String, BTreeSet<String>> {
+    let owned = |names: &Vec<&str>| names.iter().map(|name| (*name).to_owned()).collect();
+    survey.listeners.iter().map(|(path, names)| (path.clone(), owned(names))).collect()
 }
 
 /// The seat, when the watchdog has let go of it.

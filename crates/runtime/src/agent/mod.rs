@@ -6,6 +6,7 @@ mod composer;
 mod composition;
 mod looping;
 mod parameters;
+mod relinking;
 mod settings;
 mod snapshot;
 mod survey;
@@ -14,6 +15,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use slate_blackboard::Board;
@@ -31,7 +33,7 @@ use crate::main_loop::{
 use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::WeakComposer;
-pub use composer::{Composer, Loaded, ModuleStatus, PluginError, PluginStatus, Reload};
+pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
@@ -186,6 +188,7 @@ impl Agent {
             services: BTreeMap::new(),
             means,
             index: 0,
+            gauges: BTreeMap::new(),
             arenas: Arenas::new(options.isolation_program),
             kept: BTreeMap::new(),
         };
@@ -200,6 +203,9 @@ impl Agent {
             loop_owner: None,
             time_owner: None,
             armed: options.armed,
+            listeners: BTreeMap::new(),
+            database: None,
+            unlinked: None,
             keepsakes: BTreeMap::new(),
             watch: None,
         };
@@ -219,7 +225,7 @@ impl Agent {
     }
 
     /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,
-    /// values of inputs, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
+    /// values of inputs, links, `enabled` and log levels, all that is changed of one module between two of its ticks. Files
     /// that are edited are taken over too. What else is changed, or does not fit, is refused and changes nothing.
     ///
     /// # Errors
@@ -323,6 +329,8 @@ impl Agent {
     pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
         let shared = &self.shared;
         let watchdog = Watchdog::new(Arc::clone(shared), self.hang);
+        // Before the token is taken: who changes the agent at this moment waits for who has it.
+        let composition = self.composer.composition();
         shared.begin();
         // SAFETY: `begin` took the token.
         unsafe { shared.core() }.observer = Some(observer);
@@ -332,9 +340,17 @@ impl Agent {
         let timing = timing.spawn(move || measured.publish_until_over());
         let driver = Arc::clone(shared);
         let main_loop = std::thread::Builder::new().name("main loop".into());
+        let (changing, free) = channel::<()>();
         let started = match (&watchdog, &timing) {
             (Ok(_), Ok(_)) => {
-                self.composer.start_threads().and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop))
+                let threads = composition.start_threads(shared);
+                // It begins when the agent can be changed again: a cycle may have to look at what it is made of.
+                let begin = move || {
+                    // Nothing is ever sent.
+                    let _ = free.recv();
+                    drive(&driver);
+                };
+                threads.and_then(|()| main_loop.spawn(begin).map(drop))
             }
             (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
@@ -342,6 +358,8 @@ impl Agent {
             shared.finish(End::Stopped);
             shared.put_token_down();
         }
+        drop(composition);
+        drop(changing);
         let end = shared.wait();
         shared.threads().join();
         let panic = shared.close();

@@ -27,6 +27,7 @@ impl Settings {
             Some(composer) => composer.composition().may_change(configuration, changes),
             None => Ok(()),
         }));
+        composer.composition().database = Some(database.clone());
         let follower = composer.downgrade();
         let subscription = database.subscribe("", move |database, changes| {
             if let Some(composer) = follower.upgrade() {
@@ -60,6 +61,7 @@ enum Live<'a> {
     Parameter { module: &'a str, name: &'a str },
     Enabled { module: &'a str },
     Input { module: &'a str, port: &'a str },
+    Link,
     LogLevel,
 }
 
@@ -70,6 +72,7 @@ impl<'a> Live<'a> {
             ["modules", module, "params", name, ..] => Some(Self::Parameter { module, name }),
             ["modules", module, "enabled"] => Some(Self::Enabled { module }),
             ["modules", module, "inputs", port, ..] => Some(Self::Input { module, port }),
+            ["links", _, ..] => Some(Self::Link),
             ["log", "level"] | ["log", "levels", _] => Some(Self::LogLevel),
             _ => None,
         }
@@ -80,12 +83,17 @@ const LATER: &str = "it takes effect at the next start: write it into the file, 
 
 impl Composition {
     /// Whether a running agent can have that configuration.
-    fn may_change(&self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
+    fn may_change(&mut self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
         let configuration = configuration.with_loaded_of(&self.configuration);
         let mut diagnostics = self.refusals(&configuration, changes);
         let mut complaints = Complaints::new(&configuration);
-        survey(&configuration, &self.catalogue, &mut complaints);
+        let survey = survey(&configuration, &self.catalogue, &mut complaints);
         diagnostics.append(&mut complaints.diagnostics);
+        if diagnostics.is_empty()
+            && let Err(mut refused) = self.try_links(&configuration, &survey)
+        {
+            diagnostics.append(&mut refused);
+        }
         if diagnostics.is_empty() { Ok(()) } else { Err(Report::from(diagnostics)) }
     }
 
@@ -121,7 +129,16 @@ impl Composition {
                 configuration.links().iter().any(|link| link.to.value == input)
             };
             let refusal = match Live::of(change) {
-                Some(Live::Parameter { .. } | Live::LogLevel) => None,
+                Some(Live::Parameter { module, name }) => {
+                    let parameter = format!("{module}/params/{name}");
+                    let part = |to: &str| {
+                        to.strip_prefix(&parameter)
+                            .is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
+                    };
+                    let link = configuration.links().iter().find(|link| part(&link.to.value));
+                    link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
+                }
+                Some(Live::LogLevel | Live::Link) => None,
                 Some(Live::Enabled { module }) => linked(configuration, &format!("{module}/enabled"))
                     .then(|| format!("`{path}` has no effect, as a link switches the module")),
                 Some(Live::Input { module, port }) => {
@@ -129,9 +146,7 @@ impl Composition {
                     let had = linked(&self.configuration, &input);
                     let value = configuration.modules().iter().find(|own| own.name.value == module);
                     let has_value = value.is_some_and(|module| module.inputs.get(port).is_some());
-                    if had != linked(configuration, &input) {
-                        Some(format!("the link of `{input}` can't change while the agent runs"))
-                    } else if !had && !has_value {
+                    if had == linked(configuration, &input) && !had && !has_value {
                         Some(format!("the value of `{input}` can't be taken back while the agent runs"))
                     } else {
                         None
@@ -157,7 +172,7 @@ impl Composer {
     /// Brings changes to the modules; they were found to fit.
     fn apply(&self, configuration: &Configuration, changes: &[Change]) {
         let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
-        let mut of_log = false;
+        let (mut of_log, mut of_links) = (false, false);
         for change in changes {
             match Live::of(change) {
                 Some(Live::Parameter { module, name }) => {
@@ -168,6 +183,7 @@ impl Composer {
                     of_modules.entry(module).or_default().inputs.insert(port);
                 }
                 Some(Live::LogLevel) => of_log = true,
+                Some(Live::Link) => of_links = true,
                 None => {}
             }
         }
@@ -176,6 +192,15 @@ impl Composer {
         }
         let mut composition = self.composition();
         let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
+        if of_links || composition.unlinked.is_some() {
+            let relinked = composition.relink(&configuration, &self.shared);
+            composition.unlinked = relinked.as_ref().err().cloned();
+            match relinked {
+                Ok(modules) if modules.is_empty() => {}
+                Ok(modules) => self.log(Level::Info, &format!("other links hold for {}", modules.join(", "))),
+                Err(report) => self.log(Level::Error, &format!("links could not be changed: {report}")),
+            }
+        }
         let mut complaints = Complaints::new(&configuration);
         let survey = survey(&configuration, &composition.catalogue, &mut complaints);
         for surveyed in &survey.modules {

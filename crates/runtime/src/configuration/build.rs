@@ -189,33 +189,6 @@ impl Build<'_> {
         self.sources.rank(first).cmp(&self.sources.rank(second))
     }
 
-    pub(super) fn links(&mut self, root: &Table, agent: &str) -> Vec<Link> {
-        let table = self.problems.table(root, "links");
-        table
-            .into_iter()
-            .flat_map(Table::iter)
-            .filter_map(|(to, entry)| self.link(to, entry, agent))
-            .collect()
-    }
-
-    fn link(&mut self, to: &str, entry: &Entry, agent: &str) -> Option<Link> {
-        let (source, previous, stale) = if let Some(table) = entry.value.as_table() {
-            self.problems.unknown_keys(table, &format!("in link `{to}`"), &["from", "previous", "stale"]);
-            let previous = self.problems.flag(table, "previous").is_some_and(|flag| flag.value);
-            let stale = self.problems.duration(table, "stale");
-            if table.get("from").is_none() {
-                let help = "write { from = \"module/property\" }";
-                self.problems.add(entry.value.span, format!("link `{to}` has no `from`"), help);
-            }
-            (self.problems.text(table, "from", "module/property")?, previous, stale)
-        } else {
-            (self.problems.as_text(&format!("\"{to}\""), &entry.value, "module/property")?, false, None)
-        };
-        let from = self.problems.url(&source, source.span)?;
-        let from = Spanned::new(absolute(&from, agent), source.span);
-        Some(Link { to: Spanned::new(to.into(), entry.key), from, previous, stale })
-    }
-
     /// An input either has a link or holds a value: what the later layer says.
     pub(super) fn links_or_values(&mut self, modules: &mut [Module], links: &mut Vec<Link>) {
         for module in modules {
@@ -357,7 +330,7 @@ impl Build<'_> {
 }
 
 /// The URL without a scope, and without the agent when that is this one.
-fn absolute(url: &Url, agent: &str) -> Url {
+pub(super) fn absolute(url: &Url, agent: &str) -> Url {
     if url.agent().is_some_and(|other| other != agent) {
         return url.clone();
     }

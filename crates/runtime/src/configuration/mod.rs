@@ -33,6 +33,7 @@ mod diagnostic;
 mod exclusive;
 mod files;
 mod layers;
+mod links;
 mod log;
 mod model;
 mod path;
@@ -54,7 +55,8 @@ pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription,
 pub use diagnostic::{Diagnostic, Report};
 use files::Files;
 pub use model::{
-    Actuator, Isolation, Limit, Link, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
+    Actuator, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets,
+    Mission, Module, PluginEntry, RateLimit, Transport,
 };
 use path::Prefix;
 use problems::Problems;

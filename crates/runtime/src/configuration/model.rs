@@ -76,6 +76,61 @@ pub struct Link {
     pub previous: bool,
     /// Age from which a value counts as stale, nanoseconds.
     pub stale: Option<Spanned<u64>>,
+    /// Which of the values that are written the port gets.
+    pub filter: Filter,
+    /// What happens to a queue input that lags; it skips unless said.
+    pub policy: Option<Spanned<LinkPolicy>>,
+    /// How many values a queue input gets at once; what its module says unless said.
+    pub window: Option<Spanned<u16>>,
+    /// How the values travel.
+    pub transport: Transport,
+}
+
+/// Which values a link lets through: those that meet all of it.
+#[derive(Clone, Debug, Default)]
+pub struct Filter {
+    /// Every so manieth value that is written.
+    pub every: Option<Spanned<u64>>,
+    /// A condition on a field, such as `range < 0.5`.
+    pub when: Option<Spanned<String>>,
+}
+
+/// What happens to a queue input that the writer has overtaken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkPolicy {
+    /// It goes on with the oldest value kept; what it lost is counted.
+    Skip,
+    /// It gets no more.
+    Evict,
+}
+
+/// How values travel between agents; nothing of it can be said of a link inside of one.
+#[derive(Clone, Debug, Default)]
+pub struct Transport {
+    /// What carries them, such as `tcp` or `udp`.
+    pub carrier: Option<Spanned<String>>,
+    /// Whether losses are made good.
+    pub mode: Option<Spanned<LinkMode>>,
+    /// When they are sent.
+    pub rate: Option<Spanned<LinkRate>>,
+}
+
+/// Whether losses on the way are made good.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkMode {
+    /// They are, which takes time.
+    Reliable,
+    /// They are counted.
+    BestEffort,
+}
+
+/// When values are sent to another agent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkRate {
+    /// When there is a new one.
+    OnChange,
+    /// Once in so many nanoseconds.
+    Every(u64),
 }
 
 /// A gate in front of an actuator.

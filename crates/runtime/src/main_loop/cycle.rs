@@ -202,6 +202,10 @@ fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
     shared.gauges.cycles.store(core.cycle, Ordering::Relaxed);
     let nominal = if shared.clock.is_driven() { time } else { shared.clock.at(beginning.nominal) };
     core.position = Position { inside: true, nominal, ..Position::default() };
+    for seat in core.plan.early.iter().filter(|seat| seat.is_idle()) {
+        // SAFETY: the seat is idle, and those of the plan belong to who has the token.
+        unsafe { seat.runner() }.pin_early();
+    }
     if let Some(start) = shared.cycle_start.as_ref().filter(|start| start.is_wanted()) {
         start.emit();
     }

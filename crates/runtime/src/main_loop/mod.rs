@@ -305,21 +305,50 @@ impl Shared {
     ///
     /// One caller at a time, as for all that changes the loop.
     pub fn compose(&self, levels: Vec<Levels>, threaded: Vec<Arc<Seat>>, actuators: Vec<Arc<Actuator>>) {
+        self.compose_with(levels, threaded, actuators, || Ok::<(), ()>(()));
+    }
+
+    /// As [`compose`](Shared::compose), and does `work` in the same moment, before it: when that fails, all stays as it
+    /// is. Nothing when the loop was lost.
+    pub fn compose_with<R: Send + 'static, E: Send + 'static>(
+        &self,
+        levels: Vec<Levels>,
+        threaded: Vec<Arc<Seat>>,
+        actuators: Vec<Arc<Actuator>>,
+        work: impl FnOnce() -> Result<R, E> + Send + 'static,
+    ) -> Option<Result<R, E>> {
         let mut parts = self.parts();
+        let before = (parts.levels.clone(), parts.threaded.clone());
         (parts.levels, parts.threaded) = (levels, threaded);
         drop(parts);
-        *self.gates.lock().unwrap_or_else(PoisonError::into_inner) = actuators.iter().cloned().collect();
-        self.rebuild(Some(actuators));
+        let gates = actuators.iter().cloned().collect();
+        let result = self.rebuild(Some(actuators), work);
+        match result {
+            Some(Ok(_)) => *self.gates.lock().unwrap_or_else(PoisonError::into_inner) = gates,
+            _ => {
+                let mut parts = self.parts();
+                (parts.levels, parts.threaded) = before;
+                let watched: Arc<[Watch]> =
+                    parts.watched().map(|(seat, stage)| Watch { seat, stage }).collect();
+                drop(parts);
+                *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = watched;
+            }
+        }
+        result
     }
 
     /// From the next cycle on the loop has these stages.
     pub fn set_schedule(&self, schedule: Schedule) {
         self.parts().schedule = schedule;
-        self.rebuild(None);
+        self.rebuild(None, || Ok::<(), ()>(()));
     }
 
-    /// Makes the plan anew and exchanges it between two cycles.
-    fn rebuild(&self, actuators: Option<Vec<Arc<Actuator>>>) {
+    /// Makes the plan anew and exchanges it between two cycles, after `work`.
+    fn rebuild<R: Send + 'static, E: Send + 'static>(
+        &self,
+        actuators: Option<Vec<Arc<Actuator>>>,
+        work: impl FnOnce() -> Result<R, E> + Send + 'static,
+    ) -> Option<Result<R, E>> {
         let mut parts = self.parts();
         let gauges = std::mem::take(&mut parts.gauges);
         for stage in parts.schedule.clone().stages() {
@@ -340,6 +369,10 @@ impl Shared {
         self.tracing.add_tracks(&watched);
         *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&watched);
         let exchanged = self.between_cycles(&[], move |shared| {
+            let result = match work() {
+                Ok(result) => result,
+                Err(error) => return Some(Err((error, plan))),
+            };
             // SAFETY: jobs are done by who has the token.
             let core = unsafe { shared.core() };
             let plan = std::mem::replace(&mut core.plan, plan);
@@ -350,10 +383,14 @@ impl Shared {
             let policy = core.policy.take_if(|guest| guest.has_left(&watched));
             let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));
             let returned: Vec<_> = core.absent.extract_if(.., |absent| absent.has_returned()).collect();
-            Some((plan, actuators, policy, time_source, returned))
+            Some(Ok((result, (plan, actuators, policy, time_source, returned))))
         });
         // What is no longer needed is dropped here and not on the loop.
-        drop(exchanged);
+        match exchanged {
+            Ok(Ok((result, _))) => Some(Ok(result)),
+            Ok(Err((error, _))) => Some(Err(error)),
+            Err(_) => None,
+        }
     }
 
     /// Sets who says which stage comes next; without anybody, the stages follow one another. A module of `seat` is on

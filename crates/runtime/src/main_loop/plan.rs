@@ -31,6 +31,8 @@ pub(super) struct Plan {
     pub seats: Vec<Arc<Seat>>,
     /// For each seat, where its level ends: modules up to there do not depend on each other.
     pub ends: Vec<usize>,
+    /// Those that want values of the last cycle, of what is written before their turn in this one.
+    pub early: Vec<Arc<Seat>>,
 }
 
 /// A stage of the loop.
@@ -62,6 +64,7 @@ impl Parts {
                 timeout,
             });
         }
+        plan.early = plan.seats.iter().filter(|seat| seat.is_early()).cloned().collect();
         plan.names = plan.stages.iter().map(|stage| Arc::clone(&stage.gauge.name)).collect();
         plan
     }

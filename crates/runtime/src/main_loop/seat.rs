@@ -54,6 +54,8 @@ pub(crate) struct Seat {
     /// How often the loop has said that it is the module's turn.
     kicks: AtomicU64,
     runner: UnsafeCell<Runner>,
+    /// Whether it wants values of the last cycle when a cycle begins.
+    early: AtomicBool,
     pub name: Arc<str>,
     pub health: Arc<Health>,
     /// Shows how long its steps take.
@@ -85,6 +87,9 @@ impl Seat {
             duration: AtomicU64::new(0),
             returned: AtomicU64::new(0),
             kicks: AtomicU64::new(0),
+            early: AtomicBool::new(
+                !runner.early.is_empty() || runner.queues.iter().any(|queue| queue.is_early),
+            ),
             name: Arc::clone(&runner.name),
             health: Arc::clone(&runner.health),
             publication: Publication::new(runner.histogram.take()),
@@ -151,6 +156,16 @@ impl Seat {
         let result = call();
         let ended = if claimed { self.end_claimed() } else { self.end() };
         ended.then_some(result)
+    }
+
+    /// Whether it wants values of the last cycle when a cycle begins; the plan is made anew when that changes.
+    pub fn is_early(&self) -> bool {
+        self.early.load(Ordering::Relaxed)
+    }
+
+    /// Says whether it does.
+    pub fn set_early(&self, early: bool) {
+        self.early.store(early, Ordering::Relaxed);
     }
 
     /// Whether the loop says when the module runs, which it does in a thread of its own.

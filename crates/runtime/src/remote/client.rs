@@ -10,8 +10,8 @@ use serde::de::DeserializeOwned;
 use super::line::{self, Line};
 use super::place;
 use super::protocol::{
-    Answer, Call, Changed, Different, Greeting, LoadedPlugins, ModuleEntry, PluginEntry, Reading, Refusal,
-    Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin, VERSION,
+    Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry, Reading,
+    Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
 
@@ -225,6 +225,27 @@ impl Client {
     pub fn enable(&mut self, name: &str, on: bool) -> Result<bool, ClientError> {
         let name = name.into();
         self.call(&if on { Call::ModuleEnable { name } } else { Call::ModuleDisable { name } })
+    }
+
+    /// The links.
+    pub fn links(&mut self) -> Result<Vec<LinkEntry>, ClientError> {
+        self.call(&Call::LinkList {})
+    }
+
+    /// Links an input, or only finds out whether that can be done; options are keys and values of the link's table.
+    pub fn link(
+        &mut self,
+        to: &str,
+        from: &str,
+        options: &[(String, String)],
+        dry_run: bool,
+    ) -> Result<Vec<Changed>, ClientError> {
+        self.call(&Call::Link { to: to.into(), from: from.into(), options: options.to_vec(), dry_run })
+    }
+
+    /// Takes the link of an input away, or only finds out whether that can be done.
+    pub fn unlink(&mut self, to: &str, dry_run: bool) -> Result<Vec<Changed>, ClientError> {
+        self.call(&Call::Unlink { to: to.into(), dry_run })
     }
 
     /// The settings at a path and below it; an empty path is everything.

@@ -9,12 +9,12 @@ use slate_blackboard::interface;
 use slate_blackboard::{BoardError, Url};
 
 use super::protocol::{
-    Answer, Call, Changed, Different, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Reading,
-    Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
+    Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
+    Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
 };
-use crate::configuration::{Database, Report, SaveTo, Value};
+use crate::configuration::{Change, Database, Report, SaveTo, Value};
 use crate::snapshot::{Snapshot, SnapshotError};
-use crate::{Composer, Loaded, PluginError, Reload};
+use crate::{Composer, Loaded, NewLink, PluginError, Reload};
 
 /// What calls act on.
 pub(super) struct Desk {
@@ -74,6 +74,29 @@ impl Desk {
             Call::ModuleList {} => self.modules(),
             Call::ModuleEnable { name } => self.enable(&name, true),
             Call::ModuleDisable { name } => self.enable(&name, false),
+            Call::Link { to, from, options, dry_run } => {
+                let link = options
+                    .into_iter()
+                    .fold(NewLink::new(to, from), |link, (name, value)| link.with(name, value));
+                let composer = &self.composer;
+                let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
+                result(self.changed(changes.map_err(refused)?))
+            }
+            Call::Unlink { to, dry_run } => {
+                let composer = &self.composer;
+                let changes = if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) };
+                result(self.changed(changes.map_err(refused)?))
+            }
+            Call::LinkList {} => {
+                let entry = |link: crate::LinkStatus| LinkEntry {
+                    to: link.to,
+                    from: link.from,
+                    previous: link.previous,
+                    stale: link.stale,
+                    queue: link.queue,
+                };
+                result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
+            }
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
             Call::ConfigDiff {} => self.differences(),
@@ -238,13 +261,20 @@ impl Desk {
             ),
             None => report.into(),
         })?;
-        let changed = changed.into_iter().map(|change| Changed {
+        match self.composer.unlinked() {
+            Some(report) => Err(report.into()),
+            None => result(self.changed(changed)),
+        }
+    }
+
+    fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
+        let changed = |change: Change| Changed {
             default: self.default_of(&change.path),
             path: change.path,
             before: text(change.before),
             after: text(change.after),
-        });
-        result(changed.collect::<Vec<_>>())
+        };
+        changes.into_iter().map(changed).collect()
     }
 
     /// A module among those to change that the agent has, but not its configuration.
@@ -297,6 +327,11 @@ impl Desk {
             time: stamp.time,
         }))
     }
+}
+
+/// What was refused of a link; the text that a command makes of it is none of the user's, so it is not shown.
+fn refused(report: Report) -> Refusal {
+    Refusal { report: None, ..report.into() }
 }
 
 fn loaded(loaded: Loaded) -> Done {

@@ -105,6 +105,32 @@ pub enum Call {
         /// Its name.
         name: String,
     },
+    /// Links an input: a list of [`Changed`].
+    #[serde(rename = "link")]
+    Link {
+        /// The input.
+        to: String,
+        /// What it reads.
+        from: String,
+        /// What else is said of the link: keys and values of its table, as a configuration has them.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        options: Vec<(String, String)>,
+        /// Whether it is only found out if it can be done.
+        #[serde(default)]
+        dry_run: bool,
+    },
+    /// Takes the link of an input away: a list of [`Changed`].
+    #[serde(rename = "unlink")]
+    Unlink {
+        /// The input.
+        to: String,
+        /// Whether it is only found out if it can be done.
+        #[serde(default)]
+        dry_run: bool,
+    },
+    /// All links: a list of [`LinkEntry`].
+    #[serde(rename = "link/list")]
+    LinkList {},
     /// The settings at a path and below it: a list of [`SettingEntry`].
     #[serde(rename = "config/get")]
     ConfigGet {
@@ -270,6 +296,21 @@ pub struct ModuleEntry {
     /// Whether new code runs beside it; how that goes is at its `shadow`.
     #[serde(default)]
     pub has_shadow: bool,
+}
+
+/// A link of an agent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LinkEntry {
+    /// The input.
+    pub to: String,
+    /// What it reads.
+    pub from: String,
+    /// Whether it reads last cycle's value.
+    pub previous: bool,
+    /// Age from which a value counts as stale, nanoseconds.
+    pub stale: Option<u64>,
+    /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
+    pub queue: Option<(u64, u64)>,
 }
 
 /// A setting.

@@ -5,10 +5,10 @@ use std::sync::atomic::Ordering;
 
 use serde::{Deserialize, Serialize};
 use slate_blackboard::channel::Cursor;
-use slate_blackboard::{Board, BoardError};
+use slate_blackboard::{Board, BoardError, bytes};
 use slate_module::{PortDescription, Random};
 
-use super::{Condition, Measured, Runner};
+use super::{Condition, Conversion, Measured, Runner, Wire};
 use crate::snapshot::{FrozenMailbox, FrozenProperty};
 
 /// A runner; ports by their names.
@@ -37,6 +37,10 @@ pub(crate) struct FrozenRunner {
     /// The places of outputs in the order of all, for the digest.
     pub outputs: BTreeMap<String, u32>,
     pub outboxes: BTreeMap<String, FrozenOutbox>,
+    /// Whether links have changed since the last step.
+    pub rewired: bool,
+    /// What links fill that do not fit as they are.
+    pub conversions: BTreeMap<String, FrozenConversion>,
 }
 
 /// How far an input is.
@@ -47,6 +51,24 @@ pub(crate) struct FrozenInput {
     /// Sequence and generation of the value that the last tick saw.
     pub seen: (u64, u64),
     pub missed: u64,
+}
+
+/// How far a conversion is.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FrozenConversion {
+    #[serde(with = "bytes")]
+    pub value: Vec<u8>,
+    pub unwritten: bool,
+    pub sources: Vec<FrozenSource>,
+}
+
+/// How far a source of a conversion is.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct FrozenSource {
+    pub cursor: u64,
+    pub seen: (u64, u64),
+    pub time: Option<u64>,
+    pub is_missing: bool,
 }
 
 /// How far an outbox is.
@@ -103,14 +125,34 @@ impl Runner {
                     (name(outbox.slot), FrozenOutbox { index: outbox.index, refused: outbox.refused, sender })
                 })
                 .collect(),
+            rewired: self.rewired,
+            conversions: self.conversions.iter().map(|own| self.freeze_conversion(own, ports)).collect(),
         }
+    }
+
+    fn freeze_conversion(
+        &self,
+        conversion: &Conversion,
+        ports: &[PortDescription],
+    ) -> (String, FrozenConversion) {
+        let sources = conversion.sources.iter().map(|source| FrozenSource {
+            cursor: self.sources[source.reader].cursor(),
+            seen: source.seen,
+            time: source.time,
+            is_missing: source.is_missing,
+        });
+        let value = conversion.value.bytes(conversion.bytes).to_vec();
+        let frozen = FrozenConversion { value, unwritten: conversion.unwritten, sources: sources.collect() };
+        (wire_name(conversion.wire, ports), frozen)
     }
 
     /// The paths of the properties that this runner writes.
     pub fn written(&self) -> impl Iterator<Item = String> {
         let own = ["state", "timing"].into_iter().chain(self.supervised.as_ref().map(|_| "process"));
         let outputs = self.outputs.iter().map(|output| output.property.path().to_owned());
-        own.map(|own| format!("{}/{own}", self.name)).chain(outputs)
+        let converted = self.conversions.iter().filter(|conversion| conversion.writer.is_some());
+        let converted = converted.map(|conversion| conversion.property.path().to_owned());
+        own.map(|own| format!("{}/{own}", self.name)).chain(outputs).chain(converted)
     }
 
     /// Writes what stood in the properties that it writes.
@@ -125,6 +167,13 @@ impl Runner {
         for output in &mut self.outputs {
             if let Some(frozen) = properties.get(output.property.path()) {
                 output.property.thaw(&frozen.values, Some(&mut output.writer))?;
+            }
+        }
+        for conversion in &mut self.conversions {
+            if let (Some(frozen), Some(writer)) =
+                (properties.get(conversion.property.path()), conversion.writer.as_mut())
+            {
+                conversion.property.thaw(&frozen.values, Some(writer))?;
             }
         }
         let process = self.supervised.as_mut().map(|supervised| ("process", &mut supervised.process));
@@ -182,5 +231,28 @@ impl Runner {
                 (outbox.index, outbox.refused) = (frozen.index, frozen.refused);
             }
         }
+        self.rewired = frozen.rewired;
+        for conversion in &mut self.conversions {
+            let Some(frozen) = frozen.conversions.get(&wire_name(conversion.wire, ports)) else { continue };
+            let value = conversion.value.bytes_mut(conversion.bytes);
+            if value.len() == frozen.value.len() {
+                value.copy_from_slice(&frozen.value);
+            }
+            conversion.unwritten = frozen.unwritten;
+            for (source, frozen) in conversion.sources.iter_mut().zip(&frozen.sources) {
+                (source.seen, source.time) = (frozen.seen, frozen.time);
+                source.is_missing = frozen.is_missing;
+                self.sources[source.reader].resume(frozen.cursor);
+            }
+        }
+    }
+}
+
+/// What a snapshot calls what a link ends at.
+fn wire_name(wire: Wire, ports: &[PortDescription]) -> String {
+    match wire {
+        Wire::Port(slot) => ports[slot].name.clone(),
+        Wire::Enabled => "enabled".into(),
+        Wire::Params => "params".into(),
     }
 }

@@ -2,6 +2,7 @@
 //! checked and committed. The step in between touches nothing but the frame and its own state.
 
 mod commit;
+mod conversion;
 mod frozen;
 mod health;
 mod ports;
@@ -9,6 +10,7 @@ mod prepare;
 mod retired;
 mod shadow;
 mod supervision;
+mod wiring;
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -23,22 +25,27 @@ use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Tr
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
+pub(crate) use conversion::{Conversion, ConvertedSource, Wire};
 pub(crate) use frozen::FrozenRunner;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
-pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueuePort};
+pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub(crate) use retired::{Patience, Retired};
 pub(crate) use shadow::{Shadow, ShadowState};
 
 pub(crate) use supervision::Supervised;
+pub(crate) use wiring::{ConversionWiring, OutboxWiring, QueueWiring, SourceWiring, Unwired, Wiring};
 
 use crate::log::ModuleLog;
 
-/// Inputs `first..end` that are written by one module and so are pinned together.
+/// Inputs `first..end` that are written by one module and so are pinned together, and with them what it writes of the
+/// sources of others.
 #[derive(Debug)]
 pub(crate) struct Group {
     pub word: CommitWord,
-    pub first: usize,
-    pub end: usize,
+    pub first: u32,
+    pub end: u32,
+    pub first_source: u32,
+    pub end_source: u32,
 }
 
 /// What a module is told when it is set up, kept for when it is made anew.
@@ -74,6 +81,8 @@ pub(crate) struct Runner {
     pub params_changed: bool,
     /// Whether it has ports, services or new code beside it.
     pub has_company: bool,
+    /// Whether there are links that do not fit as they are, or are pinned when a cycle begins.
+    pub has_conversions: bool,
     /// What the host has set in all modules, and how much of it this one has seen.
     pub settings: Settings,
     pub settings_seen: Option<u64>,
@@ -100,6 +109,13 @@ pub(crate) struct Runner {
     pub inboxes: Vec<InboxPort>,
     pub outputs: Vec<OutputPort>,
     pub outboxes: Vec<OutboxPort>,
+    /// Whether its links have changed since its last step: what they lead to is news.
+    pub rewired: bool,
+    /// What links fill that do not fit as they are, and the readers of their sources.
+    pub conversions: Vec<Conversion>,
+    pub sources: Vec<Latest>,
+    /// What is pinned when a cycle begins, and not before the step.
+    pub early: Vec<Group>,
     /// Services of other modules.
     pub aspects: Vec<AspectPort>,
     /// Services for other modules.
@@ -188,7 +204,9 @@ impl Runner {
             }
             Trigger::On { timeout, .. } => {
                 let waited = now.saturating_sub(self.last_tick);
-                timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout) || self.has_news()
+                timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout)
+                    || self.has_news()
+                    || std::mem::take(&mut self.rewired)
             }
         }
     }
@@ -198,6 +216,7 @@ impl Runner {
         self.inputs.iter().zip(&self.readers).any(|(input, reader)| input.triggers && reader.has_news())
             || self.queues.iter().any(|queue| queue.triggers && queue.reader.lag() > 0)
             || self.inboxes.iter().any(|inbox| inbox.triggers && inbox.receiver.has_messages())
+            || self.has_conversions && (self.has_converted_news() || self.has_early_news())
     }
 
     /// Whether the module may run: `enabled` is enforced here.
@@ -207,6 +226,9 @@ impl Runner {
         let changed = settings != self.settings_seen;
         if changed {
             (self.settings_seen, self.params_changed) = (settings, true);
+        }
+        if self.is_switched && self.has_conversions {
+            self.convert_switch();
         }
         if (changed || self.is_switched) && self.enabled.refresh() {
             let value = self.enabled.value();
@@ -258,7 +280,8 @@ impl Runner {
 
     /// Looks whether there is anything but the step itself to take care of.
     pub fn look_for_company(&mut self) {
-        self.has_company = !(self.slots.is_empty() && self.services.is_empty() && self.shadow.is_none());
+        let ports = !(self.slots.is_empty() && self.services.is_empty() && self.shadow.is_none());
+        self.has_company = ports || self.has_conversions;
     }
 
     /// Changes how the module is, and shows it.

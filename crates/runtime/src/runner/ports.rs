@@ -1,4 +1,5 @@
 use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
 
 use slate_blackboard::channel::{QueueReader, SetAside, Writer};
 use slate_blackboard::interface::FloatMap;
@@ -9,6 +10,7 @@ use slate_module::Entry;
 
 use super::Health;
 use crate::actuators::Actuator;
+use crate::link::Filter;
 
 /// Memory for values of any interface.
 #[derive(Debug)]
@@ -26,6 +28,13 @@ impl Memory {
 
     pub fn as_mut_ptr(&mut self) -> *mut u8 {
         self.0.as_mut_ptr().cast()
+    }
+
+    /// As [`bytes_mut`](Memory::bytes_mut), to be read.
+    pub fn bytes(&self, count: usize) -> &[u8] {
+        let count = count.min(size_of_val(&*self.0));
+        // SAFETY: the memory is initialised and has so many bytes.
+        unsafe { std::slice::from_raw_parts(self.as_ptr(), count) }
     }
 
     /// The first `count` bytes; as many as there are, if there are fewer.
@@ -48,12 +57,26 @@ pub(crate) struct InputPort {
     pub missed: u64,
 }
 
+/// How a queue input keeps up; others may look at any time.
+#[derive(Debug, Default)]
+pub(crate) struct QueueGauge {
+    /// Values that waited when the last step had taken its own.
+    pub lag: AtomicU64,
+    /// Values that it never saw.
+    pub lost: AtomicU64,
+}
+
 /// A queue input.
 pub(crate) struct QueuePort {
     pub slot: usize,
     pub triggers: bool,
     pub reader: QueueReader,
     pub entries: Vec<Entry>,
+    /// Which values it gets, if not all.
+    pub filter: Option<Arc<Filter>>,
+    /// Whether its values are taken when a cycle begins, and not before the step.
+    pub is_early: bool,
+    pub gauge: Arc<QueueGauge>,
 }
 
 /// An inbox.

@@ -1,13 +1,56 @@
-use slate_blackboard::channel::Loan;
-use slate_blackboard::commit::pin;
+use std::sync::atomic::Ordering;
+
+use slate_blackboard::channel::{Latest, Loan};
+use slate_blackboard::commit::{pin, pin_both};
 use slate_module::{Entry, Flags};
 
-use super::Runner;
+use super::{Group, Runner};
 
 /// How often a group of inputs is pinned again when its writer is just committing.
 const PIN_TRIES: u32 = 4;
 
+impl Group {
+    /// Takes over the newest values, together if there are several. What can't be pinned together stays at the previous
+    /// snapshot, which is consistent too.
+    #[inline]
+    pub fn pin(&self, readers: &mut [Latest], sources: &mut [Latest], tries: u32) {
+        let readers = &mut readers[self.first as usize..self.end as usize];
+        let sources = &mut sources[self.first_source as usize..self.end_source as usize];
+        match (readers, sources) {
+            ([one], []) | ([], [one]) => {
+                one.refresh();
+            }
+            (several, []) => {
+                pin(&self.word, several, tries);
+            }
+            (readers, sources) => {
+                pin_both(&self.word, readers, sources, tries);
+            }
+        }
+    }
+}
+
 impl Runner {
+    /// Pins what is to be of the last cycle, before the steps of this one.
+    pub fn pin_early(&mut self) {
+        for group in &self.early {
+            group.pin(&mut self.readers, &mut self.sources, PIN_TRIES);
+        }
+        for queue in self.queues.iter_mut().filter(|queue| queue.is_early) {
+            // As before a step.
+            let _ = queue.reader.pull();
+        }
+    }
+
+    /// Whether what was pinned when the cycle began has not been seen by a step.
+    pub(super) fn has_early_news(&self) -> bool {
+        let readers = self.early.iter().flat_map(|group| group.first as usize..group.end as usize);
+        let mut inputs =
+            readers.filter_map(|at| Some((self.inputs.get(at)?, self.readers[at].value()?.stamp())));
+        inputs.any(|(input, stamp)| input.triggers && input.seen != (stamp.sequence, stamp.generation))
+            || self.queues.iter().any(|queue| queue.is_early && queue.triggers && !queue.reader.is_empty())
+    }
+
     /// Pins the inputs and fills the frame for a step at `now`.
     pub fn prepare(&mut self, now: u64) {
         if self.has_company {
@@ -32,26 +75,36 @@ impl Runner {
 
     fn prepare_ports(&mut self, now: u64) {
         for group in &self.groups {
-            match &mut self.readers[group.first..group.end] {
-                [one] => {
-                    one.refresh();
-                }
-                // What can't be pinned together stays at the previous snapshot, which is consistent too.
-                several => {
-                    pin(&group.word, several, PIN_TRIES);
-                }
-            }
+            group.pin(&mut self.readers, &mut self.sources, PIN_TRIES);
+        }
+        if self.has_conversions {
+            self.convert();
         }
         self.fill_inputs(now);
+        if self.has_conversions {
+            self.mark_converted(now);
+        }
         for queue in &mut self.queues {
-            // An evicted reader has an empty window from then on; its port says how many values it lost.
-            let _ = queue.reader.pull();
+            if !queue.is_early {
+                // An evicted reader has an empty window from then on; its port says how many values it lost.
+                let _ = queue.reader.pull();
+            }
             queue.entries.clear();
-            queue.entries.extend(queue.reader.window().map(|loan| entry(&loan)));
+            let window = queue.reader.window();
+            match &queue.filter {
+                None => queue.entries.extend(window.map(|loan| entry(&loan))),
+                Some(filter) => {
+                    let passes =
+                        |loan: &Loan<'_>| filter.passes(loan.bytes(), loan.items(), loan.stamp().sequence);
+                    queue.entries.extend(window.filter(passes).map(|loan| entry(&loan)));
+                }
+            }
             let slot = &mut self.slots[queue.slot];
             slot.entries = queue.entries.as_ptr();
             slot.count.set(queue.entries.len());
             slot.missed = queue.reader.skipped();
+            queue.gauge.lag.store(queue.reader.lag(), Ordering::Relaxed);
+            queue.gauge.lost.store(slot.missed, Ordering::Relaxed);
         }
         for inbox in &mut self.inboxes {
             inbox.receiver.collect();

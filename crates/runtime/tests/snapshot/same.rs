@@ -77,6 +77,42 @@ fn what_was_changed_at_run_time_comes_along() {
     assert_eq!(agent.counts("dice").unwrap().0, 5, "it was switched off");
 }
 
+/// Links that were changed at run time: another source, one with a condition, a parameter and a switch that follow.
+#[test]
+fn links_that_were_changed_at_run_time_come_along() {
+    let mut agent = robot(ROBOT);
+    steps(&mut agent, 5);
+    let before = agent.composer().snapshot().unwrap();
+    let changes = [
+        ("links.\"driver/input\"", "\"relay/output\""),
+        ("links.\"relay/input\"", "{ from = \"counter/number\", every = 3 }"),
+    ];
+    agent.database().unwrap().set(&changes).unwrap();
+    steps(&mut agent, 4);
+    for moment in 0..8 {
+        steps(&mut agent, 1);
+        let snapshot = agent.composer().snapshot().unwrap();
+        let mut second = resumed(&snapshot, options());
+        let mut third = resumed(&snapshot, options());
+        assert_eq!(seen(&mut second), seen(&mut agent), "cycle {moment}");
+        steps(&mut second, 30);
+        steps(&mut third, 30);
+        assert_eq!(seen(&mut second), seen(&mut third));
+    }
+    let snapshot = agent.composer().snapshot().unwrap();
+    let mut second = resumed(&snapshot, options());
+    // In its own process it gets the links back that it had before, and then these again.
+    agent.restore(&before).unwrap();
+    let mut straight = robot(ROBOT);
+    steps(&mut straight, 25);
+    steps(&mut agent, 20);
+    assert_eq!(seen(&mut agent), seen(&mut straight));
+    agent.restore(&snapshot).unwrap();
+    steps(&mut agent, 20);
+    steps(&mut second, 20);
+    assert_eq!(seen(&mut agent), seen(&mut second));
+}
+
 #[test]
 fn a_running_agent_gets_the_settings_of_its_snapshot_back() {
     let mut agent = robot(ROBOT);

@@ -97,7 +97,12 @@ impl Builder<'_, '_> {
             );
             return Err(Failed);
         };
-        for joint in self.survey.joints.iter().filter(|joint| joint.target == Target::Command(index)) {
+        for joint in self
+            .survey
+            .joints
+            .iter()
+            .filter(|joint| joint.target == Target::Command(index) && joint.is_plain())
+        {
             if let (module, Wire::Port(port)) = joint.port
                 && self.survey.modules[module].description.ports[port].descriptor.hash != descriptor.hash
             {
@@ -181,10 +186,10 @@ impl Builder<'_, '_> {
 
     /// What a module that follows the actuator's command takes it to be.
     fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
-        let joint = self.readers(Target::Command(actuator)).next()?;
+        let joint = self.readers(Target::Command(actuator)).find(|joint| joint.is_plain())?;
         match joint.port {
             (module, Wire::Port(port)) => Some(self.port(module, port).descriptor),
-            (_, Wire::Enabled) => None,
+            (_, Wire::Enabled | Wire::Params) => None,
         }
     }
 

@@ -3,9 +3,11 @@
 mod actuators;
 mod isolation;
 mod properties;
+mod rewiring;
 mod runners;
+mod wiring;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,7 +15,7 @@ use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::commit::CommitWord;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Board, BoardError, Property};
+use slate_blackboard::{Board, BoardError, Placement, Property};
 use slate_module::{Direction, PortDescription, Trigger};
 use slate_safety::StopLatch;
 
@@ -24,7 +26,8 @@ use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
-use crate::runner::{Health, Patience, Runner};
+use crate::runner::{Health, Patience, QueueGauge, Runner};
+pub(super) use rewiring::{Rewiring, rewire};
 
 /// Reader handles for tools, and for modules that come later.
 const SPARE_READERS: u16 = 16;
@@ -52,6 +55,8 @@ pub(super) struct Ground {
     pub means: Means,
     /// Counts outputs, for the digest.
     pub index: u32,
+    /// How queue inputs keep up, by the path of the port.
+    pub gauges: BTreeMap<String, Arc<QueueGauge>>,
     /// Memory that isolated modules see.
     pub arenas: Arenas,
     /// What was set in modules that are away for a moment, by path.
@@ -116,7 +121,8 @@ pub(super) fn build(
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder = Builder { configuration, survey, ground, complaints };
+    let mut builder =
+        Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
@@ -126,6 +132,10 @@ struct Builder<'a, 's> {
     survey: &'s Survey<'a>,
     ground: &'s mut Ground,
     complaints: Complaints<'a>,
+    /// What is to stand on the board when links are exchanged.
+    placements: Vec<Placement>,
+    /// Ports that links filled before, and fill again.
+    kept: BTreeSet<(usize, Wire)>,
 }
 
 struct Failed;
@@ -155,9 +165,18 @@ impl<'a> Builder<'a, '_> {
         &self.surveyed(module).description.ports[port]
     }
 
-    /// The link of an input or an outbox.
+    /// The link of a port that reads a property itself.
     fn joint(&self, module: usize, wire: Wire) -> Option<&Joint<'a>> {
-        self.survey.joints.iter().find(|joint| joint.port == (module, wire))
+        self.joints(module, wire).find(|joint| joint.is_plain())
+    }
+
+    /// The links of a port that has a property of its own, which they fill.
+    fn conversions(&self, module: usize, wire: Wire) -> impl Iterator<Item = &Joint<'a>> {
+        self.joints(module, wire).filter(|joint| !joint.is_plain())
+    }
+
+    fn joints(&self, module: usize, wire: Wire) -> impl Iterator<Item = &Joint<'a>> {
+        self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
     }
 
     fn added<T>(&mut self, module: usize, result: Result<T, BoardError>) -> Result<T, Failed> {
@@ -169,17 +188,18 @@ impl<'a> Builder<'a, '_> {
     }
 
     fn target_path(&self, target: Target) -> String {
-        match target {
-            Target::Port(module, port) => format!("{}/{}", self.name(module), self.port(module, port).name),
-            Target::Command(actuator) => {
-                format!("{}/command", self.configuration.actuators()[actuator].name.value)
-            }
-            Target::Absent(absent) => self.survey.absent[absent].path.clone(),
-        }
+        self.survey.path(self.configuration, target)
     }
 
     /// The property at exactly that path.
     fn property(&self, path: &str) -> Option<Arc<Property>> {
+        let placed = self.placements.iter().find_map(|placement| match placement {
+            Placement::Property(property) if property.path() == path => Some(Arc::clone(property)),
+            _ => None,
+        });
+        if placed.is_some() {
+            return placed;
+        }
         let (property, field) = self.ground.board.get(path)?;
         (field.is_empty() && property.path() == path).then_some(property)
     }
@@ -227,7 +247,8 @@ impl<'a> Builder<'a, '_> {
         for joint in self.readers(target) {
             match joint.port {
                 (module, Wire::Port(port)) if self.port(module, port).direction == Direction::Queue => {
-                    let window = self.port(module, port).window;
+                    let said = joint.link.window.as_ref().map(|window| window.value.into());
+                    let window = said.unwrap_or(self.port(module, port).window);
                     depth = depth.max(window * 2);
                     budget.queues += 1;
                     budget.window = budget.window.max(window as u16);
@@ -246,19 +267,13 @@ impl<'a> Builder<'a, '_> {
 
     /// The modules with a link to that path, also those that are not there yet.
     fn links_to<'p>(&'p self, path: &'p str) -> impl Iterator<Item = &'a str> + 'p {
-        let linked =
-            self.configuration.links().iter().filter(move |link| link.from.value.path_in("") == path);
-        linked.filter_map(|link| {
-            let names = self.configuration.modules().iter().map(|module| module.name.value.as_str());
-            let owns =
-                |name: &&str| link.to.value.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
-            names.filter(owns).max_by_key(|name| name.len())
-        })
+        let listeners = self.survey.listeners.get(path);
+        listeners.into_iter().flatten().copied()
     }
 
     /// What wakes the threads of the modules that are linked to that path.
     fn wakes(&mut self, path: &str) -> Vec<Arc<Wake>> {
-        let names: Vec<_> = self.links_to(path).collect();
+        let names: BTreeSet<_> = self.links_to(path).collect();
         names.into_iter().filter_map(|name| self.wake_of(name)).collect()
     }
 

@@ -5,13 +5,27 @@ use std::sync::Arc;
 use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Mailbox;
-use slate_blackboard::{Access, Property, Store};
-use slate_module::{Direction, PortDescription};
+use slate_blackboard::{Access, BoardError, Placement, Property, Store};
+use slate_module::{Direction, Interface, PortDescription};
 
 use super::{Builder, Failed, SPARE_READERS};
 use crate::agent::parameters::enabled_descriptor;
-use crate::agent::survey::{Target, Wire};
+use crate::agent::survey::{Implied, Target, Wire};
 use crate::aspects::followed;
+use crate::runner::{ModuleState, ModuleTiming};
+use crate::timing::TimingHistogram;
+
+/// What every module's runner writes.
+fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
+    [
+        (Implied::State, "How the module is.", ModuleState::DESCRIPTOR),
+        (Implied::Timing, "How long its ticks take.", ModuleTiming::DESCRIPTOR),
+        (Implied::Histogram, "How long its ticks took.", TimingHistogram::DESCRIPTOR),
+    ]
+}
+
+/// Who reads what the host sets: its module, and tools.
+const SETTING: Budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: 1 };
 
 impl Builder<'_, '_> {
     pub(super) fn properties(&mut self, m: usize) -> Result<(), Failed> {
@@ -27,28 +41,47 @@ impl Builder<'_, '_> {
                     Some(joint) => {
                         let target = joint.target;
                         self.alias(m, &path, target)?;
-                        if let Target::Absent(absent) = target {
-                            let path = self.survey.absent[absent].path.clone();
-                            self.output_property(m, target, &path, port)?;
-                        }
+                        self.absent(m, target, port)?;
                     }
-                    None => {
-                        let value = self.surveyed(m).inputs.get(&p).cloned();
-                        self.setting(m, &path, port, value.as_deref())?;
+                    None if self.conversions(m, Wire::Port(p)).next().is_some() => {
+                        self.converted(m, Wire::Port(p), &path)?;
                     }
+                    None => self.setting(m, &path, p)?,
                 },
                 Direction::Aspect | Direction::Provider => {}
                 Direction::Outbox => {
-                    if let Some(Target::Absent(absent)) =
-                        self.joint(m, Wire::Port(p)).map(|joint| joint.target)
-                    {
-                        let path = self.survey.absent[absent].path.clone();
-                        self.mailbox(m, &path, port)?;
+                    if let Some(target) = self.joint(m, Wire::Port(p)).map(|joint| joint.target) {
+                        self.absent(m, target, port)?;
                     }
                 }
             }
         }
         self.implied(m)
+    }
+
+    /// What a link leads to, if that is of a module which is not there yet.
+    pub(super) fn absent(&mut self, m: usize, target: Target, port: &PortDescription) -> Result<(), Failed> {
+        let Target::Absent(absent) = target else { return Ok(()) };
+        let path = self.survey.absent[absent].path.clone();
+        if port.direction == Direction::Outbox {
+            self.mailbox(m, &path, port)
+        } else {
+            self.output_property(m, target, &path, port)
+        }
+    }
+
+    /// The same for a link that switches a module.
+    pub(super) fn absent_switch(&mut self, m: usize, target: Target) -> Result<(), Failed> {
+        let Target::Absent(absent) = target else { return Ok(()) };
+        let path = self.survey.absent[absent].path.clone();
+        if self.standing(m, &path, enabled_descriptor())?.is_none() {
+            let (depth, budget) = self.demand(target, &path);
+            let store = Store { capacity: 0, depth, budget };
+            let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
+            let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+            self.added(m, added)?;
+        }
+        Ok(())
     }
 
     /// The property that an output writes. Who reads it may have come first.
@@ -86,30 +119,82 @@ impl Builder<'_, '_> {
         self.added(m, added)
     }
 
-    /// Parameters and `enabled`.
+    fn converted(&mut self, m: usize, wire: Wire, path: &str) -> Result<(), Failed> {
+        if self.property(path).is_some() {
+            let error = BoardError::Exists { url: format!("/{path}") };
+            return self.added(m, Err(error));
+        }
+        let property = self.new_converted(m, wire)?;
+        self.ground.board.place(vec![Placement::Property(property)]);
+        Ok(())
+    }
+
+    /// The property of a port that links fill; it is not on the board yet.
+    pub(super) fn new_converted(&mut self, m: usize, wire: Wire) -> Result<Arc<Property>, Failed> {
+        let (port, descriptor, capacity, doc) = match wire {
+            Wire::Port(p) => {
+                let port = self.port(m, p);
+                (Target::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
+            }
+            Wire::Enabled | Wire::Params => {
+                let doc = String::from("Whether the module runs.");
+                (Target::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
+            }
+        };
+        let path = self.target_path(port);
+        let (_, budget) = self.demand(port, &path);
+        let budget = Budget { latest: budget.latest + 1, ..budget };
+        let store = Store { capacity, depth: 1, budget };
+        let memory = self.setting_memory(m);
+        let made = self.ground.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
+        self.added(m, made)
+    }
+
+    /// What tools must not set of the parameters, as links fill it: each with what it is linked to.
+    pub(super) fn reserved(&self, m: usize) -> Vec<(String, String)> {
+        let joints = self.joints(m, Wire::Params);
+        joints.map(|joint| (joint.field.clone(), joint.link.from.value.to_string())).collect()
+    }
+
+    /// Parameters, `enabled`, and what tells of the module, as others may be linked to all of it.
     fn implied(&mut self, m: usize) -> Result<(), Failed> {
         let name = self.name(m);
+        for (implied, doc, descriptor) in told() {
+            let path = format!("{name}/{}", implied.name());
+            if self.standing(m, &path, descriptor)?.is_none() {
+                let (_, budget) = self.demand(Target::Implied(m, implied), &path);
+                let store = Store { capacity: 0, depth: 1, budget };
+                let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+                self.added(m, added)?;
+            }
+        }
         let (descriptor, params) = (self.surveyed(m).description.params, self.surveyed(m).params.clone());
         let path = format!("{name}/params");
         let property = self.host_property(m, &path, "Parameters of the module.", descriptor)?;
         self.set_first(&property, Some(&params));
+        property.reserve(self.reserved(m));
         let path = format!("{name}/enabled");
         if let Some(target) = self.joint(m, Wire::Enabled).map(|joint| joint.target) {
-            if let Target::Absent(absent) = target {
-                let path = self.survey.absent[absent].path.clone();
-                if self.standing(m, &path, enabled_descriptor())?.is_none() {
-                    let (depth, budget) = self.demand(target, &path);
-                    let store = Store { capacity: 0, depth, budget };
-                    let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
-                    let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
-                    self.added(m, added)?;
-                }
-            }
+            self.absent_switch(m, target)?;
             return self.alias(m, &path, target);
         }
-        let property = self.host_property(m, &path, "Whether the module runs.", enabled_descriptor())?;
-        self.set_first(&property, Some(&[self.surveyed(m).module.enabled.value.into()]));
+        if self.conversions(m, Wire::Enabled).next().is_some() {
+            return self.converted(m, Wire::Enabled, &path);
+        }
+        let property = self.new_switch(m)?;
+        self.ground.board.place(vec![Placement::Property(property)]);
         Ok(())
+    }
+
+    /// The property `enabled` of a module that no link switches; it is not on the board yet.
+    pub(super) fn new_switch(&mut self, m: usize) -> Result<Arc<Property>, Failed> {
+        let path = format!("{}/enabled", self.name(m));
+        let store = Store { capacity: 0, depth: 1, budget: SETTING };
+        let (doc, descriptor) = ("Whether the module runs.", enabled_descriptor());
+        let made = self.ground.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
+        let property = self.added(m, made)?;
+        self.set_first(&property, Some(&[self.surveyed(m).module.enabled.value.into()]));
+        Ok(property)
     }
 
     /// A property that the host sets.
@@ -120,28 +205,34 @@ impl Builder<'_, '_> {
         doc: &str,
         descriptor: &'static Descriptor,
     ) -> Result<Arc<Property>, Failed> {
-        let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: 1 };
-        let store = Store { capacity: 0, depth: 1, budget };
+        let store = Store { capacity: 0, depth: 1, budget: SETTING };
         let added = self.ground.board.add_channel(path, doc, descriptor, store, Access::Setting);
         self.added(m, added)
     }
 
-    fn setting(
-        &mut self,
-        m: usize,
-        path: &str,
-        port: &PortDescription,
-        value: Option<&[u8]>,
-    ) -> Result<(), Failed> {
+    fn setting(&mut self, m: usize, path: &str, p: usize) -> Result<(), Failed> {
+        if self.property(path).is_some() {
+            let error = BoardError::Exists { url: format!("/{path}") };
+            return self.added(m, Err(error));
+        }
+        let property = self.new_setting(m, path, p)?;
+        self.ground.board.place(vec![Placement::Property(property)]);
+        Ok(())
+    }
+
+    /// The property of an input without a link; it is not on the board yet.
+    pub(super) fn new_setting(&mut self, m: usize, path: &str, p: usize) -> Result<Arc<Property>, Failed> {
+        let port = self.port(m, p).clone();
+        let value = self.surveyed(m).inputs.get(&p).cloned();
         let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: port.window as u16 };
         let depth = if port.direction == Direction::Queue { port.window * 2 } else { 1 };
         let store = Store { capacity: port.capacity, depth, budget };
         let memory = self.setting_memory(m);
         let board = &self.ground.board;
-        let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Setting, memory);
-        let property = self.added(m, added)?;
-        self.set_first(&property, value);
-        Ok(())
+        let made = board.new_channel(path, &port.doc, port.descriptor, store, Access::Setting, memory);
+        let property = self.added(m, made)?;
+        self.set_first(&property, value.as_deref());
+        Ok(property)
     }
 
     /// The first value of a setting: what it was when its module was here last and is wanted back, else that of the

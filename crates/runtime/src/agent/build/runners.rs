@@ -3,19 +3,15 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use slate_blackboard::channel::{Budget, Policy, Start, Writer};
-use slate_blackboard::commit::CommitWord;
+use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Descriptor, FloatMap};
-use slate_blackboard::{Access, Carrier, Property, Stamp, Store};
-use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot, Random, Trigger};
+use slate_blackboard::{Access, Carrier, Stamp, Store};
+use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot, Random};
 
 use super::{Builder, SPARE_READERS, new_writer};
-use crate::agent::survey::{Target, Wire};
+use crate::agent::survey::Wire;
 use crate::aspects::{self, AspectPort, ProviderPort};
-use crate::runner::{
-    Group, InboxPort, InputPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort,
-    QueuePort, Runner,
-};
+use crate::runner::{InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, Runner};
 use crate::timing::TimingHistogram;
 
 impl Builder<'_, '_> {
@@ -46,10 +42,6 @@ impl Builder<'_, '_> {
         let log = self.ground.logger.module(&name, self.ground.lockstep, &self.ground.means.clock)?;
         let host = Box::new(log.host());
         let random = Box::new(Cell::new(Random::new(self.configuration.seed().value, &name)));
-        let triggers = |port: &PortDescription| match &surveyed.trigger {
-            Trigger::On { ports, .. } => ports.contains(&port.name),
-            Trigger::Stage | Trigger::Every(_) => false,
-        };
         let supervised = self.supervised(m);
         if supervised.is_none() && surveyed.module.isolated.value {
             return None;
@@ -60,7 +52,7 @@ impl Builder<'_, '_> {
         let slots: Box<[PortSlot]> =
             surveyed.description.ports.iter().map(|port| empty_slot(port, zeros)).collect();
         let params = self.ground.board.get(&format!("{name}/params"))?.0.channel()?.latest().ok()?;
-        let enabled = self.ground.board.get(&format!("{name}/enabled"))?.0.channel()?.latest().ok()?;
+        let enabled = self.switch(m)?;
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
             self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
@@ -82,9 +74,10 @@ impl Builder<'_, '_> {
         let mut runner = Runner {
             condition: None,
             on: true,
-            is_switched: self.joint(m, Wire::Enabled).is_some(),
+            is_switched: self.joints(m, Wire::Enabled).next().is_some(),
             params_changed: true,
             has_company: true,
+            has_conversions: false,
             settings: self.ground.board.settings(),
             settings_seen: None,
             last_tick: 0,
@@ -106,6 +99,10 @@ impl Builder<'_, '_> {
             inboxes: Vec::new(),
             outputs: Vec::new(),
             outboxes: Vec::new(),
+            rewired: false,
+            conversions: Vec::new(),
+            sources: Vec::new(),
+            early: Vec::new(),
             aspects: Vec::new(),
             providers: Vec::new(),
             services: Vec::new(),
@@ -128,26 +125,20 @@ impl Builder<'_, '_> {
             panics_in_a_row: 0,
             last_panic: 0,
         };
-        self.inputs(m, &mut runner, &triggers)?;
         for (p, port) in surveyed.description.ports.iter().enumerate() {
             match port.direction {
-                Direction::Input => {}
-                Direction::Queue => {
-                    let property = self.source(m, p)?.0;
-                    let reader = property.channel()?.queue(Policy::Skip, Start::Next).ok()?;
-                    runner.queues.push(QueuePort {
-                        slot: p,
-                        triggers: triggers(port),
-                        reader,
-                        entries: Vec::with_capacity(port.window.max(16)),
-                    });
-                }
+                Direction::Input | Direction::Queue => {}
                 Direction::Inbox => {
                     let property = self.own_property(m, p)?;
                     let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
                     let receiver = mailbox.receiver().ok()?;
                     let entries = Vec::with_capacity(receiver.capacity());
-                    runner.inboxes.push(InboxPort { slot: p, triggers: triggers(port), receiver, entries });
+                    runner.inboxes.push(InboxPort {
+                        slot: p,
+                        triggers: self.triggers(m, p),
+                        receiver,
+                        entries,
+                    });
                 }
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
@@ -163,7 +154,7 @@ impl Builder<'_, '_> {
                     runner.providers.push(provider);
                 }
                 Direction::Outbox => {
-                    let outbox = self.outbox(m, p, port)?;
+                    let outbox = self.outbox(p, port);
                     let slot = &mut runner.slots[p];
                     slot.entries = outbox.entries.as_ptr();
                     slot.capacity = outbox.entries.len();
@@ -171,6 +162,10 @@ impl Builder<'_, '_> {
                 }
             }
         }
+        let wiring = self.wiring(m, &|_| false)?;
+        runner.rewire(wiring);
+        // It is not news that it has links.
+        runner.rewired = false;
         match runner.create() {
             Ok(instance) => {
                 runner.instance = instance;
@@ -226,75 +221,6 @@ impl Builder<'_, '_> {
         new_writer(&*self.added(m, added).ok()?)
     }
 
-    /// The property of a port of its own.
-    fn own_property(&self, m: usize, p: usize) -> Option<Arc<Property>> {
-        self.property(&format!("{}/{}", self.name(m), self.port(m, p).name))
-    }
-
-    /// The property that an input reads, and the name of the module that writes it.
-    fn source(&self, m: usize, p: usize) -> Option<(Arc<Property>, Option<String>)> {
-        match self.joint(m, Wire::Port(p)).map(|joint| joint.target) {
-            Some(Target::Port(module, port)) => {
-                Some((self.own_property(module, port)?, Some(self.name(module).into())))
-            }
-            Some(Target::Absent(absent)) => {
-                let absent = &self.survey.absent[absent];
-                Some((self.property(&absent.path)?, Some(absent.module.clone())))
-            }
-            Some(target @ Target::Command(_)) => Some((self.property(&self.target_path(target))?, None)),
-            None => Some((self.own_property(m, p)?, None)),
-        }
-    }
-
-    fn inputs(
-        &mut self,
-        m: usize,
-        runner: &mut Runner,
-        triggers: &dyn Fn(&PortDescription) -> bool,
-    ) -> Option<()> {
-        let survey = self.survey;
-        let ports = &survey.modules[m].description.ports;
-        let mut sources = Vec::new();
-        for (p, port) in ports.iter().enumerate().filter(|(_, port)| port.direction == Direction::Input) {
-            let (property, writer) = self.source(m, p)?;
-            sources.push((writer, p, port, property));
-        }
-        // Inputs of one writer stand together, so that they can be pinned in one go.
-        sources.sort_by(|(a, p, ..), (b, q, ..)| (a, p).cmp(&(b, q)));
-        let mut last: Option<String> = None;
-        for (writer, p, port, property) in sources {
-            let reader = property.channel()?.latest().ok()?;
-            let stale = self
-                .joint(m, Wire::Port(p))
-                .and_then(|joint| joint.link.stale.as_ref())
-                .map(|stale| stale.value);
-            let at = runner.readers.len();
-            let post = writer.as_deref().map(|writer| self.ground.post(writer));
-            match (&writer, &last) {
-                (Some(writer), Some(before)) if writer == before => {
-                    if let Some(group) = runner.groups.last_mut() {
-                        group.end = at + 1;
-                    }
-                }
-                _ => {
-                    let word = post.as_ref().map_or_else(CommitWord::new, |post| post.commit.clone());
-                    runner.groups.push(Group { word, first: at, end: at + 1 });
-                }
-            }
-            last = writer;
-            runner.readers.push(reader);
-            runner.inputs.push(InputPort {
-                slot: p,
-                stale_after: stale.or(port.stale_after),
-                triggers: triggers(port),
-                writer: post.map(|post| post.health),
-                seen: (0, 0),
-                missed: 0,
-            });
-        }
-        Some(())
-    }
-
     fn output(&mut self, m: usize, p: usize, port: &PortDescription) -> Option<OutputPort> {
         let property = self.own_property(m, p)?;
         let writer = new_writer(&property)?;
@@ -320,22 +246,8 @@ impl Builder<'_, '_> {
         })
     }
 
-    fn outbox(&mut self, m: usize, p: usize, port: &PortDescription) -> Option<OutboxPort> {
+    fn outbox(&mut self, p: usize, port: &PortDescription) -> OutboxPort {
         self.ground.index += 1;
-        let target = self.joint(m, Wire::Port(p)).map(|joint| joint.target);
-        let (sender, wake) = match target {
-            Some(target @ (Target::Port(..) | Target::Absent(_))) => {
-                let property = self.property(&self.target_path(target))?;
-                let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
-                let receiver = match target {
-                    Target::Port(module, _) => self.name(module).to_owned(),
-                    Target::Absent(absent) => self.survey.absent[absent].module.clone(),
-                    Target::Command(_) => return None,
-                };
-                (Some(mailbox.sender().ok()?), self.wake_of(&receiver))
-            }
-            _ => (None, None),
-        };
         let mut memory: Vec<_> = (0..port.window).map(|_| Memory::zeroed(port.descriptor.size)).collect();
         let entries = memory
             .iter_mut()
@@ -347,16 +259,16 @@ impl Builder<'_, '_> {
                 sender: 0,
             })
             .collect();
-        Some(OutboxPort {
+        OutboxPort {
             slot: p,
-            sender,
+            sender: None,
             memory,
             entries,
             size: port.descriptor.size,
             index: self.ground.index,
-            wake,
+            wake: None,
             refused: 0,
-        })
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 mod error;
 mod exchange;
 mod gather;
+mod links;
 mod reload;
 mod shadow;
 mod threads;
@@ -22,6 +23,7 @@ use crate::main_loop::Shared;
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
+pub use links::{LinkStatus, NewLink};
 pub use reload::Reload;
 pub(super) use shadow::Trial;
 
@@ -148,17 +150,6 @@ impl Composer {
         let target = composition.target(|present| *present = catalogue);
         composition.change(target, &self.shared, &BTreeMap::new())?;
         Ok(())
-    }
-
-    /// Starts the threads of modules that have their own.
-    pub(super) fn start_threads(&self) -> std::io::Result<()> {
-        let composition = self.composition();
-        let mut threads = self.shared.threads();
-        composition
-            .present
-            .values()
-            .filter(|present| present.own_thread)
-            .try_for_each(|present| threads.start(&self.shared, &present.seat))
     }
 
     /// Loads a plugin, or a list of plugins, of the configuration, with the plugins that it needs. The modules of the
@@ -441,6 +432,15 @@ fn unknown(composition: &Composition, name: &str) -> PluginError {
 }
 
 impl Composition {
+    /// Starts the threads of modules that have their own.
+    pub(super) fn start_threads(&self, shared: &Arc<Shared>) -> std::io::Result<()> {
+        let mut threads = shared.threads();
+        self.present
+            .values()
+            .filter(|present| present.own_thread)
+            .try_for_each(|present| threads.start(shared, &present.seat))
+    }
+
     /// Loads a library for the modules of the configuration.
     fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
         let modules = self.configuration.modules();

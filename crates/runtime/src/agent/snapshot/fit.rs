@@ -6,7 +6,7 @@ use slate_blackboard::Board;
 
 use super::capture::{Subject, marks};
 use crate::agent::composition::Composition;
-use crate::configuration::{Configuration, Value};
+use crate::configuration::{Configuration, Entry, Table, Value};
 use crate::main_loop::Shared;
 use crate::snapshot::{FrozenPort, Image, Snapshot};
 
@@ -45,6 +45,9 @@ pub(super) fn problems(
         {
             problems.push(format!("what was kept as `{name}` can't be read: {error}"));
         }
+    }
+    if let Some(report) = &composition.unlinked {
+        problems.push(format!("links could not be changed: {report}"));
     }
     problems
 }
@@ -147,10 +150,17 @@ impl Different {
             let all = configuration.settings("").unwrap_or_default();
             let counts = |path: &str| {
                 let top = path.split('.').next().unwrap_or_default();
-                matches!(top, "modules" | "links" | "actuators" | "time" | "world")
+                matches!(top, "modules" | "actuators" | "time" | "world")
                     || matches!(path, "agent.seed" | "loop.period")
             };
-            all.into_iter().filter(|setting| counts(&setting.path)).map(|s| (s.path, s.value)).collect()
+            let counting = all.into_iter().filter(|setting| counts(&setting.path));
+            let links = configuration.table("links").into_iter().flat_map(Table::iter);
+            let link = |(to, entry): (&str, &Entry)| {
+                (format!("links.{}", toml_edit::Key::new(to).display_repr()), entry.value.value.clone())
+            };
+            // One that was taken away is `false`.
+            let links = links.map(link).filter(|(_, value)| *value != Value::Bool(false));
+            counting.map(|setting| (setting.path, setting.value)).chain(links).collect()
         };
         let (here, there) = (settings(here), settings(there));
         let paths: BTreeSet<&String> = here.keys().chain(there.keys()).collect();
@@ -178,6 +188,11 @@ impl Different {
             ["modules", module, "inputs", port, ..] => Some(format!("{module}/{port}")),
             _ => None,
         }
+    }
+
+    /// Whether it is a link.
+    pub fn is_link(&self) -> bool {
+        self.path.starts_with("links.")
     }
 
     /// In words.

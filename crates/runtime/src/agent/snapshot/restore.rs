@@ -26,15 +26,22 @@ impl Composer {
     pub fn restore(&self, snapshot: &Snapshot, database: Option<&Database>) -> Result<(), SnapshotError> {
         let different = self.differences(snapshot)?;
         let changes = |value: fn(&Different) -> Option<&String>| -> Vec<(String, String)> {
-            let changes = different.iter().filter_map(|own| Some((own.path.clone(), value(own)?.clone())));
-            changes.collect()
+            let mut changes = Vec::new();
+            for own in &different {
+                if own.is_link() {
+                    // First it is taken away, so that nothing is left of what was said of it besides.
+                    changes.push((own.path.clone(), "false".into()));
+                }
+                changes.extend(value(own).map(|value| (own.path.clone(), value.clone())));
+            }
+            changes
         };
         let Some(database) = database else {
             return self.go_on(snapshot, &[]);
         };
         // What can't be here is found out before anything is changed, but for what depends on that.
         let absent: Vec<_> = different.iter().filter(|own| own.there.is_none()).collect();
-        if let Some(own) = absent.iter().find(|own| own.property().is_none()) {
+        if let Some(own) = absent.iter().find(|own| own.property().is_none() && !own.is_link()) {
             return Err(unfit(snapshot, vec![own.tell()]));
         }
         let (before, after) = (changes(|own| own.here.as_ref()), changes(|own| own.there.as_ref()));

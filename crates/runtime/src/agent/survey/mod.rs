@@ -7,13 +7,16 @@ mod module;
 mod order;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use slate_blackboard::nearest_names;
 use slate_module::{Description, ModuleKind, Stage, Trigger};
 
 use super::catalogue::Catalogue;
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
+use crate::link::{Filter, Place, Program};
 use crate::runner::OwnSetup;
+pub(super) use crate::runner::Wire;
 
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
@@ -36,20 +39,32 @@ pub(super) struct Surveyed<'a> {
 }
 
 /// A link between two ports.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Joint<'a> {
     pub link: &'a Link,
-    /// The module and the port that the link belongs to: an input or an outbox.
+    /// The module and the port that the link belongs to.
     pub port: (usize, Wire),
-    /// The module and the port that it leads to.
+    /// What it leads to, through the links of other inputs.
     pub target: Target,
+    /// The field of the target that it reads; empty for the whole.
+    pub from: String,
+    /// The field of the port that it fills; empty for the whole.
+    pub field: String,
+    pub way: Way,
+    pub filter: Option<Arc<Filter>>,
+    /// Whether last cycle's value is meant of what is written earlier in a cycle.
+    pub delayed: bool,
 }
 
-/// What a link ends at in its own module.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wire {
-    Port(usize),
-    Enabled,
+/// What becomes of a value on its way.
+#[derive(Clone, Debug)]
+pub(super) enum Way {
+    /// The port reads the property itself.
+    Plain,
+    /// The port has a property of its own, which this writes.
+    Converted(Arc<Program>),
+    /// As above, into this place; how is only known when what it leads to is there.
+    Pending(Arc<Place>),
 }
 
 /// What a link leads to.
@@ -57,10 +72,40 @@ pub(super) enum Wire {
 pub(super) enum Target {
     /// A port of a module.
     Port(usize, usize),
+    /// A property that every module has.
+    Implied(usize, Implied),
     /// The command of an actuator that passed its gate.
     Command(usize),
     /// A property of a module whose plugin is not loaded; an index of [`Survey::absent`].
     Absent(usize),
+}
+
+/// A property that every module has beside its ports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Implied {
+    Params,
+    Enabled,
+    State,
+    Timing,
+    Histogram,
+}
+
+impl Implied {
+    pub fn of(name: &str) -> Option<Self> {
+        [Self::Params, Self::Enabled, Self::State, Self::Timing, Self::Histogram]
+            .into_iter()
+            .find(|implied| implied.name() == name)
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Params => "params",
+            Self::Enabled => "enabled",
+            Self::State => "state",
+            Self::Timing => "timing",
+            Self::Histogram => "histogram",
+        }
+    }
 }
 
 /// A property that will be written, or read, when a plugin is loaded.
@@ -82,6 +127,114 @@ pub(super) struct Survey<'a> {
     pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
     pub order: Vec<Vec<Vec<usize>>>,
+    /// The modules with links to a path, also those that are not there yet; one stands there for each link.
+    pub listeners: BTreeMap<String, Vec<&'a str>>,
+}
+
+/// What a link comes to: what decides whether a port can go on as it is when links change.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Lead {
+    /// The path of the property, and the field of it that is read.
+    pub path: String,
+    from: String,
+    field: String,
+    /// Whether the port has a property of its own, and whether it waits for what the link leads to.
+    kind: (bool, bool),
+    /// Whether what it leads to is itself written by links.
+    is_written: bool,
+    previous: bool,
+    delayed: bool,
+    stale: Option<u64>,
+    said: [Option<String>; 4],
+    /// What the rest of the port is set to, if links fill parts of it.
+    value: Option<Vec<u8>>,
+}
+
+impl<'a> Survey<'a> {
+    /// The path of what a link leads to.
+    pub fn path(&self, configuration: &Configuration, target: Target) -> String {
+        match target {
+            Target::Port(module, port) => {
+                let surveyed = &self.modules[module];
+                format!("{}/{}", surveyed.module.name.value, surveyed.description.ports[port].name)
+            }
+            Target::Implied(module, implied) => {
+                format!("{}/{}", self.modules[module].module.name.value, implied.name())
+            }
+            Target::Command(actuator) => {
+                format!("{}/command", configuration.actuators()[actuator].name.value)
+            }
+            Target::Absent(absent) => self.absent[absent].path.clone(),
+        }
+    }
+
+    /// The links of a module.
+    pub fn leads(&self, configuration: &Configuration, module: usize) -> BTreeMap<Wire, Vec<Lead>> {
+        let mut leads: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for joint in self.joints.iter().filter(|joint| joint.port.0 == module) {
+            let link = joint.link;
+            let value = match joint.port.1 {
+                Wire::Port(port) if !joint.is_plain() => self.modules[module].inputs.get(&port).cloned(),
+                _ => None,
+            };
+            let is_pending = matches!(joint.way, Way::Pending(_));
+            leads.entry(joint.port.1).or_default().push(Lead {
+                path: self.path(configuration, joint.target),
+                from: joint.from.clone(),
+                field: joint.field.clone(),
+                kind: (!joint.is_plain(), is_pending),
+                is_written: self.is_written(joint.target),
+                previous: link.previous,
+                delayed: joint.delayed,
+                stale: link.stale.as_ref().map(|stale| stale.value),
+                said: [
+                    link.filter.every.as_ref().map(|every| every.value.to_string()),
+                    link.filter.when.as_ref().map(|when| when.value.clone()),
+                    link.policy.as_ref().map(|policy| format!("{:?}", policy.value)),
+                    link.window.as_ref().map(|window| window.value.to_string()),
+                ],
+                value,
+            });
+        }
+        leads
+    }
+
+    /// Whether what a link leads to is a port, or a switch, that links fill.
+    fn is_written(&self, target: Target) -> bool {
+        let port = match target {
+            Target::Port(module, port) => (module, Wire::Port(port)),
+            Target::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+            _ => return false,
+        };
+        self.joints.iter().any(|joint| joint.port == port)
+    }
+
+    /// Finds out who reads what.
+    fn listen(&mut self, configuration: &'a Configuration) {
+        let mut listeners: BTreeMap<String, Vec<&'a str>> = BTreeMap::new();
+        for joint in &self.joints {
+            let name = self.modules[joint.port.0].module.name.value.as_str();
+            listeners.entry(self.path(configuration, joint.target)).or_default().push(name);
+        }
+        let names = || configuration.modules().iter().map(|module| module.name.value.as_str());
+        let there = |name: &str| self.modules.iter().any(|surveyed| surveyed.module.name.value == name);
+        for link in configuration.links() {
+            let owns =
+                |name: &&str| link.to.value.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
+            let owner = names().filter(owns).max_by_key(|name| name.len());
+            if let Some(owner) = owner.filter(|owner| !there(owner)) {
+                // Which part of it is a field is not known yet.
+                let mut path = link.from.value.path_in("");
+                while let Some((shorter, _)) =
+                    path.rsplit_once('/').map(|(a, b)| (a.to_owned(), b.to_owned()))
+                {
+                    listeners.entry(path).or_default().push(owner);
+                    path = shorter;
+                }
+            }
+        }
+        self.listeners = listeners;
+    }
 }
 
 /// Collects complaints.
@@ -129,10 +282,18 @@ pub(super) fn survey<'a>(
     check_time_source(configuration, &modules, complaints);
     aspects::check_single(configuration, &modules, complaints);
     let services = aspects::survey_services(&modules, catalogue, complaints);
-    let mut survey = Survey { modules, joints: Vec::new(), absent: Vec::new(), services, order: Vec::new() };
+    let mut survey = Survey {
+        modules,
+        joints: Vec::new(),
+        absent: Vec::new(),
+        services,
+        order: Vec::new(),
+        listeners: BTreeMap::new(),
+    };
     // Links can only be judged when every module is known.
     if survey.modules.len() + dormant.len() == configuration.modules().len() {
         links::survey_links(configuration, &dormant, &mut survey, complaints);
+        survey.listen(configuration);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
     }
     survey

@@ -8,7 +8,7 @@ use super::{Complaints, Joint, Surveyed, Target, Wire};
 use crate::configuration::Configuration;
 
 /// The modules that write what a link leads to.
-fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {
+pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {
     match target {
         Target::Port(module, _) => vec![module],
         Target::Command(actuator) => {
@@ -20,7 +20,8 @@ fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Targ
             };
             ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
         }
-        Target::Absent(_) => Vec::new(),
+        // What tells of a module, or is set in it, is of no moment of a cycle.
+        Target::Implied(..) | Target::Absent(_) => Vec::new(),
     }
 }
 
@@ -42,6 +43,13 @@ pub(super) fn survey_order(
                 if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
             // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
             let own_first = joint.link.previous != sends;
+            if let Target::Port(module, port) = joint.target
+                && modules[module].description.ports[port].direction == Direction::Input
+                && !joints.iter().any(|other| other.port == (module, Wire::Port(port)))
+            {
+                // It is set, and not written by a step.
+                continue;
+            }
             for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
                 // What a module gets from itself, or from the gate that it commands, is always from before its tick.
                 let unordered = sends || joint.link.previous || matches!(joint.target, Target::Command(_));

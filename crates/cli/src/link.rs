@@ -1,0 +1,129 @@
+//! Links of a running agent.
+
+use clap::Args;
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Args)]
+pub struct LinkOptions {
+    /// The input, such as `follower/pose`; all links are listed unless it is given.
+    #[arg(requires = "from")]
+    to: Option<String>,
+
+    /// The property that it reads, such as `localizer/pose`.
+    from: Option<String>,
+
+    /// Reads last cycle's value, which breaks a circle of modules.
+    #[arg(long)]
+    previous: bool,
+
+    /// The age from which a value counts as stale, such as `200ms`.
+    #[arg(long, value_name = "AGE")]
+    stale: Option<String>,
+
+    /// Lets only every so manieth value through.
+    #[arg(long, value_name = "COUNT")]
+    every: Option<u64>,
+
+    /// Lets only values through that meet a condition on a field, such as `range < 0.5`.
+    #[arg(long, value_name = "CONDITION")]
+    when: Option<String>,
+
+    /// What happens to a queue input that lags: `skip` or `evict`.
+    #[arg(long)]
+    policy: Option<String>,
+
+    /// How many values a queue input gets at once.
+    #[arg(long, value_name = "COUNT")]
+    window: Option<u16>,
+
+    /// Finds out whether it can be done, and does not do it.
+    #[arg(long)]
+    dry_run: bool,
+
+    /// Prints the links, or what changes, as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+#[derive(Debug, Args)]
+pub struct UnlinkOptions {
+    /// The input, such as `follower/pose`.
+    to: String,
+
+    /// Finds out whether it can be done, and does not do it.
+    #[arg(long)]
+    dry_run: bool,
+
+    /// Prints what changes as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+impl LinkOptions {
+    /// What the table of the link says, as a configuration has it.
+    fn table(&self) -> Vec<(String, String)> {
+        let text = |text: &String| serde_json::Value::from(text.as_str()).to_string();
+        let options = [
+            ("previous", self.previous.then(|| "true".to_owned())),
+            ("stale", self.stale.as_ref().map(text)),
+            ("every", self.every.map(|every| every.to_string())),
+            ("when", self.when.as_ref().map(text)),
+            ("policy", self.policy.as_ref().map(text)),
+            ("window", self.window.map(|window| window.to_string())),
+        ];
+        options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
+    }
+}
+
+/// Links an input, or lists the links; true, as what is refused is a failure.
+pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
+    let mut agent = options.agent.connect()?;
+    let (Some(to), Some(from)) = (&options.to, &options.from) else {
+        let links = agent.links()?;
+        if options.json {
+            output::json(&links);
+            return Ok(true);
+        }
+        let row = |link: slate::runtime::remote::LinkEntry| {
+            let previous = if link.previous { "previous" } else { "" };
+            let queue = link.queue.map_or(String::new(), |(lag, lost)| format!("{lag} waiting, {lost} lost"));
+            [link.to, "<-".into(), link.from, previous.into(), queue]
+        };
+        output::columns(links.into_iter().map(row));
+        return Ok(true);
+    };
+    let changed = agent.link(to, from, &options.table(), options.dry_run)?;
+    show(&changed, options.dry_run, options.json);
+    Ok(true)
+}
+
+/// Takes the link of an input away.
+pub fn unlink(options: &UnlinkOptions) -> Result<bool, Failure> {
+    let changed = options.agent.connect()?.unlink(&options.to, options.dry_run)?;
+    show(&changed, options.dry_run, options.json);
+    Ok(true)
+}
+
+fn show(changed: &[slate::runtime::remote::Changed], dry_run: bool, json: bool) {
+    if json {
+        return output::json(&changed);
+    }
+    match (changed.is_empty(), dry_run) {
+        (true, _) => output::line("nothing changes: all is as it should be"),
+        (false, true) => output::line("it can be done; nothing is changed yet:"),
+        (false, false) => {}
+    }
+    let text = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".into());
+    for change in changed {
+        output::line(format_args!("{}: {} -> {}", change.path, text(&change.before), text(&change.after)));
+    }
+}

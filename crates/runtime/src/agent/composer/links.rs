@@ -1,0 +1,225 @@
+//! Links of an agent that runs.
+
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use super::Composer;
+use crate::agent::composition::Composition;
+use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Report, Value};
+
+/// A link to be made while the agent runs.
+///
+/// ```
+/// use std::time::Duration;
+/// use slate_runtime::NewLink;
+///
+/// let link = NewLink::new("follower/pose", "localizer/pose").previous(true).stale(Duration::from_millis(200));
+/// assert_eq!(link.to, "follower/pose");
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewLink {
+    /// The input, such as `follower/pose`.
+    pub to: String,
+    /// The property that it reads.
+    pub from: String,
+    /// What else is said of it: keys and values of its table, as a configuration has them.
+    options: Vec<(String, String)>,
+}
+
+impl NewLink {
+    /// A link from a property to an input.
+    pub fn new(to: impl Into<String>, from: impl Into<String>) -> Self {
+        Self { to: to.into(), from: from.into(), options: Vec::new() }
+    }
+
+    /// Whether it reads last cycle's value.
+    pub fn previous(self, previous: bool) -> Self {
+        if previous { self.with("previous", "true") } else { self }
+    }
+
+    /// The age from which a value counts as stale.
+    pub fn stale(self, age: Duration) -> Self {
+        self.with("stale", format!("\"{}ns\"", age.as_nanos()))
+    }
+
+    /// Sets another option, such as `every`, to a value as a configuration has it; what can't be is refused when the link
+    /// is made.
+    pub fn with(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {
+        self.options.push((option.into(), value.into()));
+        self
+    }
+
+    /// The changes of the configuration. The first takes away what an earlier link said besides.
+    fn changes(&self, to: &str) -> Vec<(String, String)> {
+        let path = setting(to);
+        let from = quoted(&self.from);
+        let mut changes = vec![(path.clone(), from.clone())];
+        if !self.options.is_empty() {
+            let options: Vec<_> =
+                self.options.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            changes.push((path, format!("{{ from = {from}, {} }}", options.join(", "))));
+        }
+        changes
+    }
+}
+
+/// A link that there is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LinkStatus {
+    /// The input.
+    pub to: String,
+    /// What it reads.
+    pub from: String,
+    /// Whether it reads last cycle's value.
+    pub previous: bool,
+    /// Age from which a value counts as stale, nanoseconds.
+    pub stale: Option<u64>,
+    /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
+    pub queue: Option<(u64, u64)>,
+}
+
+impl Composer {
+    /// The links that the agent has, by their inputs.
+    pub fn links(&self) -> Vec<LinkStatus> {
+        let composition = self.composition();
+        let queue = |link: &Link| {
+            let gauge = composition.ground.gauges.get(&link.to.value)?;
+            Some((gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed)))
+        };
+        let status = |link: &Link| LinkStatus {
+            queue: queue(link),
+            to: link.to.value.clone(),
+            from: link.from.value.to_string(),
+            previous: link.previous,
+            stale: link.stale.as_ref().map(|stale| stale.value),
+        };
+        composition.configuration.links().iter().map(status).collect()
+    }
+
+    /// Links an input, between two cycles and with the states of all modules as they are; it may have another link, or a
+    /// value. The configuration has the link from then on, so that it can be saved.
+    ///
+    /// # Errors
+    /// What does not fit; nothing is changed then.
+    pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
+        let (database, path) = self.input(&link.to)?;
+        self.commit(&database, &path, &link.changes(&path))
+    }
+
+    /// Whether a link could be made: as [`link`](Composer::link), and nothing is changed.
+    ///
+    /// # Errors
+    /// As [`link`](Composer::link).
+    pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
+        let (database, path) = self.input(&link.to)?;
+        Ok(database.propose(&link.changes(&path))?.changes().to_vec())
+    }
+
+    /// Takes the link of an input away, which then has the value that is set for it, or that of an input which was never
+    /// written.
+    ///
+    /// # Errors
+    /// When there is no such link, or a module needs it; nothing is changed then.
+    pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
+        let (database, path) = self.linked(to)?;
+        self.commit(&database, &path, &[(setting(&path), "false".into())])
+    }
+
+    /// Whether a link could be taken away: as [`unlink`](Composer::unlink), and nothing is changed.
+    ///
+    /// # Errors
+    /// As [`unlink`](Composer::unlink).
+    pub fn check_unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
+        let (database, path) = self.linked(to)?;
+        Ok(database.propose(&[(setting(&path), "false")])?.changes().to_vec())
+    }
+
+    /// The database, and the path of what a link feeds.
+    fn input(&self, to: &str) -> Result<(Database, String), Report> {
+        let composition = self.composition();
+        let path = composition.configuration.own_path(to)?;
+        Ok((composition.database()?, path))
+    }
+
+    fn linked(&self, to: &str) -> Result<(Database, String), Report> {
+        let (database, path) = self.input(to)?;
+        let configuration = database.current();
+        if configuration.links().iter().any(|link| link.to.value == path) {
+            return Ok((database, path));
+        }
+        let known = configuration.links().iter().map(|link| link.to.value.as_str());
+        let near = slate_blackboard::nearest_names(&path, known.clone());
+        let help = match (near.is_empty(), known.clone().next()) {
+            (false, _) => format!("did you mean {}?", near.join(" or ")),
+            (true, Some(_)) => format!("linked are: {}", known.collect::<Vec<_>>().join(", ")),
+            (true, None) => "the agent has no links".into(),
+        };
+        Err(Diagnostic::without_place(format!("`{path}` has no link"), Some(help)).into())
+    }
+
+    fn commit(
+        &self,
+        database: &Database,
+        path: &str,
+        changes: &[(String, String)],
+    ) -> Result<Vec<Change>, Report> {
+        let before = database.current().value(&setting(path)).map(|value| value.value.clone());
+        let changed = database.set(changes)?;
+        let Some(report) = self.composition().unlinked.clone() else { return Ok(changed) };
+        // A module is in the way, so that the configuration is not to have it either. It was so a moment ago.
+        let _ = database.set(&back(path, before));
+        Err(report)
+    }
+
+    /// Why the links are not those of the configuration, if they are not.
+    pub(crate) fn unlinked(&self) -> Option<Report> {
+        self.composition().unlinked.clone()
+    }
+}
+
+impl Composition {
+    fn database(&self) -> Result<Database, Report> {
+        self.database.clone().ok_or_else(|| {
+            let message = "the links of this agent can't change while it runs";
+            Diagnostic::without_place(message, Some("load it with a database".into())).into()
+        })
+    }
+}
+
+/// What makes a link what it was.
+fn back(path: &str, before: Option<Value>) -> Vec<(String, String)> {
+    let path = setting(path);
+    match before {
+        None => vec![(path, "false".into())],
+        // The first takes away what the link has besides.
+        Some(table @ Value::Table(_)) => vec![(path.clone(), "false".into()), (path, table.to_string())],
+        Some(other) => vec![(path, other.to_string())],
+    }
+}
+
+/// The path of a link in the configuration.
+fn setting(to: &str) -> String {
+    format!("links.{}", toml_edit::Key::new(to).display_repr())
+}
+
+fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}
+
+impl Configuration {
+    /// The path in this agent that a text means.
+    pub(crate) fn own_path(&self, text: &str) -> Result<String, Report> {
+        let refusal =
+            |message: String, help: &str| Report::from(Diagnostic::without_place(message, Some(help.into())));
+        let help = "a property is module/property, /module/property or slate://agent/module/property";
+        let url = slate_blackboard::Url::parse(text).map_err(|error| refusal(error.to_string(), help))?;
+        match url.agent() {
+            Some(agent) if agent != self.agent_name() => {
+                let message =
+                    format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name());
+                Err(refusal(message, "ask that agent: --agent NAME"))
+            }
+            _ => Ok(url.path_in("")),
+        }
+    }
+}

@@ -1,0 +1,129 @@
+use slate_blackboard::Url;
+
+use super::build::{Build, absolute};
+use super::model::{Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport};
+use super::source::Spanned;
+use super::value::{Entry, Table};
+
+/// What a link may say.
+const KEYS: [&str; 10] =
+    ["from", "previous", "stale", "every", "when", "policy", "window", "carrier", "mode", "rate"];
+
+impl Build<'_> {
+    pub(super) fn links(&mut self, root: &Table, agent: &str) -> Vec<Link> {
+        let table = self.problems.table(root, "links");
+        let links = table.into_iter().flat_map(Table::iter);
+        links.filter_map(|(to, entry)| self.link(to, entry, agent)).collect()
+    }
+
+    fn link(&mut self, to: &str, entry: &Entry, agent: &str) -> Option<Link> {
+        let to = Spanned::new(to.into(), entry.key);
+        match entry.value.as_bool() {
+            // It takes the link of an earlier layer out.
+            Some(false) => return None,
+            Some(true) => {
+                let help = "write the property that it reads, or `false` for no link";
+                self.problems.add(
+                    entry.value.span,
+                    format!("link `{}` does not say what it reads", to.value),
+                    help,
+                );
+                return None;
+            }
+            None => {}
+        }
+        let Some(table) = entry.value.as_table() else {
+            let from =
+                self.problems.as_text(&format!("\"{}\"", to.value), &entry.value, "module/property")?;
+            return Some(Link {
+                to,
+                from: self.source(&from, agent)?,
+                previous: false,
+                stale: None,
+                filter: Filter::default(),
+                policy: None,
+                window: None,
+                transport: Transport::default(),
+            });
+        };
+        self.problems.unknown_keys(table, &format!("in link `{}`", to.value), &KEYS);
+        if table.get("from").is_none() {
+            let help = "write { from = \"module/property\" }";
+            self.problems.add(entry.value.span, format!("link `{}` has no `from`", to.value), help);
+        }
+        let from = self.problems.text(table, "from", "module/property");
+        let link = Link {
+            from: from.and_then(|from| self.source(&from, agent))?,
+            previous: self.problems.flag(table, "previous").is_some_and(|flag| flag.value),
+            stale: self.problems.duration(table, "stale"),
+            filter: Filter {
+                every: self.count(table, "every", u64::MAX),
+                when: self.problems.text(table, "when", "range < 0.5"),
+            },
+            policy: table.get("policy").and_then(|value| {
+                let choices = [("skip", LinkPolicy::Skip), ("evict", LinkPolicy::Evict)];
+                self.problems.choice("policy", value, &choices)
+            }),
+            window: self
+                .count(table, "window", WINDOW_LIMIT)
+                .map(|window| Spanned::new(window.value as u16, window.span)),
+            transport: self.transport(table),
+            to,
+        };
+        Some(link)
+    }
+
+    fn source(&mut self, from: &Spanned<String>, agent: &str) -> Option<Spanned<Url>> {
+        let url = self.problems.url(from, from.span)?;
+        Some(Spanned::new(absolute(&url, agent), from.span))
+    }
+
+    /// A whole number from 1.
+    fn count(&mut self, table: &Table, name: &str, limit: u64) -> Option<Spanned<u64>> {
+        let value = table.get(name)?;
+        let number = value.as_integer().and_then(|number| u64::try_from(number).ok());
+        match number.filter(|number| (1..=limit).contains(number)) {
+            Some(number) => Some(Spanned::new(number, value.span)),
+            None => {
+                let message = format!("`{name}` takes a whole number from 1, found {}", value.value);
+                let help = match limit {
+                    u64::MAX => format!("write a number such as {name} = 5"),
+                    limit => format!("write a number up to {limit}, such as {name} = 16"),
+                };
+                self.problems.add(value.span, message, help);
+                None
+            }
+        }
+    }
+
+    fn transport(&mut self, table: &Table) -> Transport {
+        let modes = [("reliable", LinkMode::Reliable), ("best-effort", LinkMode::BestEffort)];
+        Transport {
+            carrier: self.problems.text(table, "carrier", "tcp"),
+            mode: table.get("mode").and_then(|value| self.problems.choice("mode", value, &modes)),
+            rate: self.rate(table),
+        }
+    }
+
+    /// A frequency, a period, or `on-change`.
+    fn rate(&mut self, table: &Table) -> Option<Spanned<LinkRate>> {
+        let text = self.problems.text(table, "rate", "10Hz")?;
+        let rate = match text.strip_suffix("Hz").map(|number| number.trim().parse::<f64>()) {
+            Some(Ok(frequency)) if frequency > 1e-9 && frequency <= 1e9 => {
+                Some(LinkRate::Every((1e9 / frequency).round() as u64))
+            }
+            Some(_) => None,
+            None if text.value == "on-change" => Some(LinkRate::OnChange),
+            None => slate_module::parse_duration(&text).filter(|period| *period > 0).map(LinkRate::Every),
+        };
+        if rate.is_none() {
+            let help =
+                "write a frequency, a period or on-change: rate = \"10Hz\", \"100ms\" or \"on-change\"";
+            self.problems.add(text.span, format!("`{}` is no rate", text.value), help);
+        }
+        rate.map(|rate| Spanned::new(rate, text.span))
+    }
+}
+
+/// More values at once than this are memory that nobody needs.
+const WINDOW_LIMIT: u64 = 4096;

@@ -1,0 +1,113 @@
+use slate_blackboard::interface::{Descriptor, Kind};
+
+use super::number::Number;
+use super::place::{NoPlace, Place};
+
+/// Which values a link lets through.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Filter {
+    every: u64,
+    when: Option<Condition>,
+}
+
+/// A condition on a field.
+#[derive(Clone, Debug)]
+struct Condition {
+    place: Place,
+    comparison: Comparison,
+    value: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Comparison {
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    Different,
+}
+
+/// The longer ones first, as they begin like the others.
+const COMPARISONS: [(&str, Comparison); 6] = [
+    ("<=", Comparison::LessOrEqual),
+    (">=", Comparison::GreaterOrEqual),
+    ("==", Comparison::Equal),
+    ("!=", Comparison::Different),
+    ("<", Comparison::Less),
+    (">", Comparison::Greater),
+];
+
+impl Filter {
+    /// Reads a filter for values of an interface.
+    pub fn new(
+        descriptor: &'static Descriptor,
+        every: Option<u64>,
+        when: Option<&str>,
+    ) -> Result<Self, NoPlace> {
+        let when = when.map(|text| Condition::parse(descriptor, text)).transpose()?;
+        Ok(Self { every: every.unwrap_or(1), when })
+    }
+
+    /// Whether the value of that sequence number passes.
+    pub fn passes(&self, bytes: &[u8], items: usize, sequence: u64) -> bool {
+        sequence.is_multiple_of(self.every.max(1))
+            && self.when.as_ref().is_none_or(|when| when.holds(bytes, items))
+    }
+}
+
+impl Condition {
+    fn parse(descriptor: &'static Descriptor, text: &str) -> Result<Self, NoPlace> {
+        let wrong = |help: String| NoPlace { message: format!("`{text}` is no condition"), help };
+        let usual = || wrong("write a field, a comparison and a number, such as `range < 0.5`".into());
+        let split = COMPARISONS.iter().find_map(|(sign, comparison)| {
+            let (field, value) = text.split_once(sign)?;
+            Some((field.trim(), *comparison, value.trim()))
+        });
+        let (field, comparison, value) = split.ok_or_else(usual)?;
+        let place = Place::find(descriptor, field)?;
+        let value = match (place.kind, value) {
+            (Kind::Bool, "true") => Some(1.0),
+            (Kind::Bool, "false") => Some(0.0),
+            (Kind::Enumeration(enumeration), name) => {
+                let mut constants = enumeration.constants.iter();
+                let constant = constants.find(|constant| constant.name.eq_ignore_ascii_case(name));
+                if constant.is_none() {
+                    return Err(wrong(format!("`{field}` is {}", place.kind.describe())));
+                }
+                constant.map(|constant| constant.value as f64)
+            }
+            (kind, number) if Number::of(&kind).is_some() => {
+                number.parse().ok().filter(|number: &f64| number.is_finite())
+            }
+            (kind, _) => return Err(wrong(format!("`{field}` is {}, which is no number", kind.describe()))),
+        };
+        Ok(Self { place, comparison, value: value.ok_or_else(usual)? })
+    }
+
+    fn holds(&self, bytes: &[u8], items: usize) -> bool {
+        if !self.place.is_in(bytes, items) {
+            return false;
+        }
+        let at = &bytes[self.place.offset..];
+        let number = match self.place.kind {
+            Kind::Bool => f64::from(u8::from(at[0] != 0)),
+            Kind::Enumeration(enumeration) => match Number::of(&enumeration.carrier) {
+                Some(number) => number.read(at).as_f64(),
+                None => return false,
+            },
+            kind => match Number::of(&kind) {
+                Some(number) => number.read(at).as_f64(),
+                None => return false,
+            },
+        };
+        match self.comparison {
+            Comparison::Less => number < self.value,
+            Comparison::LessOrEqual => number <= self.value,
+            Comparison::Greater => number > self.value,
+            Comparison::GreaterOrEqual => number >= self.value,
+            Comparison::Equal => number == self.value,
+            Comparison::Different => number != self.value,
+        }
+    }
+}

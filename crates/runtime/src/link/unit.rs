@@ -1,0 +1,117 @@
+//! Units, as far as they differ by an exact factor.
+
+use std::collections::BTreeMap;
+
+/// Symbols that take a prefix.
+const BASES: [&str; 11] = ["m", "s", "g", "A", "V", "W", "N", "J", "K", "Pa", "Hz"];
+
+/// Prefixes as powers of ten, counted from the smallest.
+const PREFIXES: [(&str, u32); 9] =
+    [("k", 15), ("M", 18), ("G", 21), ("d", 11), ("c", 10), ("m", 9), ("u", 6), ("n", 3), ("p", 0)];
+
+/// The power of ten of a symbol without a prefix.
+const ONE: u32 = 12;
+
+/// Units of time that are no powers of ten, in seconds.
+const TIMES: [(&str, u128); 2] = [("min", 60), ("h", 3600)];
+
+/// A unit: what it counts, each with its power, and how many of the smallest units it is, as a fraction.
+#[derive(Debug, PartialEq, Eq)]
+struct Measure {
+    powers: BTreeMap<&'static str, i64>,
+    above: u128,
+    below: u128,
+}
+
+/// How a number in one unit becomes one in another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Factor {
+    /// It is multiplied by this.
+    Whole(u64),
+    /// The units count the same, but the factor is no whole number.
+    Fraction,
+    /// They count different things, as far as is known.
+    None,
+}
+
+/// The factor from one unit to another.
+pub(super) fn factor(from: &str, to: &str) -> Factor {
+    if from == to {
+        return Factor::Whole(1);
+    }
+    let (Some(from), Some(to)) = (measure(from), measure(to)) else { return Factor::None };
+    if from.powers != to.powers {
+        return Factor::None;
+    }
+    let terms = from.above.checked_mul(to.below).zip(from.below.checked_mul(to.above));
+    match terms.map(|(above, below)| (u64::try_from(above / below), above.is_multiple_of(below))) {
+        Some((Ok(factor), true)) => Factor::Whole(factor),
+        _ => Factor::Fraction,
+    }
+}
+
+/// Reads `m`, `mm/s`, `1/s`, `m/s^2` and `m/s2`.
+fn measure(text: &str) -> Option<Measure> {
+    let mut measure = Measure { powers: BTreeMap::new(), above: 1, below: 1 };
+    for (i, term) in text.split('/').enumerate() {
+        if i == 0 && term == "1" {
+            continue;
+        }
+        let letters = term.trim_end_matches(|c: char| c.is_ascii_digit());
+        let power: u32 = if letters == term { 1 } else { term[letters.len()..].parse().ok()? };
+        let (base, scale) = symbol(letters.trim_end_matches('^'))?;
+        let scale = scale.checked_pow(power)?;
+        let (side, sign) = if i == 0 { (&mut measure.above, 1) } else { (&mut measure.below, -1) };
+        *side = side.checked_mul(scale)?;
+        *measure.powers.entry(base).or_default() += sign * i64::from(power);
+    }
+    Some(measure)
+}
+
+/// What a symbol counts, and how many of the smallest units it is.
+fn symbol(text: &str) -> Option<(&'static str, u128)> {
+    if let Some((_, seconds)) = TIMES.iter().find(|(symbol, _)| *symbol == text) {
+        return Some(("s", seconds * 10_u128.pow(ONE)));
+    }
+    if let Some(base) = BASES.iter().find(|base| **base == text) {
+        return Some((base, 10_u128.pow(ONE)));
+    }
+    let (prefix, power) = PREFIXES.iter().find(|(prefix, _)| text.starts_with(prefix))?;
+    let base = BASES.iter().find(|base| **base == &text[prefix.len()..])?;
+    Some((base, 10_u128.pow(*power)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Factor::{Fraction, None, Whole};
+    use super::factor;
+
+    #[test]
+    fn factors() {
+        let cases = [
+            ("m", "m", Whole(1)),
+            ("", "", Whole(1)),
+            ("m", "mm", Whole(1000)),
+            ("km", "cm", Whole(100_000)),
+            ("s", "ns", Whole(1_000_000_000)),
+            ("ms", "us", Whole(1000)),
+            ("min", "s", Whole(60)),
+            ("h", "min", Whole(60)),
+            ("m/s", "mm/s", Whole(1000)),
+            ("m/s^2", "mm/s2", Whole(1000)),
+            ("m/ms", "m/s", Whole(1000)),
+            ("1/ms", "1/s", Whole(1000)),
+            ("m2", "mm^2", Whole(1_000_000)),
+            ("mm", "m", Fraction),
+            ("s", "min", Fraction),
+            ("m", "s", None),
+            ("m", "", None),
+            ("m", "m/s", None),
+            ("deg", "rad", None),
+            ("apple", "m", None),
+        ];
+        for (from, to, expected) in cases {
+            assert_eq!(factor(from, to), expected, "{from} to {to}");
+        }
+    }
+}

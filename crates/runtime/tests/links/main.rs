@@ -1,0 +1,17 @@
+//! Links: what they may join, what becomes of the values on the way, and how they change while the agent runs.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and some wait for threads on the wall clock"
+)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod conversion;
+mod model;
+mod queues;
+mod relinking;
+mod support;
+mod threads;

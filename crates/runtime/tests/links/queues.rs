@@ -1,0 +1,123 @@
+//! Queues between modules: each reader has a cursor of its own.
+
+use slate_runtime::NewLink;
+
+use crate::common::number;
+use crate::support::{lockstep, steps};
+
+/// The example of figure 3 of OpenRDK's paper: hwInterface pushes odometry into a queue, and the localizer, linked to
+/// it by configuration, takes all that came since it looked last, when it looks.
+#[test]
+fn a_localizer_takes_all_odometry_since_it_looked_last() {
+    let text = r#"
+[modules.hwinterface]
+plugin = "counter"
+[modules.localizer]
+plugin = "collector"
+every = "60ms"
+[modules.mapper]
+plugin = "collector"
+[links]
+"localizer/numbers" = "slate://test/hwinterface/number"
+"mapper/numbers" = "hwinterface/number"
+"#;
+    let mut agent = lockstep(text);
+    let mut seen = Vec::new();
+    for _ in 0..7 {
+        steps(&mut agent, 1);
+        seen.push((number(&agent, "localizer/count/value"), number(&agent, "mapper/count/value")));
+    }
+    // Every third cycle of 20 ms it has three more; none is lost, in their order, and the other reader has its own.
+    assert_eq!(seen, [(1., 1.), (1., 2.), (1., 3.), (4., 4.), (4., 5.), (4., 6.), (7., 7.)]);
+    assert_eq!(number(&agent, "localizer/sum/value"), 28.0);
+}
+
+#[test]
+fn a_reader_that_is_too_slow_is_counted_and_the_other_loses_nothing() {
+    let text = r#"
+[modules.a]
+plugin = "counter"
+[modules.slow]
+plugin = "collector"
+every = "2s"
+[modules.quick]
+plugin = "collector"
+[links]
+"slow/numbers" = { from = "a/number", window = 4 }
+"quick/numbers" = "a/number"
+"#;
+    let mut agent = lockstep(text);
+    steps(&mut agent, 101);
+    assert_eq!(number(&agent, "quick/count/value"), 101.0);
+    let links = agent.composer().links();
+    let (_, lost) = links.iter().find(|link| link.to == "slow/numbers").unwrap().queue.unwrap();
+    assert!(lost > 0 && lost < 100, "{lost}");
+    assert_eq!(number(&agent, "slow/count/value") + lost as f64 + waiting(&agent), 101.0);
+    assert_eq!(links.iter().find(|link| link.to == "quick/numbers").unwrap().queue, Some((0, 0)));
+}
+
+fn waiting(agent: &slate_runtime::Agent) -> f64 {
+    let links = agent.composer().links();
+    links.iter().find(|link| link.to == "slow/numbers").unwrap().queue.unwrap().0 as f64
+}
+
+#[test]
+fn a_subscription_filters() {
+    let text = r#"
+[modules.a]
+plugin = "counter"
+[modules.fifth]
+plugin = "collector"
+[modules.small]
+plugin = "collector"
+[links]
+"fifth/numbers" = { from = "a/number", every = 5 }
+"small/numbers" = { from = "a/number", when = "value < 4" }
+"#;
+    let mut agent = lockstep(text);
+    steps(&mut agent, 20);
+    assert_eq!((number(&agent, "fifth/count/value"), number(&agent, "fifth/sum/value")), (4.0, 50.0));
+    assert_eq!((number(&agent, "small/count/value"), number(&agent, "small/sum/value")), (3.0, 6.0));
+}
+
+#[test]
+fn an_evicted_reader_gets_no_more() {
+    let text = r#"
+[modules.a]
+plugin = "counter"
+[modules.slow]
+plugin = "collector"
+every = "2s"
+[links]
+"slow/numbers" = { from = "a/number", policy = "evict" }
+"#;
+    let mut agent = lockstep(text);
+    steps(&mut agent, 250);
+    assert_eq!(number(&agent, "slow/count/value"), 1.0);
+}
+
+#[test]
+fn a_queue_gets_every_value_or_the_link_is_refused() {
+    let text = r#"
+[modules.a]
+plugin = "counter"
+[modules.b]
+plugin = "counter"
+[modules.one]
+plugin = "collector"
+[modules.two]
+plugin = "collector"
+[links]
+"one/numbers" = "a/number"
+"#;
+    let mut agent = lockstep(text);
+    steps(&mut agent, 3);
+    // There is a queue already, so it keeps enough.
+    agent.composer().link(&NewLink::new("two/numbers", "a/number")).unwrap();
+    let refused = agent.composer().link(&NewLink::new("two/numbers", "b/number")).unwrap_err();
+    assert!(refused.to_string().contains("`/b/number` keeps 1 values"), "{refused}");
+    steps(&mut agent, 2);
+    assert_eq!(number(&agent, "two/count/value"), 2.0);
+    // A queue may be read as a value, where its end is known.
+    assert_eq!(number(&agent, "two/numbers/value"), 5.0);
+}

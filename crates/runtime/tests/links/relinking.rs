@@ -1,0 +1,224 @@
+//! Links that change while the agent runs.
+
+use std::time::Duration;
+
+use slate_runtime::configuration::SaveTo;
+use slate_runtime::{Agent, NewLink};
+
+use crate::common::number;
+use crate::support::{agent, lockstep, steps};
+use slate_runtime::Mode;
+
+const TEXT: &str = r#"
+[modules.a]
+plugin = "counter"
+[modules.b]
+plugin = "dice"
+[modules.relay]
+inputs.input.value = 7.0
+stage = "Think"
+[modules.sum]
+plugin = "receiver"
+[links]
+# The relay follows the counter.
+"relay/input" = "a/number"
+"#;
+
+fn link(agent: &Agent, to: &str, from: &str) {
+    agent.composer().link(&NewLink::new(to, from)).unwrap();
+}
+
+#[test]
+fn an_input_goes_over_to_another_output_and_its_module_goes_on() {
+    let text = TEXT.replace("inputs.input.value = 7.0", "on = \"input\"");
+    let mut agent = lockstep(&text);
+    steps(&mut agent, 5);
+    assert_eq!(number(&agent, "relay/output/value"), 6.0);
+    let changes = agent.composer().link(&NewLink::new("/relay/input", "slate://test/b/number")).unwrap();
+    assert_eq!(changes.len(), 1);
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "relay/output/value"), number(&agent, "b/number/value") + 1.0);
+    assert_eq!(number(&agent, "relay/input/value"), number(&agent, "b/number/value"));
+    let counts = agent.counts("relay").unwrap();
+    assert_eq!(counts.0, 6, "no tick was lost or added, and the count goes on");
+}
+
+#[test]
+fn an_input_without_a_link_has_its_value_again() {
+    let text = TEXT.replace("[links]", "").replace("\"relay/input\" = \"a/number\"", "");
+    let mut agent = lockstep(&text);
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "relay/output/value"), 8.0);
+    link(&agent, "relay/input", "a/number");
+    steps(&mut agent, 2);
+    assert_eq!(number(&agent, "relay/output/value"), 4.0);
+    agent.composer().unlink("relay/input").unwrap();
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "relay/output/value"), 8.0);
+    // And it can be set by hand again.
+    agent.board().write("relay/input/value", &slate_blackboard::interface::Value::Float(1.5), 0).unwrap();
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "relay/output/value"), 2.5);
+}
+
+#[test]
+fn what_was_never_set_is_stale_and_zero_again() {
+    let text = TEXT.replace("inputs.input.value = 7.0", "");
+    let mut agent = lockstep(&text);
+    steps(&mut agent, 3);
+    agent.composer().unlink("relay/input").unwrap();
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "relay/output/value"), 1.0);
+    assert!(agent.board().read("relay/input").unwrap().is_none());
+}
+
+#[test]
+fn a_dry_run_and_a_refusal_change_nothing() {
+    let mut agent = lockstep(TEXT.replace("inputs.input.value = 7.0", "").as_str());
+    steps(&mut agent, 1);
+    let composer = agent.composer();
+    assert_eq!(composer.check_link(&NewLink::new("relay/input", "b/number")).unwrap().len(), 1);
+    assert_eq!(composer.check_unlink("relay/input").unwrap().len(), 1);
+    let refused = |to: &str, from: &str, words: &[&str]| {
+        for report in [
+            composer.link(&NewLink::new(to, from)).unwrap_err(),
+            composer.check_link(&NewLink::new(to, from)).unwrap_err(),
+        ] {
+            let text = format!("{report} {:?}", report.diagnostics()[0].help_text());
+            words.iter().for_each(|word| assert!(text.contains(word), "{word}: {text}"));
+        }
+    };
+    refused("relay/input", "a/numbr", &["no output `numbr`", "did you mean number?"]);
+    refused("relay/input", "c/number", &["nothing is called `/c/number`", "there are: a, b"]);
+    refused("relay/inptu", "a/number", &["`relay` has no port `inptu`", "did you mean input?"]);
+    refused("rely/input", "a/number", &["no module owns `rely/input`", "there are: a, b, relay"]);
+    refused("relay/input", "sum/sum", &["Number", "Pair"]);
+    refused("relay/input", "slate://other/a/number", &["belongs to agent `other`"]);
+    refused("slate://other/relay/input", "a/number", &["belongs to agent `other`"]);
+    refused("relay/output", "a/number", &["`relay/output` is an output"]);
+    refused("relay/input", "relay/output", &["circle", "previous"]);
+    let none = composer.unlink("sum/history").unwrap_err();
+    assert!(none.to_string().contains("`sum/history` has no link"));
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "relay/output/value"), 3.0);
+    assert_eq!(composer.links().len(), 1);
+    assert!(agent.database().unwrap().diff().is_empty());
+}
+
+#[test]
+fn a_refusal_of_a_file_has_a_caret() {
+    let mut agent = lockstep(TEXT.replace("inputs.input.value = 7.0", "").as_str());
+    steps(&mut agent, 1);
+    let report = agent.database().unwrap().set(&[("links.\"relay/input\"", "b/nmber")]).unwrap_err();
+    let text = report.render(false);
+    assert!(text.contains("`b` has no output `nmber`") && text.contains("here"), "{text}");
+}
+
+#[test]
+fn the_order_of_the_modules_follows_the_links() {
+    // By its name it comes before what it reads.
+    let text = r#"
+[modules.z]
+plugin = "counter"
+stage = "Think"
+[modules.a]
+plugin = "relay"
+stage = "Think"
+"#;
+    let mut agent = lockstep(&text.replace("[modules.a]", "[modules.a]\non = \"input\""));
+    steps(&mut agent, 2);
+    link(&agent, "a/input", "z/number");
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "a/output/value"), 4.0, "this cycle's value");
+    let previous = NewLink::new("a/input", "z/number").previous(true).stale(Duration::from_millis(200));
+    agent.composer().link(&previous).unwrap();
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "a/output/value"), 4.0, "last cycle's value");
+    let links = agent.composer().links();
+    assert!(links[0].previous && links[0].stale == Some(200_000_000), "{links:?}");
+    // Options of the link before do not stay.
+    link(&agent, "a/input", "z/number");
+    assert!(!agent.composer().links()[0].previous);
+    steps(&mut agent, 1);
+    assert_eq!(number(&agent, "a/output/value"), 6.0);
+}
+
+#[test]
+fn queues_outboxes_and_switches_are_linked_too() {
+    let text = r#"
+[modules.a]
+plugin = "counter"
+[modules.b]
+plugin = "counter"
+[modules.sender]
+[modules.sum]
+plugin = "receiver"
+[links]
+"sum/history" = "a/number"
+"#;
+    let mut agent = lockstep(text);
+    steps(&mut agent, 3);
+    let read = |agent: &Agent, field: &str| number(agent, &format!("sum/sum/{field}"));
+    assert_eq!((read(&agent, "first"), read(&agent, "second")), (0.0, 6.0));
+    link(&agent, "sender/note", "sum/notes");
+    steps(&mut agent, 2);
+    assert_eq!((read(&agent, "first"), read(&agent, "second")), (9.0, 15.0), "the queue's cursor goes on");
+    agent.composer().unlink("sender/note").unwrap();
+    agent.composer().unlink("sum/history").unwrap();
+    steps(&mut agent, 2);
+    assert_eq!((read(&agent, "first"), read(&agent, "second")), (9.0, 15.0));
+}
+
+#[test]
+fn what_was_linked_is_saved_with_comments_kept() {
+    let folder = std::env::temp_dir().join(format!("slate-links-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("robot.toml");
+    let text = format!("time.source = \"a\"\n{}", TEXT.replace("inputs.input.value = 7.0", ""));
+    std::fs::write(&file, text).unwrap();
+    let database =
+        slate_runtime::configuration::Database::open(&file, slate_runtime::configuration::Options::default())
+            .unwrap();
+    let options =
+        slate_runtime::Options { rate: slate_runtime::Rate::Max, ..slate_runtime::Options::default() };
+    let agent = Agent::load_with(&database, &crate::support::all(), options).unwrap();
+    link(&agent, "relay/input", "b/number");
+    database.save(SaveTo::Origin).unwrap();
+    let saved = std::fs::read_to_string(&file).unwrap();
+    assert!(saved.contains("# The relay follows the counter.\n\"relay/input\" = \"/b/number\""), "{saved}");
+    agent.composer().link(&NewLink::new("relay/input", "a/number").with("every", "2")).unwrap();
+    database.save(SaveTo::Origin).unwrap();
+    let saved = std::fs::read_to_string(&file).unwrap();
+    assert!(saved.contains("# The relay follows the counter.") && saved.contains("every = 2"), "{saved}");
+    agent.composer().unlink("relay/input").unwrap();
+    database.save(SaveTo::Origin).unwrap();
+    let saved = std::fs::read_to_string(&file).unwrap();
+    assert!(saved.contains("# The relay follows the counter.") && !saved.contains("b/number"), "{saved}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_thread_is_woken_by_what_it_is_linked_to() {
+    let text = r#"
+[loop]
+period = "2ms"
+[modules.a]
+plugin = "counter"
+[modules.relay]
+"#;
+    let mut agent = agent(text, Mode::Threaded);
+    let composer = agent.composer();
+    let stopper = agent.stopper();
+    let board = std::sync::Arc::clone(agent.board());
+    let run = std::thread::spawn(move || agent.run(Box::new(|_| slate_runtime::Control::Continue)));
+    composer.link(&NewLink::new("relay/input", "a/number")).unwrap();
+    let read = |path: &str| board.read(path).unwrap().and_then(|(value, _)| value.as_f64()).unwrap_or(0.0);
+    let start = std::time::Instant::now();
+    while read("relay/output/value") < 50.0 && start.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(read("relay/output/value") >= 50.0);
+    composer.unlink("relay/input").unwrap();
+    stopper.stop();
+    run.join().unwrap().unwrap();
+}

@@ -1,0 +1,122 @@
+//! Modules and agents of these tests.
+
+use slate_module::Plugin;
+use slate_module::prelude::*;
+use slate_runtime::configuration::{Database, Options as Reading};
+use slate_runtime::{Agent, Mode, Options, Rate};
+
+use crate::common::{Number, Pair, plugins};
+
+/// Ports of [`Twins`].
+#[ports]
+pub struct TwinsIo {
+    one: Output<Pair>,
+    two: Output<Pair>,
+    number: Output<Number>,
+}
+
+/// Parameters of [`Twins`].
+#[params]
+pub struct TwinsParams {
+    #[param(default = 0.0, doc = "added to what is written")]
+    offset: f64,
+}
+
+/// Writes two pairs of four equal numbers.
+pub struct Twins;
+
+#[module(stage = SensorAcquire)]
+impl Module for Twins {
+    type Io = TwinsIo;
+    type Params = TwinsParams;
+    type State = f64;
+
+    fn tick(count: &mut f64, io: &TwinsIo, params: &TwinsParams, _: &Tick) -> Outcome {
+        *count += 1.0;
+        let number = *count + params.offset;
+        io.one.set(Pair { first: number, second: number });
+        io.two.set(Pair { first: number, second: number });
+        io.number.set(Number { value: number });
+        Outcome::Ok
+    }
+}
+
+/// Ports of [`Judge`].
+#[ports]
+pub struct JudgeIo {
+    left: Input<Pair>,
+    right: Input<Pair>,
+    seen: Output<Pair>,
+    torn: Output<Number>,
+}
+
+/// Counts the ticks that saw numbers which do not belong together.
+pub struct Judge;
+
+#[module(stage = Think)]
+impl Module for Judge {
+    type Io = JudgeIo;
+    type Params = ();
+    type State = f64;
+
+    fn tick(torn: &mut f64, io: &JudgeIo, _: &(), _: &Tick) -> Outcome {
+        if io.left.first != io.left.second || *io.left != *io.right {
+            *torn += 1.0;
+        }
+        io.seen.set(Pair { first: io.left.first, second: io.right.first });
+        io.torn.set(Number { value: *torn });
+        Outcome::Ok
+    }
+}
+
+/// Ports of [`Collector`].
+#[ports]
+pub struct CollectorIo {
+    numbers: Queue<Number>,
+    count: Output<Number>,
+    sum: Output<Number>,
+}
+
+/// Adds up what comes.
+pub struct Collector;
+
+#[module(stage = Act)]
+impl Module for Collector {
+    type Io = CollectorIo;
+    type Params = ();
+    type State = (f64, f64);
+
+    fn tick(state: &mut (f64, f64), io: &CollectorIo, _: &(), _: &Tick) -> Outcome {
+        state.0 += io.numbers.iter().count() as f64;
+        state.1 += io.numbers.iter().map(|number| number.value).sum::<f64>();
+        io.count.set(Number { value: state.0 });
+        io.sum.set(Number { value: state.1 });
+        Outcome::Ok
+    }
+}
+
+/// All kinds.
+pub fn all() -> Vec<Plugin> {
+    let own = [Plugin::linked::<Twins>(), Plugin::linked::<Judge>(), Plugin::linked::<Collector>()];
+    plugins().into_iter().chain(own).collect()
+}
+
+/// An agent that follows a configuration.
+pub fn agent(text: &str, mode: Mode) -> Agent {
+    let database = Database::from_text("test.toml", text, Reading::default()).unwrap();
+    let rate = if mode == Mode::Staged { Rate::Max } else { Rate::REALTIME };
+    Agent::load_with(&database, &all(), Options { mode, rate, armed: true, ..Options::default() }).unwrap()
+}
+
+/// An agent in lockstep, whose clock is the first module.
+pub fn lockstep(text: &str) -> Agent {
+    let first = text.split("[modules.").nth(1).and_then(|rest| rest.split(']').next()).unwrap();
+    agent(&format!("time.source = \"{first}\"\n{text}"), Mode::Staged)
+}
+
+/// Makes so many cycles.
+pub fn steps(agent: &mut Agent, count: u64) {
+    for _ in 0..count {
+        assert!(agent.step());
+    }
+}

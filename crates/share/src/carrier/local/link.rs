@@ -1,0 +1,152 @@
+use std::io::{self, IoSlice, IoSliceMut};
+use std::mem::MaybeUninit;
+use std::os::fd::{BorrowedFd, OwnedFd};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use rustix::event::PollFlags;
+use rustix::io::Errno;
+use rustix::net::sockopt::{Timeout, set_socket_timeout};
+use rustix::net::{
+    RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, ReturnFlags, SendAncillaryBuffer,
+    SendAncillaryMessage, SendFlags, Shutdown,
+};
+
+use super::memory::{Region, Regions};
+use super::ready;
+use crate::carrier::{Link, SharedMemory};
+
+/// The largest packet, bytes: a few of them fit into a socket's buffer.
+const LARGEST: usize = 48 << 10;
+
+/// The first byte of what is not a session's packet: memory that this end wants to fill comes with it.
+const MEMORY: u8 = b'M';
+
+/// Two processes, or two agents in one.
+#[derive(Debug)]
+pub(super) struct LocalLink {
+    socket: OwnedFd,
+    /// How long the socket waits for a packet.
+    patience: Mutex<Duration>,
+    /// What this end fills, and what the other one does.
+    own: Mutex<Regions>,
+    others: Mutex<Regions>,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn closed() -> io::Error {
+    io::Error::new(io::ErrorKind::ConnectionAborted, "the link was closed")
+}
+
+impl LocalLink {
+    pub fn new(socket: OwnedFd) -> rustix::io::Result<Self> {
+        // Packets are sent without waiting in any case, and are waited for.
+        rustix::io::ioctl_fionbio(&socket, false)?;
+        Ok(Self {
+            socket,
+            patience: Mutex::new(Duration::ZERO),
+            own: Mutex::new(Regions::default()),
+            others: Mutex::new(Regions::default()),
+        })
+    }
+
+    /// Lets the other end map memory; false when there is no room for the packet now.
+    fn hand_over(&self, class: u8, file: BorrowedFd<'_>) -> bool {
+        let files = [file];
+        let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+        let mut control = SendAncillaryBuffer::new(&mut space);
+        control.push(SendAncillaryMessage::ScmRights(&files));
+        let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+        rustix::net::sendmsg(&self.socket, &[IoSlice::new(&[MEMORY, class])], &mut control, flags).is_ok()
+    }
+
+    fn wait_at_most(&self, limit: Duration) -> io::Result<()> {
+        let mut patience = locked(&self.patience);
+        if *patience != limit {
+            // None at all would mean to wait for ever.
+            let at_least = limit.max(Duration::from_micros(1));
+            set_socket_timeout(&self.socket, Timeout::Recv, Some(at_least))?;
+            *patience = limit;
+        }
+        Ok(())
+    }
+}
+
+impl Link for LocalLink {
+    fn send(&self, packet: &[u8]) -> io::Result<bool> {
+        match rustix::net::send(&self.socket, packet, SendFlags::DONTWAIT | SendFlags::NOSIGNAL) {
+            Ok(_) => Ok(true),
+            Err(Errno::AGAIN | Errno::NOBUFS | Errno::INTR) => Ok(false),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn wait_for_room(&self, limit: Duration) -> io::Result<()> {
+        ready(&self.socket, PollFlags::OUT, limit).map(drop)
+    }
+
+    fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>> {
+        self.wait_at_most(limit)?;
+        loop {
+            let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+            let mut control = RecvAncillaryBuffer::new(&mut space);
+            let received = rustix::net::recvmsg(
+                &self.socket,
+                &mut [IoSliceMut::new(packet)],
+                &mut control,
+                RecvFlags::CMSG_CLOEXEC,
+            );
+            let received = match received {
+                Ok(received) => received,
+                Err(Errno::AGAIN | Errno::INTR) => return Ok(None),
+                Err(error) => return Err(error.into()),
+            };
+            if received.bytes == 0 {
+                return Err(closed());
+            }
+            if received.flags.contains(ReturnFlags::TRUNC) {
+                // No agent sends such a packet.
+                continue;
+            }
+            if packet[0] != MEMORY {
+                return Ok(Some(received.bytes));
+            }
+            let files = control.drain().filter_map(|message| match message {
+                RecvAncillaryMessage::ScmRights(files) => Some(files),
+                _ => None,
+            });
+            if let (Some(file), 2) = (files.flatten().next(), received.bytes)
+                && let Some(region) = Region::theirs(packet[1], file)
+            {
+                locked(&self.others).add(region);
+            }
+        }
+    }
+
+    fn largest(&self) -> usize {
+        LARGEST
+    }
+
+    fn close(&self) {
+        // It may be closed already.
+        let _ = rustix::net::shutdown(&self.socket, Shutdown::Both);
+    }
+
+    fn memory(&self) -> Option<&dyn SharedMemory> {
+        Some(self)
+    }
+}
+
+impl SharedMemory for LocalLink {
+    fn place(&self, bytes: &[u8], reference: &mut Vec<u8>) -> bool {
+        let mut own = locked(&self.own);
+        own.place(bytes, reference, |class, file| self.hand_over(class, file))
+    }
+
+    fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
+        locked(&self.others).read(reference, length, take)
+    }
+}

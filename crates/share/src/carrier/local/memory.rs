@@ -1,0 +1,162 @@
+//! Memory that two agents see: regions of slots, one region for each size, made by the end that fills it.
+//!
+//! A slot's word is 0 while it is free, else the number of the value in it. The end that fills it looks for a free one
+//! and sets the number; the other one sets 0 when it has taken the value. Nothing of it has a name, and each link has
+//! its own, so when a process dies nothing is left but what the other one drops with the link.
+#![allow(
+    unsafe_code,
+    reason = "memory that another process sees too is mapped here and nowhere else in this crate"
+)]
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::ptr::NonNull;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, fcntl_get_seals, fstat, ftruncate, memfd_create};
+use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
+
+/// Values that a region holds at once.
+const SLOTS: usize = 8;
+
+/// Bytes before the first slot: a cache line for each slot's word, and the rest of a page.
+const HEAD: usize = 4096;
+
+const LINE: usize = 64;
+
+/// Slots have 2 to the power of these bytes.
+const CLASSES: std::ops::RangeInclusive<u8> = 14..=26;
+
+/// One size of slots.
+#[derive(Debug)]
+pub(super) struct Region {
+    class: u8,
+    base: NonNull<u8>,
+    /// Counts the values that were put in.
+    number: u32,
+}
+
+// SAFETY: the mapping belongs to the region, and stays at its address until that is dropped.
+unsafe impl Send for Region {}
+
+impl Region {
+    fn length(class: u8) -> usize {
+        HEAD + SLOTS * (1 << class)
+    }
+
+    fn map(class: u8, file: BorrowedFd<'_>) -> Option<Self> {
+        let protection = ProtFlags::READ | ProtFlags::WRITE;
+        // SAFETY: the system chooses the place, so nothing that is there already is touched.
+        let base = unsafe {
+            mmap(std::ptr::null_mut(), Self::length(class), protection, MapFlags::SHARED, file, 0).ok()?
+        };
+        Some(Self { class, base: NonNull::new(base.cast())?, number: 0 })
+    }
+
+    /// Memory that this process fills, and its file for the other one.
+    fn own(class: u8) -> Option<(Self, OwnedFd)> {
+        let file = memfd_create("slate-share", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING).ok()?;
+        ftruncate(&file, Self::length(class) as u64).ok()?;
+        fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL).ok()?;
+        Some((Self::map(class, file.as_fd())?, file))
+    }
+
+    /// Memory that the other process fills; nothing when it is not what it should be.
+    pub fn theirs(class: u8, file: OwnedFd) -> Option<Self> {
+        if !CLASSES.contains(&class) {
+            return None;
+        }
+        // If it could be cut off, reading it would end this process.
+        let sealed = fcntl_get_seals(&file).is_ok_and(|seals| seals.contains(SealFlags::SHRINK));
+        let long = fstat(&file).is_ok_and(|found| found.st_size == Self::length(class) as i64);
+        if sealed && long { Self::map(class, file.as_fd()) } else { None }
+    }
+
+    fn word(&self, slot: usize) -> &AtomicU32 {
+        // SAFETY: inside the mapping, aligned, and used as an atomic only.
+        unsafe { AtomicU32::from_ptr(self.base.add(slot * LINE).as_ptr().cast()) }
+    }
+
+    fn slot(&self, slot: usize) -> *mut u8 {
+        // SAFETY: inside the mapping.
+        unsafe { self.base.add(HEAD + slot * (1 << self.class)).as_ptr() }
+    }
+
+    /// Puts a value that fits into a free slot; the slot and the value's number.
+    fn put(&mut self, bytes: &[u8]) -> Option<(u8, u32)> {
+        let slot = (0..SLOTS).find(|slot| self.word(*slot).load(Ordering::Acquire) == 0)?;
+        self.number = self.number.checked_add(1).unwrap_or(1);
+        // SAFETY: the slot has room for it, and the other process leaves free slots alone. If it did not, it would
+        // spoil what it reads itself.
+        unsafe { self.slot(slot).copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        self.word(slot).store(self.number, Ordering::Release);
+        Some((slot as u8, self.number))
+    }
+
+    fn take(&self, slot: u8, number: u32, length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
+        let slot = usize::from(slot);
+        if slot >= SLOTS || length > 1 << self.class || number == 0 {
+            return false;
+        }
+        if self.word(slot).load(Ordering::Acquire) != number {
+            return false;
+        }
+        // SAFETY: inside the mapping, whose length is sealed. The other process leaves a slot alone that it has filled;
+        // if it did not, it would spoil a value, in which all bits are valid, and which is copied and nothing else.
+        take(unsafe { std::slice::from_raw_parts(self.slot(slot), length) });
+        self.word(slot).store(0, Ordering::Release);
+        true
+    }
+}
+
+impl Drop for Region {
+    fn drop(&mut self) {
+        // SAFETY: mapped with that length; references into it have ended.
+        let _ = unsafe { munmap(self.base.as_ptr().cast(), Self::length(self.class)) };
+    }
+}
+
+/// The regions of one end of a link.
+#[derive(Debug, Default)]
+pub(super) struct Regions(BTreeMap<u8, Region>);
+
+impl Regions {
+    pub fn add(&mut self, region: Region) {
+        // The first one stays, so that a process that hands over more and more gets nothing by it.
+        self.0.entry(region.class).or_insert(region);
+    }
+
+    /// Puts a value into a slot, for which a region may have to be handed over first.
+    pub fn place(
+        &mut self,
+        bytes: &[u8],
+        reference: &mut Vec<u8>,
+        hand_over: impl FnOnce(u8, BorrowedFd<'_>) -> bool,
+    ) -> bool {
+        let class = (bytes.len().next_power_of_two().trailing_zeros() as u8).max(*CLASSES.start());
+        if class > *CLASSES.end() {
+            return false;
+        }
+        let region = match self.0.entry(class) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => {
+                let Some((region, file)) = Region::own(class) else { return false };
+                if !hand_over(class, file.as_fd()) {
+                    return false;
+                }
+                place.insert(region)
+            }
+        };
+        let Some((slot, number)) = region.put(bytes) else { return false };
+        reference.extend([class, slot]);
+        reference.extend(number.to_le_bytes());
+        true
+    }
+
+    pub fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
+        let [class, slot, number @ ..] = reference else { return false };
+        let Ok(number) = number.try_into().map(u32::from_le_bytes) else { return false };
+        self.0.get(class).is_some_and(|region| region.take(*slot, number, length, take))
+    }
+}

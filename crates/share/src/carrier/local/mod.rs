@@ -1,0 +1,110 @@
+//! Agents of one machine: a Unix socket that keeps packets apart, and shared memory for big values.
+//!
+//! Endpoints are `local:NAME`, which is `$XDG_RUNTIME_DIR/slate/NAME.share`, and `local:/a/path`. Only the user who runs
+//! an agent reaches it.
+
+mod link;
+mod memory;
+mod place;
+
+use std::io;
+use std::os::fd::OwnedFd;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
+
+use super::{Carrier, CarrierError, Link, Listener};
+use link::LocalLink;
+use place::Place;
+
+/// How many links may wait to be accepted.
+const BACKLOG: i32 = 64;
+
+/// Carries packets between agents of one user on one machine.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Local;
+
+impl Carrier for Local {
+    fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError> {
+        let place = Place::take(endpoint)?;
+        let socket = socket(SocketFlags::NONBLOCK).map_err(|error| system(endpoint, error))?;
+        // The socket's file gets these rights when it is made, so it never has others.
+        let owner = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
+        let bound = rustix::fs::fchmod(&socket, owner)
+            .and_then(|()| SocketAddrUnix::new(place.path()))
+            .and_then(|address| rustix::net::bind(&socket, &address))
+            .and_then(|()| rustix::net::listen(&socket, BACKLOG));
+        bound.map_err(|error| system(endpoint, error))?;
+        Ok(Box::new(LocalListener { socket, _place: place }))
+    }
+
+    fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
+        let path = place::path(endpoint)?;
+        // If it did wait, an agent that accepts nobody would hold this one up.
+        let socket = socket(SocketFlags::NONBLOCK).map_err(|error| system(endpoint, error))?;
+        let address = SocketAddrUnix::new(&path).map_err(|error| system(endpoint, error))?;
+        match rustix::net::connect(&socket, &address) {
+            Ok(()) => {}
+            Err(Errno::NOENT | Errno::CONNREFUSED | Errno::AGAIN) => {
+                return Err(CarrierError::Nobody { endpoint: endpoint.into() });
+            }
+            Err(error) => return Err(system(endpoint, error)),
+        }
+        check_user(&socket, endpoint)?;
+        let link = LocalLink::new(socket).map_err(|error| system(endpoint, error))?;
+        Ok(Arc::new(link))
+    }
+}
+
+fn socket(flags: SocketFlags) -> rustix::io::Result<OwnedFd> {
+    rustix::net::socket_with(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::CLOEXEC | flags, None)
+}
+
+fn system(endpoint: &str, error: Errno) -> CarrierError {
+    CarrierError::System { endpoint: endpoint.into(), error: error.into() }
+}
+
+/// Whether this user's process is at the other end.
+fn check_user(socket: &OwnedFd, endpoint: &str) -> Result<(), CarrierError> {
+    let other = rustix::net::sockopt::socket_peercred(socket).map_err(|error| system(endpoint, error))?.uid;
+    let own = rustix::process::geteuid();
+    if other == own {
+        return Ok(());
+    }
+    let reason = format!("an agent of user {} is there, not of user {}", other.as_raw(), own.as_raw());
+    Err(CarrierError::Unsafe { endpoint: endpoint.into(), reason })
+}
+
+/// Waits until a socket is ready; false when it is not within `limit`.
+fn ready(socket: &OwnedFd, for_what: PollFlags, limit: Duration) -> io::Result<bool> {
+    let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
+    match poll(&mut [PollFd::new(socket, for_what)], Some(&limit)) {
+        Ok(count) => Ok(count > 0),
+        Err(Errno::INTR) => Ok(false),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Listens at a socket with a name, which it takes away at its end.
+#[derive(Debug)]
+struct LocalListener {
+    socket: OwnedFd,
+    _place: Place,
+}
+
+impl Listener for LocalListener {
+    fn accept(&self, limit: Duration) -> io::Result<Option<Arc<dyn Link>>> {
+        if !ready(&self.socket, PollFlags::IN, limit)? {
+            return Ok(None);
+        }
+        match rustix::net::accept_with(&self.socket, SocketFlags::CLOEXEC) {
+            Ok(socket) if check_user(&socket, "").is_ok() => Ok(Some(Arc::new(LocalLink::new(socket)?))),
+            // It has gone again, or is no agent of this user.
+            Ok(_) | Err(Errno::AGAIN | Errno::CONNABORTED | Errno::INTR) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+}

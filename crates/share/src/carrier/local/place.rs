@@ -1,0 +1,108 @@
+//! Where a socket is, and whose it is.
+
+use std::fs::{self, DirBuilder, File, TryLockError};
+use std::io::ErrorKind;
+use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use crate::carrier::CarrierError;
+
+const EXPECTED: &str = "local:NAME (letters, digits, _ and -) or local:/a/path";
+
+/// The path of an endpoint's socket.
+pub(super) fn path(endpoint: &str) -> Result<PathBuf, CarrierError> {
+    let wrong = || CarrierError::NoEndpoint { endpoint: endpoint.into(), expected: EXPECTED };
+    let name = endpoint.strip_prefix("local:").ok_or_else(wrong)?;
+    if name.starts_with('/') {
+        return Ok(name.into());
+    }
+    let is_name = |c: u8| c.is_ascii_alphanumeric() || c == b'_' || c == b'-';
+    if name.is_empty() || !name.bytes().all(is_name) {
+        return Err(wrong());
+    }
+    Ok(folder().join(format!("{name}.share")))
+}
+
+/// The folder of this user's sockets; it need not be there.
+fn folder() -> PathBuf {
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|path| path.is_absolute());
+    let user = rustix::process::geteuid().as_raw();
+    runtime.map_or_else(|| std::env::temp_dir().join(format!("slate-{user}")), |path| path.join("slate"))
+}
+
+/// A path that nobody else listens at as long as this lives.
+#[derive(Debug)]
+pub(super) struct Place {
+    path: PathBuf,
+    lock: PathBuf,
+    /// The system ends a lock with its process, however that dies.
+    _locked: File,
+}
+
+impl Place {
+    /// Takes an endpoint. What an agent left that was killed makes room.
+    pub fn take(endpoint: &str) -> Result<Self, CarrierError> {
+        let path = path(endpoint)?;
+        let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
+        let bad = |reason: String| CarrierError::Unsafe { endpoint: endpoint.into(), reason };
+        if let Some(parent) = path.parent() {
+            match DirBuilder::new().recursive(true).mode(0o700).create(parent) {
+                Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(system(error)),
+                _ => {}
+            }
+            // In a folder where others may write, they could put a socket of theirs in the place of this one.
+            let found = fs::symlink_metadata(parent).map_err(system)?;
+            let user = rustix::process::geteuid().as_raw();
+            let others_write = found.mode() & 0o022 != 0 && found.mode() & 0o1000 == 0;
+            if !found.is_dir() || others_write || found.uid() != user && found.mode() & 0o1000 == 0 {
+                let reason =
+                    format!("{} is not a folder that only its owner {user} writes to", parent.display());
+                return Err(bad(reason));
+            }
+        }
+        let mut lock = path.clone().into_os_string();
+        lock.push(".lock");
+        let lock = PathBuf::from(lock);
+        let in_use = || CarrierError::InUse { endpoint: endpoint.into() };
+        let locked = lock_file(&lock).map_err(system)?.ok_or_else(in_use)?;
+        match fs::symlink_metadata(&path) {
+            Ok(found) if !found.file_type().is_socket() => {
+                return Err(bad(format!("{} is there and no socket", path.display())));
+            }
+            // Its owner would hold the lock if it were alive.
+            Ok(_) => fs::remove_file(&path).map_err(system)?,
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(system(error)),
+        }
+        Ok(Self { path, lock, _locked: locked })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Locks a file, which is made; nothing when somebody else has locked it.
+fn lock_file(path: &Path) -> std::io::Result<Option<File>> {
+    loop {
+        let file = File::options().create(true).truncate(false).write(true).open(path)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Ok(None),
+            Err(TryLockError::Error(error)) => return Err(error),
+        }
+        // Its last owner may have removed it since it was opened, and then it locks nothing.
+        let found = fs::metadata(path).map(|found| found.ino());
+        if found.is_ok_and(|found| file.metadata().is_ok_and(|own| own.ino() == found)) {
+            return Ok(Some(file));
+        }
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        // Who removed them before did the same; the lock goes last.
+        let _ = fs::remove_file(&self.path);
+        let _ = fs::remove_file(&self.lock);
+    }
+}

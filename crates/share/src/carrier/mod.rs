@@ -1,0 +1,118 @@
+//! The seam to whatever carries packets from agent to agent.
+//!
+//! A carrier knows what its endpoints look like, listens at them and dials them; a link carries packets. It may lose,
+//! double and reorder them. Sessions do the rest, so a carrier has nothing to know of properties.
+
+pub mod local;
+
+use std::fmt;
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A way from agent to agent.
+pub trait Carrier: fmt::Debug + Send + Sync {
+    /// Listens at an endpoint, for as long as what is returned lives.
+    ///
+    /// # Errors
+    /// When the endpoint makes no sense, is in use, or can't be had.
+    fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError>;
+
+    /// Begins a link to an endpoint; it does not wait long for an answer.
+    ///
+    /// # Errors
+    /// When the endpoint makes no sense, or nobody answers.
+    fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError>;
+}
+
+/// Hears of links that others begin.
+pub trait Listener: fmt::Debug + Send {
+    /// The next link; nothing when none came within `limit`.
+    ///
+    /// # Errors
+    /// When no more will come.
+    fn accept(&self, limit: Duration) -> io::Result<Option<Arc<dyn Link>>>;
+}
+
+/// Carries packets between two agents. One thread sends while another one receives.
+pub trait Link: fmt::Debug + Send + Sync {
+    /// Sends a packet without waiting; false when there is no room for it now.
+    ///
+    /// # Errors
+    /// When the link is closed, from either side.
+    fn send(&self, packet: &[u8]) -> io::Result<bool>;
+
+    /// Waits for room, at most for `limit`.
+    ///
+    /// # Errors
+    /// When the link is closed, from either side.
+    fn wait_for_room(&self, limit: Duration) -> io::Result<()>;
+
+    /// Waits for a packet, at most for `limit`; how many bytes of `packet` it takes, nothing when none came.
+    ///
+    /// # Errors
+    /// When the link is closed, from either side.
+    fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>>;
+
+    /// The largest packet that is carried, bytes.
+    fn largest(&self) -> usize;
+
+    /// Ends the link: whoever waits for it goes on.
+    fn close(&self);
+
+    /// Memory that both agents see, where there is such memory.
+    fn memory(&self) -> Option<&dyn SharedMemory> {
+        None
+    }
+}
+
+/// Memory that both ends of a link see, for values that would fill many packets.
+pub trait SharedMemory: Send + Sync {
+    /// Puts a value there, and appends a reference to it for the other end; false when there is no room now.
+    fn place(&self, bytes: &[u8], reference: &mut Vec<u8>) -> bool;
+
+    /// Hands the value that the other end's reference means to `take`, and gives its place back; false when there is no
+    /// such value.
+    fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool;
+}
+
+/// Why an endpoint is of no use.
+#[derive(Debug, thiserror::Error)]
+pub enum CarrierError {
+    /// It can't be read.
+    #[error("`{endpoint}` is no endpoint: {expected}")]
+    NoEndpoint {
+        /// What was given.
+        endpoint: String,
+        /// What one looks like.
+        expected: &'static str,
+    },
+    /// Somebody listens there.
+    #[error("endpoint `{endpoint}` is in use by another agent: stop that one, or listen at another endpoint")]
+    InUse {
+        /// Which.
+        endpoint: String,
+    },
+    /// Nobody listens there.
+    #[error("no agent listens at `{endpoint}`")]
+    Nobody {
+        /// Which.
+        endpoint: String,
+    },
+    /// Other users could reach it, or it belongs to one.
+    #[error("endpoint `{endpoint}`: {reason}")]
+    Unsafe {
+        /// Which.
+        endpoint: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The system refuses.
+    #[error("endpoint `{endpoint}`: {error}")]
+    System {
+        /// Which.
+        endpoint: String,
+        /// What the system says.
+        error: io::Error,
+    },
+}

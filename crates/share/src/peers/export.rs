@@ -1,0 +1,202 @@
+//! What is served to another agent: readers of this agent's properties.
+
+use std::sync::Arc;
+
+use slate_blackboard::channel::{Latest, LinkError, Loan, Policy, QueueReader, Start};
+use slate_blackboard::wake::Wake;
+use slate_blackboard::{Access, Board, Property, Watching};
+use slate_module::encode_interface;
+
+use crate::carrier::SharedMemory;
+use crate::encoding::encode;
+use crate::session::{Compression, Content, Encoding, Offer, Options, Sample, Seen};
+
+/// Values of that many bytes go through shared memory, where there is some.
+const PLACED: usize = 16 << 10;
+
+/// A subscription of another agent.
+#[derive(Debug)]
+pub(super) struct Export {
+    pub path: String,
+    pub options: Options,
+    seen: Option<Seen>,
+    pub source: Option<Source>,
+    /// Why it waits.
+    pub waiting: String,
+    wake: Arc<Wake>,
+}
+
+/// The property that a subscription found.
+#[derive(Debug)]
+pub(super) struct Source {
+    /// Debug outputs are computed while somebody reads them.
+    watching: Watching,
+    reader: Reader,
+    /// Values up to this number were seen before.
+    after: u64,
+    wake: Arc<Wake>,
+}
+
+#[derive(Debug)]
+enum Reader {
+    Newest(Latest),
+    Every {
+        reader: QueueReader,
+        place: usize,
+    },
+    /// No handle is left, so it looks on as a tool does.
+    Probe {
+        sequence: u64,
+    },
+}
+
+/// Why a subscription is not served.
+#[derive(Debug)]
+pub(super) enum Unserved {
+    /// It may be later.
+    Waits(String),
+    /// It will not be.
+    Declined(String),
+}
+
+impl Export {
+    pub fn new(path: String, options: Options, seen: Option<Seen>, wake: Arc<Wake>) -> Self {
+        Self { path, options, seen, source: None, waiting: String::new(), wake }
+    }
+
+    /// Looks for the property; what it offers.
+    pub fn connect(&mut self, board: &Board, instance: u64) -> Result<Offer, Unserved> {
+        let (property, field) = board.find(&self.path).map_err(|error| Unserved::Waits(error.to_string()))?;
+        if !field.is_empty() {
+            return Err(Unserved::Declined(format!(
+                "/{} is `{field}` of /{}: subscribe to that, and read the field here",
+                self.path,
+                property.path()
+            )));
+        }
+        let Some(channel) = property.channel() else {
+            return Err(Unserved::Declined(format!(
+                "/{} takes messages and has no values to read",
+                self.path
+            )));
+        };
+        let interface = encode_interface(property.descriptor())
+            .map_err(|reason| Unserved::Declined(format!("/{}: {reason}", self.path)))?;
+        let (published, kept);
+        let reader = match self.options.content {
+            Content::All => {
+                let reader =
+                    channel.queue(Policy::Skip, Start::Oldest).map_err(|error| self.no_reader(error))?;
+                published = channel.published();
+                kept = published.saturating_sub(reader.lag());
+                Reader::Every { reader, place: 0 }
+            }
+            Content::Newest => {
+                (published, kept) = (channel.published(), 0);
+                channel.latest().map_or(Reader::Probe { sequence: 0 }, Reader::Newest)
+            }
+        };
+        let goes_on = |seen: &Seen| seen.instance == instance && seen.sequence <= published;
+        let after = self.seen.filter(goes_on).map_or(kept, |seen| seen.sequence);
+        // What is seen from now on belongs to this property.
+        self.seen = None;
+        let offer = Offer {
+            path: property.path().into(),
+            interface,
+            doc: property.doc().into(),
+            capacity: channel.shape().capacity as u64,
+            depth: channel.depth() as u32,
+            after,
+        };
+        if property.access() == Access::Setting {
+            property.add_listener(Arc::clone(&self.wake));
+        }
+        let wake = Arc::clone(&self.wake);
+        self.source = Some(Source { watching: property.watch(), reader, after, wake });
+        Ok(offer)
+    }
+
+    fn no_reader(&self, error: LinkError) -> Unserved {
+        Unserved::Waits(format!("/{}: {error}", self.path))
+    }
+}
+
+impl Source {
+    pub fn property(&self) -> &Arc<Property> {
+        self.watching.property()
+    }
+
+    pub fn has_news(&self) -> bool {
+        match &self.reader {
+            Reader::Newest(latest) => latest.has_news(),
+            Reader::Every { reader, place } => *place < reader.len() || reader.lag() > 0,
+            Reader::Probe { sequence } => {
+                self.property().channel().is_some_and(|channel| channel.published() > *sequence)
+            }
+        }
+    }
+
+    /// How many values wait to be sent.
+    pub fn lag(&self) -> u64 {
+        match &self.reader {
+            Reader::Every { reader, place } => reader.lag() + (reader.len() - place) as u64,
+            _ => u64::from(self.has_news()),
+        }
+    }
+
+    /// Appends the next value.
+    pub fn take(
+        &mut self,
+        compression: Compression,
+        memory: Option<&dyn SharedMemory>,
+        content: &mut Vec<u8>,
+    ) -> Option<Sample> {
+        let property = Arc::clone(self.property());
+        let after = self.after;
+        let mut write = |bytes: &[u8], items: usize, stamp: slate_blackboard::Stamp| {
+            if stamp.sequence <= after {
+                return None;
+            }
+            let descriptor = property.descriptor();
+            let item = descriptor.tail().map_or(0, slate_blackboard::interface::Kind::size);
+            // Without what rounds it up to its alignment.
+            let exact = bytes.get(..descriptor.size + items * item)?;
+            let placed = exact.len() >= PLACED && memory.is_some_and(|memory| memory.place(exact, content));
+            let encoding =
+                if placed { Encoding::Placed } else { encode(descriptor, exact, compression, content) };
+            Some(Sample { stamp, items: items as u32, length: exact.len() as u32, encoding })
+        };
+        let mut lent = |loan: Loan<'_>| write(loan.bytes(), loan.items(), loan.stamp());
+        match &mut self.reader {
+            Reader::Newest(latest) => {
+                latest.refresh();
+                latest.value().and_then(lent)
+            }
+            Reader::Every { reader, place } => loop {
+                if *place == reader.len() {
+                    *place = 0;
+                    // It skips what is gone, which shows in the numbers of the values.
+                    if reader.pull().unwrap_or(0) == 0 {
+                        return None;
+                    }
+                }
+                *place += 1;
+                let sample = reader.window().nth(*place - 1).and_then(&mut lent);
+                if sample.is_some() {
+                    return sample;
+                }
+            },
+            Reader::Probe { sequence } => {
+                let (bytes, items, stamp) = self.watching.property().newest().ok()??;
+                *sequence = stamp.sequence;
+                write(&bytes, items, stamp)
+            }
+        }
+    }
+}
+
+impl Drop for Source {
+    fn drop(&mut self) {
+        self.property().remove_listener(&self.wake);
+    }
+}

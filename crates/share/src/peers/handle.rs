@@ -1,0 +1,408 @@
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use slate_blackboard::Board;
+use slate_blackboard::wake::Wake;
+
+use super::door::open_door;
+use super::line::{Line, locked};
+use super::{Happening, Peer, RemoteProperty, Status, Want};
+use crate::carrier::local::Local;
+use crate::carrier::{Carrier, CarrierError};
+use crate::session::{Answer, Identity, Limits, SendError};
+
+/// This agent's clock, nanoseconds. It goes on steadily.
+pub type Clock = Arc<dyn Fn() -> u64 + Send + Sync>;
+
+/// Is told what happens between this agent and another one, by its name, in one of the threads of that, which goes on
+/// when this returns.
+pub type Notice = Arc<dyn Fn(&str, &Happening) + Send + Sync>;
+
+/// How an agent shares.
+#[derive(Clone)]
+pub struct Setup {
+    /// Who this agent is.
+    pub identity: Identity,
+    /// Its clock.
+    pub clock: Clock,
+    /// What a session takes at most.
+    pub limits: Limits,
+    /// Where it listens; nothing when it only dials.
+    pub listen: Option<String>,
+    /// The carriers by the beginnings of their endpoints, before the colon; `local` is there anyhow.
+    pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
+    /// How often the properties that others read are looked at for new values, nanoseconds; nothing when
+    /// [`Notifier::notify`] is called after every tick.
+    pub poll: Option<u64>,
+    /// Is notified (of 1) when mirrors were written or messages came.
+    pub updated: Option<Arc<Wake>>,
+    /// Is told what happens.
+    pub notice: Option<Notice>,
+}
+
+impl Setup {
+    /// An agent that dials, and whose properties are looked at every millisecond.
+    pub fn new(identity: Identity, clock: Clock) -> Self {
+        Self {
+            identity,
+            clock,
+            limits: Limits::default(),
+            listen: None,
+            carriers: BTreeMap::new(),
+            poll: Some(1_000_000),
+            updated: None,
+            notice: None,
+        }
+    }
+
+    /// It listens at an endpoint.
+    #[must_use]
+    pub fn listen(self, endpoint: &str) -> Self {
+        Self { listen: Some(endpoint.into()), ..self }
+    }
+}
+
+impl fmt::Debug for Setup {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Setup").field("identity", &self.identity).field("listen", &self.listen).finish()
+    }
+}
+
+/// What all threads use.
+pub(super) struct Common {
+    pub board: Arc<Board>,
+    pub identity: Identity,
+    clock: Clock,
+    limits: Limits,
+    carriers: BTreeMap<String, Arc<dyn Carrier>>,
+    pub poll: Option<u64>,
+    pub updated: Option<Arc<Wake>>,
+    pub notice: Option<Notice>,
+    lines: Mutex<Lines>,
+    /// Whether somebody wanted to wake the threads that send and did not wait for the lock.
+    missed: AtomicBool,
+    pub ended: AtomicBool,
+    /// Links that were accepted and have not greeted.
+    pub greeting: AtomicUsize,
+}
+
+type Lines = BTreeMap<String, Served>;
+
+struct Served {
+    line: Arc<Line>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+/// How many other agents there may be.
+const AGENTS: usize = 256;
+
+impl Common {
+    pub fn now(&self) -> u64 {
+        (self.clock)()
+    }
+
+    pub fn limits(&self) -> Limits {
+        self.limits
+    }
+
+    pub fn carrier(&self, endpoint: &str) -> Result<&Arc<dyn Carrier>, CarrierError> {
+        let scheme = endpoint.split(':').next().unwrap_or_default();
+        self.carriers.get(scheme).ok_or_else(|| CarrierError::NoEndpoint {
+            endpoint: endpoint.into(),
+            expected: "it begins with the name of a carrier and a colon, such as local:base",
+        })
+    }
+
+    /// Looks at the lines, or changes them.
+    fn with_lines<T>(&self, call: impl FnOnce(&mut Lines) -> T) -> T {
+        let result = call(&mut locked(&self.lines));
+        if self.missed.load(Ordering::SeqCst) {
+            self.notify();
+        }
+        result
+    }
+
+    /// Wakes the threads that send, without waiting: if somebody holds the lock, that one does it.
+    fn notify(&self) {
+        self.missed.store(true, Ordering::SeqCst);
+        // Who does not get the lock here has said so before its owner gives it back and looks.
+        if let Ok(lines) = self.lines.try_lock() {
+            self.missed.store(false, Ordering::SeqCst);
+            lines.values().for_each(|served| served.line.wake.notify(1));
+        }
+    }
+
+    pub fn line(&self, agent: &str) -> Option<Arc<Line>> {
+        self.with_lines(|lines| lines.get(agent).map(|served| Arc::clone(&served.line)))
+    }
+
+    /// The line to an agent, which is made if there is none.
+    pub fn line_to(self: &Arc<Self>, agent: &str, endpoint: Option<&str>) -> io::Result<Arc<Line>> {
+        self.with_lines(|lines| self.line_in(lines, agent, endpoint))
+    }
+
+    fn line_in(
+        self: &Arc<Self>,
+        lines: &mut Lines,
+        agent: &str,
+        endpoint: Option<&str>,
+    ) -> io::Result<Arc<Line>> {
+        if let Some(served) = lines.get(agent) {
+            if endpoint.is_some() {
+                *locked(&served.line.endpoint) = endpoint.map(Into::into);
+            }
+            return Ok(Arc::clone(&served.line));
+        }
+        // Tools come and go, each under a name of its own.
+        lines.retain(|_, served| {
+            let idle = served.line.is_idle();
+            if idle {
+                served.line.end();
+            }
+            !idle
+        });
+        if lines.len() >= AGENTS || self.ended.load(Ordering::Acquire) {
+            return Err(io::Error::other(format!("no more than {AGENTS} agents are connected")));
+        }
+        let wake = Arc::new(Wake::new());
+        let peer = Peer::new(&self.board, self.identity.clone(), agent, self.limits, &wake);
+        let line = Arc::new(Line::new(peer, wake, endpoint.map(Into::into)));
+        let start = |name: &str, run: fn(&Line, &Self)| {
+            let (common, line) = (Arc::clone(self), Arc::clone(&line));
+            thread::Builder::new().name(format!("{name} {agent}")).spawn(move || run(&line, &common))
+        };
+        let sends = start("to", Line::send)?;
+        let receives = start("from", Line::receive).inspect_err(|_| line.end())?;
+        let served = Served { line: Arc::clone(&line), threads: vec![sends, receives] };
+        lines.insert(agent.into(), served);
+        Ok(line)
+    }
+}
+
+/// The other agents of an agent. Dropping this ends the connections, and takes the mirrors off the board.
+pub struct Peers {
+    common: Arc<Common>,
+    door: Option<JoinHandle<()>>,
+}
+
+impl fmt::Debug for Peers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Peers").field("identity", &self.common.identity).finish_non_exhaustive()
+    }
+}
+
+/// Why another agent can't be asked for something.
+#[derive(Debug, thiserror::Error)]
+pub enum PeerError {
+    /// Nobody of that name is known.
+    #[error("no agent `{agent}` is known; known are: {}", .known.join(", "))]
+    Unknown {
+        /// What was asked for.
+        agent: String,
+        /// Who is known.
+        known: Vec<String>,
+    },
+    /// The property can't be mirrored.
+    #[error("slate://{agent}/{path}: {reason}")]
+    Subscription {
+        /// The other agent.
+        agent: String,
+        /// The property.
+        path: String,
+        /// In words.
+        reason: String,
+    },
+    /// It can't be sent.
+    #[error("agent `{agent}`: {error}{}", because(.reason))]
+    Send {
+        /// The other agent.
+        agent: String,
+        /// What is wrong.
+        error: SendError,
+        /// Why the agent is not there, where that is known.
+        reason: String,
+    },
+    /// The answer did not come.
+    #[error("agent `{agent}`: {reason}")]
+    NoAnswer {
+        /// The other agent.
+        agent: String,
+        /// In words.
+        reason: String,
+    },
+}
+
+fn because(reason: &str) -> String {
+    if reason.is_empty() { String::new() } else { format!(": {reason}") }
+}
+
+/// Wakes the threads that send, so that what was written goes out at once. Whoever calls it waits for nobody.
+#[derive(Clone)]
+pub struct Notifier(Arc<Common>);
+
+impl Notifier {
+    /// Values were written: to be called at the end of a tick, not for each value.
+    pub fn notify(&self) {
+        self.0.notify();
+    }
+}
+
+impl fmt::Debug for Notifier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Notifier")
+    }
+}
+
+impl Peers {
+    /// Begins to share what is on a board.
+    ///
+    /// # Errors
+    /// When the endpoint can't be listened at.
+    pub fn start(board: &Arc<Board>, setup: Setup) -> Result<Self, CarrierError> {
+        let mut carriers = setup.carriers;
+        carriers.entry("local".into()).or_insert_with(|| Arc::new(Local));
+        let common = Arc::new(Common {
+            board: Arc::clone(board),
+            identity: setup.identity,
+            clock: setup.clock,
+            limits: setup.limits,
+            carriers,
+            poll: setup.poll,
+            updated: setup.updated,
+            notice: setup.notice,
+            lines: Mutex::default(),
+            missed: AtomicBool::new(false),
+            ended: AtomicBool::new(false),
+            greeting: AtomicUsize::new(0),
+        });
+        let door = setup.listen.map(|endpoint| open_door(&common, &endpoint)).transpose()?;
+        Ok(Self { common, door })
+    }
+
+    /// Dials another agent, and again whenever it is gone.
+    ///
+    /// # Errors
+    /// When the endpoint makes no sense, or no thread can be started.
+    pub fn connect(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
+        self.common.carrier(endpoint)?;
+        let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
+        self.common.line_to(agent, Some(endpoint)).map(drop).map_err(system)
+    }
+
+    /// The other agents that are known, whether or not they are there.
+    pub fn agents(&self) -> Vec<String> {
+        self.common.with_lines(|lines| lines.keys().cloned().collect())
+    }
+
+    /// Whether another agent is there.
+    pub fn is_connected(&self, agent: &str) -> bool {
+        self.common.line(agent).is_some_and(|line| locked(&line.peer).session().other().is_some())
+    }
+
+    /// Reads a property of another agent, which may come later; its mirror is at `agents/<agent>/<path>`.
+    ///
+    /// # Errors
+    /// When nobody of that name is known, or the mirror's path is taken.
+    pub fn subscribe(&self, agent: &str, want: Want) -> Result<u32, PeerError> {
+        let (line, path) = (self.line(agent)?, want.path.clone());
+        let subscribed = locked(&line.peer).subscribe(want);
+        line.wake.notify(1);
+        subscribed.map_err(|reason| PeerError::Subscription { agent: agent.into(), path, reason })
+    }
+
+    /// Ends what [`subscribe`](Peers::subscribe) began.
+    pub fn unsubscribe(&self, agent: &str, id: u32) {
+        if let Some(line) = self.common.line(agent) {
+            locked(&line.peer).unsubscribe(id);
+            line.wake.notify(1);
+        }
+    }
+
+    /// How a subscription stands; nothing when there is none of that number.
+    pub fn status(&self, agent: &str, id: u32) -> Option<Status> {
+        locked(&self.common.line(agent)?.peer).status(id).cloned()
+    }
+
+    /// Sends a message to a mailbox of another agent, of an interface with that schema and with `items` tail items. Its
+    /// answers come out of what is returned: at first that it was accepted, and then how it ended.
+    ///
+    /// # Errors
+    /// When the agent is not there, or too much waits for it: the message is not sent then.
+    pub fn send(
+        &self,
+        agent: &str,
+        path: &str,
+        schema: u64,
+        items: usize,
+        bytes: &[u8],
+    ) -> Result<Receiver<Answer>, PeerError> {
+        let line = self.line(agent)?;
+        let (sender, receiver) = mpsc::channel();
+        let mut peer = locked(&line.peer);
+        let ticket = peer.send(path, schema, items, bytes).map_err(|error| not_sent(&line, error))?;
+        locked(&line.waiting).answers.insert(ticket, sender);
+        drop(peer);
+        line.wake.notify(1);
+        Ok(receiver)
+    }
+
+    /// Asks another agent which properties it has of those paths, and for their newest values if those are wanted.
+    ///
+    /// # Errors
+    /// When the agent is not there, or does not answer within `limit`.
+    pub fn list(
+        &self,
+        agent: &str,
+        pattern: &str,
+        values: bool,
+        limit: Duration,
+    ) -> Result<Vec<RemoteProperty>, PeerError> {
+        let line = self.line(agent)?;
+        let (sender, receiver) = mpsc::channel();
+        let mut peer = locked(&line.peer);
+        let request = peer.ask(pattern, values).map_err(|error| not_sent(&line, error))?;
+        locked(&line.waiting).lists.insert(request, sender);
+        drop(peer);
+        line.wake.notify(1);
+        let no_answer = |reason| PeerError::NoAnswer { agent: agent.into(), reason };
+        match receiver.recv_timeout(limit) {
+            Ok(answer) => answer.map_err(no_answer),
+            Err(_) => {
+                locked(&line.waiting).lists.remove(&request);
+                Err(no_answer(format!("it has not answered within {} ms", limit.as_millis())))
+            }
+        }
+    }
+
+    /// Wakes the threads that send.
+    pub fn notifier(&self) -> Notifier {
+        Notifier(Arc::clone(&self.common))
+    }
+
+    fn line(&self, agent: &str) -> Result<Arc<Line>, PeerError> {
+        self.common
+            .line(agent)
+            .ok_or_else(|| PeerError::Unknown { agent: agent.into(), known: self.agents() })
+    }
+}
+
+fn not_sent(line: &Line, error: SendError) -> PeerError {
+    PeerError::Send { agent: line.agent.clone(), error, reason: line.reason() }
+}
+
+impl Drop for Peers {
+    fn drop(&mut self) {
+        self.common.ended.store(true, Ordering::Release);
+        let lines = self.common.with_lines(std::mem::take);
+        lines.values().for_each(|served| served.line.end());
+        let threads = lines.into_values().flat_map(|served| served.threads).chain(self.door.take());
+        // One that panicked has ended, too.
+        threads.for_each(|thread| drop(thread.join()));
+    }
+}

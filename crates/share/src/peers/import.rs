@@ -1,0 +1,190 @@
+//! What is read from another agent: mirrors of its properties on this agent's board.
+
+use std::sync::Arc;
+
+use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::{Access, Board, Property, Store};
+
+use super::Want;
+use crate::carrier::SharedMemory;
+use crate::encoding::decode;
+use crate::schema::{difference, interface};
+use crate::session::{Encoding, Estimate, Offer, Sample};
+
+/// A subscription of this agent.
+#[derive(Debug)]
+pub(super) struct Import {
+    pub want: Want,
+    /// The mirror's path.
+    pub place: String,
+    pub mirror: Option<Mirror>,
+    pub status: Status,
+    /// Values that came and did not fit.
+    pub unfit: u64,
+}
+
+/// How a subscription of this agent stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The other agent is not connected, or has not answered.
+    Unanswered,
+    /// The other agent has no such property yet.
+    Waiting(String),
+    /// It is served.
+    Served,
+    /// It is not served, and why.
+    Refused(String),
+}
+
+/// A property of the board that is as the other agent's.
+#[derive(Debug)]
+pub(super) struct Mirror {
+    property: Arc<Property>,
+    /// Nothing while the other agent, or the property's writer there, is gone.
+    writer: Option<Writer>,
+    /// The generation that the values have at their origin.
+    generation: u64,
+    /// The last of its writers that are gone.
+    left: u64,
+    /// The last value's time on this agent's clock.
+    time: u64,
+}
+
+impl Import {
+    pub fn new(agent: &str, want: Want) -> Self {
+        let place = format!("agents/{agent}/{}", want.path);
+        Self { want, place, mirror: None, status: Status::Unanswered, unfit: 0 }
+    }
+
+    /// Makes the mirror, before the other agent is there, if it is known what it will be.
+    pub fn prepare(&mut self, board: &Board) -> Result<(), String> {
+        match self.want.expected {
+            Some(descriptor) if self.mirror.is_none() => {
+                let (capacity, depth) = (self.want.capacity, self.want.depth);
+                self.make(board, "A property of another agent.", descriptor, capacity, depth)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn make(
+        &mut self,
+        board: &Board,
+        doc: &str,
+        descriptor: &'static Descriptor,
+        capacity: usize,
+        depth: usize,
+    ) -> Result<(), String> {
+        let budget = Budget { latest: 16, queues: 8, window: 64 };
+        let store = Store { capacity, depth: depth.clamp(1, 4096), budget };
+        let property = board
+            .add_channel(&self.place, doc, descriptor, store, Access::Output)
+            .map_err(|error| error.to_string())?;
+        self.mirror = Some(Mirror { property, writer: None, generation: 0, left: 0, time: 0 });
+        Ok(())
+    }
+
+    /// The other agent serves the property: checks that it is what is expected.
+    pub fn accept(&mut self, board: &Board, offer: &Offer, largest: usize) -> Result<(), String> {
+        let descriptor = interface(&offer.interface).map_err(|refusal| refusal.to_string())?;
+        let expected = self.mirror.as_ref().map(|mirror| mirror.property.descriptor());
+        if let Some(expected) = expected.or(self.want.expected)
+            && let Some(difference) = difference(expected, descriptor)
+        {
+            return Err(format!("/{} is not what is expected here: {difference}", self.want.path));
+        }
+        if self.mirror.is_none() {
+            let capacity = usize::try_from(offer.capacity).unwrap_or(usize::MAX);
+            let bytes = descriptor.shape(capacity).bytes(capacity);
+            if bytes > largest {
+                return Err(format!(
+                    "/{} may take {bytes} bytes, more than the {largest} of a shared value",
+                    self.want.path
+                ));
+            }
+            let depth = self.want.depth.max(offer.depth as usize);
+            // As many as fit into what a few of the largest would take.
+            let depth = depth.min((4 * largest / bytes.max(1)).max(1));
+            self.make(board, &offer.doc, descriptor, capacity, depth)?;
+        }
+        if let Some(mirror) = &mut self.mirror {
+            // Whether there is a writer at the origin shows even if it has written nothing new.
+            mirror.left = 0;
+            mirror.time = 0;
+            mirror.take_writer();
+        }
+        self.status = Status::Served;
+        Ok(())
+    }
+
+    /// The origin is out of reach.
+    pub fn leave(&mut self) {
+        self.leave_writer(0);
+    }
+
+    /// The property's writer of that generation has left it at its origin.
+    pub fn leave_writer(&mut self, generation: u64) {
+        if let Some(mirror) = &mut self.mirror {
+            mirror.writer = None;
+            mirror.left = generation;
+        }
+    }
+
+    /// Shows a value; says whether it fitted.
+    pub fn show(
+        &mut self,
+        sample: &Sample,
+        content: &[u8],
+        memory: Option<&dyn SharedMemory>,
+        clock: Option<Estimate>,
+    ) -> bool {
+        let length = sample.length as usize;
+        let shown = self.mirror.as_mut().is_some_and(|mirror| match sample.encoding {
+            Encoding::Placed => {
+                let mut shown = false;
+                let mut take = |bytes: &[u8]| shown = mirror.write(sample, bytes, clock);
+                memory.is_some_and(|memory| memory.read(content, length, &mut take)) && shown
+            }
+            encoding => decode(mirror.property.descriptor(), encoding, content, length)
+                .is_some_and(|bytes| mirror.write(sample, &bytes, clock)),
+        });
+        self.unfit += u64::from(!shown);
+        shown
+    }
+}
+
+impl Mirror {
+    fn take_writer(&mut self) {
+        if self.writer.is_none() {
+            self.writer = self.property.channel().and_then(|channel| channel.writer().ok());
+        }
+    }
+
+    fn write(&mut self, sample: &Sample, bytes: &[u8], clock: Option<Estimate>) -> bool {
+        let descriptor = self.property.descriptor();
+        let Some(channel) = self.property.channel() else { return false };
+        let items = sample.items as usize;
+        let item = descriptor.tail().map_or(0, Kind::size);
+        let expected = item.checked_mul(items).and_then(|tail| tail.checked_add(descriptor.size));
+        if items > channel.shape().capacity || expected != Some(bytes.len()) {
+            return false;
+        }
+        if self.generation != sample.stamp.generation {
+            // Readers see that it is another writer.
+            self.writer = None;
+            self.generation = sample.stamp.generation;
+        }
+        self.take_writer();
+        let Some(writer) = &mut self.writer else { return false };
+        let time = clock.map_or(sample.stamp.time, |clock| clock.here(sample.stamp.time));
+        // A better estimate of the clocks must not turn back the time.
+        self.time = self.time.max(time);
+        let written = writer.write(bytes, items, self.time).is_ok();
+        if sample.stamp.generation <= self.left {
+            // It is the last value of a writer that was told to be gone.
+            self.writer = None;
+        }
+        written
+    }
+}

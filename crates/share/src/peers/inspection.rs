@@ -1,0 +1,204 @@
+//! What an agent tells another one of its properties.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::interface::{Descriptor, Value, View};
+use slate_blackboard::{Access, Board, Carrier, Pattern, Property, Stamp};
+use slate_module::encode_interface;
+
+use crate::schema::interface;
+
+/// About so many bytes are told at once.
+const PART: usize = 32 << 10;
+
+/// Bytes of an answer at most.
+const LARGEST_ANSWER: usize = 64 << 20;
+
+/// A property of another agent.
+#[derive(Clone, Debug)]
+pub struct RemoteProperty {
+    /// Path in that agent.
+    pub path: String,
+    /// What it is for.
+    pub doc: String,
+    /// Who writes it.
+    pub access: Access,
+    /// Its type.
+    pub descriptor: &'static Descriptor,
+    /// Room in the tail.
+    pub capacity: u64,
+    /// How many values are kept; 0 for a mailbox.
+    pub depth: u32,
+    /// Whether it has a writer now.
+    pub has_writer: bool,
+    /// Its newest value, if that was asked for and there is one; the stamp is the other agent's.
+    pub value: Option<(Value, Stamp)>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Entry<'a> {
+    path: &'a str,
+    doc: &'a str,
+    access: u8,
+    #[serde(with = "bytes")]
+    interface: &'a [u8],
+    capacity: u64,
+    depth: u32,
+    has_writer: bool,
+    #[serde(borrow)]
+    value: Option<EntryValue<'a>>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct EntryValue<'a> {
+    #[serde(with = "bytes")]
+    bytes: &'a [u8],
+    items: u64,
+    stamp: (u64, u64, u64),
+}
+
+/// Bytes as a whole.
+mod bytes {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(bytes)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'de [u8], D::Error> {
+        <&[u8]>::deserialize(deserializer)
+    }
+}
+
+/// A question of another agent that is being answered.
+#[derive(Debug)]
+pub(super) struct Question {
+    pattern: Pattern,
+    values: bool,
+    /// The path that was told last.
+    told: Option<String>,
+}
+
+impl Question {
+    /// Nothing when the pattern is none, which no property matches.
+    pub fn new(pattern: &str, values: bool) -> Option<Self> {
+        Some(Self { pattern: Pattern::parse(pattern).ok()?, values, told: None })
+    }
+
+    /// The next part, and whether it is the last. Values of more than `largest` bytes are left out.
+    pub fn next(&mut self, board: &Board, largest: usize) -> (Vec<u8>, bool) {
+        let mut part = Vec::new();
+        for property in board.matching(&self.pattern) {
+            if self.told.as_deref().is_some_and(|told| property.path() <= told) {
+                continue;
+            }
+            if part.len() >= PART {
+                return (part, false);
+            }
+            write(&property, self.values, largest, &mut part);
+            self.told = Some(property.path().into());
+        }
+        (part, true)
+    }
+}
+
+fn write(property: &Property, values: bool, largest: usize, part: &mut Vec<u8>) {
+    let Ok(interface) = encode_interface(property.descriptor()) else { return };
+    let newest = if values { property.newest().ok().flatten() } else { None };
+    let value = newest.as_ref().filter(|(bytes, ..)| bytes.len() <= largest).map(|(bytes, items, stamp)| {
+        let stamp = (stamp.sequence, stamp.time, stamp.generation);
+        EntryValue { bytes, items: *items as u64, stamp }
+    });
+    let (capacity, depth) = match property.carrier() {
+        Carrier::Channel(channel) => (channel.shape().capacity, channel.depth()),
+        Carrier::Mailbox(mailbox) => (mailbox.shape().capacity, 0),
+    };
+    let entry = Entry {
+        path: property.path(),
+        doc: property.doc(),
+        access: match property.access() {
+            Access::Output => 0,
+            Access::Setting => 1,
+            Access::Messages => 2,
+        },
+        interface: &interface,
+        capacity: capacity as u64,
+        depth: depth as u32,
+        has_writer: property.has_writer(),
+        value,
+    };
+    let begin = part.len();
+    match postcard::to_extend(&entry, std::mem::take(part)) {
+        Ok(written) => *part = written,
+        Err(_) => part.truncate(begin),
+    }
+}
+
+/// The answers to this agent's questions, as far as they came.
+#[derive(Debug, Default)]
+pub(super) struct Answers {
+    parts: BTreeMap<u32, (Vec<RemoteProperty>, usize)>,
+}
+
+impl Answers {
+    /// Takes a part; the whole when it was the last.
+    pub fn take(
+        &mut self,
+        request: u32,
+        mut bytes: &[u8],
+        last: bool,
+    ) -> Option<Result<Vec<RemoteProperty>, String>> {
+        let (all, size) = self.parts.entry(request).or_default();
+        *size += bytes.len();
+        if *size > LARGEST_ANSWER {
+            self.parts.remove(&request);
+            return Some(Err(format!(
+                "the answer is larger than {LARGEST_ANSWER} bytes: ask for fewer paths"
+            )));
+        }
+        while !bytes.is_empty() {
+            let Ok((entry, rest)) = postcard::take_from_bytes::<Entry<'_>>(bytes) else {
+                self.parts.remove(&request);
+                return Some(Err("the answer can't be read".into()));
+            };
+            bytes = rest;
+            match read(&entry) {
+                Ok(property) => all.push(property),
+                Err(reason) => {
+                    let reason = format!("/{}: {reason}", entry.path);
+                    self.parts.remove(&request);
+                    return Some(Err(reason));
+                }
+            }
+        }
+        if last { self.parts.remove(&request).map(|(all, _)| Ok(all)) } else { None }
+    }
+
+    pub fn forget(&mut self, request: u32) {
+        self.parts.remove(&request);
+    }
+}
+
+fn read(entry: &Entry<'_>) -> Result<RemoteProperty, String> {
+    let descriptor = interface(entry.interface).map_err(|refusal| refusal.to_string())?;
+    let value = entry.value.as_ref().and_then(|value| {
+        let view = View::new(descriptor, value.bytes, usize::try_from(value.items).ok()?)?;
+        let (sequence, time, generation) = value.stamp;
+        Some((view.value(), Stamp { sequence, time, generation }))
+    });
+    Ok(RemoteProperty {
+        path: entry.path.into(),
+        doc: entry.doc.into(),
+        access: match entry.access {
+            0 => Access::Output,
+            1 => Access::Setting,
+            _ => Access::Messages,
+        },
+        descriptor,
+        capacity: entry.capacity,
+        depth: entry.depth,
+        has_writer: entry.has_writer,
+        value,
+    })
+}

@@ -1,0 +1,360 @@
+//! The line to another agent: what its two threads share, and what they do. One sends, one receives; nobody else waits
+//! for either of them.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Sender;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use slate_blackboard::wake::Wake;
+
+use super::handle::Common;
+use super::state::States;
+use super::{Happening, Peer, RemoteProperty};
+use crate::carrier::Link;
+use crate::session::Answer;
+
+/// How long a thread waits at most before it looks whether it is to end.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// From one attempt to dial to the next: at first, and at most.
+const SOON: Duration = Duration::from_millis(20);
+const LATER: Duration = Duration::from_millis(500);
+
+/// How long a link may take until both agents know of each other, nanoseconds.
+const GREETING: u64 = 1_000_000_000;
+
+/// How often the states on the board are brought up to date, nanoseconds.
+const STATES: u64 = 100_000_000;
+
+/// The line to one other agent.
+#[derive(Debug)]
+pub(super) struct Line {
+    pub agent: String,
+    pub peer: Mutex<Peer>,
+    /// Wakes the thread that sends.
+    pub wake: Arc<Wake>,
+    /// Where it is dialled; nothing while only it dials.
+    pub endpoint: Mutex<Option<String>>,
+    link: Mutex<Current>,
+    changed: Condvar,
+    pub waiting: Mutex<Waiting>,
+    reason: Mutex<String>,
+    ended: AtomicBool,
+}
+
+/// The link in use.
+#[derive(Debug, Default)]
+struct Current {
+    link: Option<Arc<dyn Link>>,
+    dialled: bool,
+    since: u64,
+}
+
+/// Who waits for an answer of the other agent.
+#[derive(Debug, Default)]
+pub(super) struct Waiting {
+    pub answers: BTreeMap<u64, Sender<Answer>>,
+    pub lists: BTreeMap<u32, Sender<Result<Vec<RemoteProperty>, String>>>,
+}
+
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Line {
+    pub fn new(peer: Peer, wake: Arc<Wake>, endpoint: Option<String>) -> Self {
+        Self {
+            agent: peer.agent().into(),
+            peer: Mutex::new(peer),
+            wake,
+            endpoint: Mutex::new(endpoint),
+            link: Mutex::default(),
+            changed: Condvar::new(),
+            waiting: Mutex::default(),
+            reason: Mutex::default(),
+            ended: AtomicBool::new(false),
+        }
+    }
+
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::Release);
+        if let Some(link) = &locked(&self.link).link {
+            link.close();
+        }
+        self.changed.notify_all();
+        self.wake.notify(1);
+    }
+
+    /// Whether nobody would miss it: the other agent came by itself, and is gone.
+    pub fn is_idle(&self) -> bool {
+        locked(&self.endpoint).is_none() && self.current().is_none() && locked(&self.peer).is_idle()
+    }
+
+    fn has_ended(&self) -> bool {
+        self.ended.load(Ordering::Acquire)
+    }
+
+    fn current(&self) -> Option<Arc<dyn Link>> {
+        locked(&self.link).link.clone()
+    }
+
+    /// Takes a link that the other agent has dialled, with the greeting that came over it; or says why not.
+    pub fn adopt(
+        &self,
+        common: &Common,
+        link: Arc<dyn Link>,
+        instance: u64,
+        packet: &[u8],
+    ) -> Result<(), Option<String>> {
+        let now = common.now();
+        let mut current = locked(&self.link);
+        if self.has_ended() {
+            // It was idle a moment ago; whoever dials again finds another one.
+            return Err(None);
+        }
+        let mut peer = locked(&self.peer);
+        if let Some(old) = &current.link {
+            let other = peer.session().other().map(|other| other.instance);
+            if other.is_some_and(|other| other != instance) {
+                return Err(Some(crate::session::duplicate(&common.identity.agent, &self.agent)));
+            }
+            // When both dial at once, both keep the link of the one whose name comes first.
+            if current.dialled && common.identity.agent < self.agent {
+                return Err(None);
+            }
+            old.close();
+            peer.disconnect(now, "it is connected anew");
+        }
+        peer.receive(now, packet, link.memory());
+        *current = Current { link: Some(link), dialled: false, since: now };
+        drop((peer, current));
+        self.changed.notify_all();
+        self.wake.notify(1);
+        Ok(())
+    }
+
+    /// The link is of no use any more.
+    fn drop_link(&self, common: &Common, link: &Arc<dyn Link>, reason: &str) {
+        link.close();
+        let mut current = locked(&self.link);
+        if current.link.as_ref().is_some_and(|current| Arc::ptr_eq(current, link)) {
+            *current = Current::default();
+            locked(&self.peer).disconnect(common.now(), reason);
+        }
+        drop(current);
+        self.changed.notify_all();
+        self.wake.notify(1);
+    }
+
+    /// What the sending thread does.
+    pub fn send(&self, common: &Common) {
+        let mut states = States::new(&common.board, &self.agent);
+        let mut states_at = 0;
+        let mut packet = Vec::new();
+        let mut unsent = false;
+        let mut last: Option<Arc<dyn Link>> = None;
+        while !self.has_ended() {
+            let link = self.current();
+            let same = match (&last, &link) {
+                (Some(last), Some(link)) => Arc::ptr_eq(last, link),
+                (None, None) => true,
+                _ => false,
+            };
+            if !same {
+                unsent = false;
+                last.clone_from(&link);
+            }
+            // First what waits: the rest costs time, and can be done while it is on its way.
+            let mut room = true;
+            if let Some(link) = &link {
+                match self.send_all(common, link, &mut packet, &mut unsent) {
+                    Ok(sent) => room = sent,
+                    Err(error) => {
+                        self.drop_link(common, link, &format!("the link broke: {error}"));
+                        continue;
+                    }
+                }
+            }
+            let mut peer = locked(&self.peer);
+            let now = common.now();
+            // What happened until now has been dealt with; if it is gone now, that is because it is silent.
+            let mut happenings = self.report(&mut peer);
+            peer.tick(now);
+            let ticked = self.report(&mut peer);
+            let gone = ticked.iter().any(|happening| matches!(happening, Happening::Disconnected { .. }));
+            happenings.extend(ticked);
+            if now >= states_at {
+                states_at = now + STATES;
+                states.update(&peer, &locked(&self.reason), now);
+            }
+            let polls = common.poll.filter(|_| peer.serves()).map_or(u64::MAX, |poll| now + poll);
+            let deadline = peer.deadline(now).min(states_at).min(polls);
+            drop(peer);
+            self.tell(common, &happenings);
+            match &link {
+                None => drop(self.wake.wait_timeout(LOOK)),
+                // Nothing is heard over it, so a new one may be better.
+                Some(link) if gone => self.drop_link(common, link, "it is silent"),
+                Some(link) if !room => {
+                    if link.wait_for_room(Duration::from_millis(5)).is_err() {
+                        self.drop_link(common, link, "the link broke");
+                    }
+                }
+                Some(_) => {
+                    let left = deadline.saturating_sub(common.now());
+                    if left > 0 {
+                        self.wake.wait_timeout(Duration::from_nanos(left).min(LOOK));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sends what there is; false when there was no room for all.
+    fn send_all(
+        &self,
+        common: &Common,
+        link: &Arc<dyn Link>,
+        packet: &mut Vec<u8>,
+        unsent: &mut bool,
+    ) -> io::Result<bool> {
+        loop {
+            if !*unsent {
+                let mut peer = locked(&self.peer);
+                if !peer.outgoing(common.now(), link.largest(), packet, link.memory()) {
+                    return Ok(true);
+                }
+            }
+            *unsent = !link.send(packet)?;
+            if *unsent {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// What the receiving thread does: it dials, too.
+    pub fn receive(&self, common: &Common) {
+        let mut packet = Vec::new();
+        let mut pause = SOON;
+        while !self.has_ended() {
+            let Some(link) = self.current() else {
+                self.dial(common, &mut pause);
+                continue;
+            };
+            packet.resize(link.largest() + 1, 0);
+            match link.receive(&mut packet, LOOK) {
+                Ok(Some(length)) => {
+                    let mut peer = locked(&self.peer);
+                    let now = common.now();
+                    peer.receive(now, &packet[..length], link.memory());
+                    if peer.take_shown()
+                        && let Some(updated) = &common.updated
+                    {
+                        updated.notify(1);
+                    }
+                    if peer.session().other().is_some() {
+                        pause = SOON;
+                    }
+                    let happenings = self.report(&mut peer);
+                    let answers = peer.deadline(now) <= now;
+                    drop(peer);
+                    if answers {
+                        self.wake.notify(1);
+                    }
+                    self.tell(common, &happenings);
+                }
+                Ok(None) => self.give_up(common, &link),
+                Err(error) => {
+                    self.drop_link(common, &link, &format!("the link broke: {error}"));
+                    self.pause(&mut pause);
+                }
+            }
+        }
+    }
+
+    /// A link over which the other agent does not greet is tried no longer.
+    fn give_up(&self, common: &Common, link: &Arc<dyn Link>) {
+        let since = locked(&self.link).since;
+        let apart = locked(&self.peer).session().other().is_none();
+        if apart && common.now().saturating_sub(since) > GREETING {
+            self.drop_link(common, link, "it does not greet");
+        }
+    }
+
+    fn dial(&self, common: &Common, pause: &mut Duration) {
+        let endpoint = locked(&self.endpoint).clone();
+        let dialled =
+            endpoint.map(|endpoint| common.carrier(&endpoint).and_then(|carrier| carrier.dial(&endpoint)));
+        match dialled {
+            Some(Ok(link)) => {
+                let mut current = locked(&self.link);
+                if current.link.is_none() {
+                    *current = Current { link: Some(link), dialled: true, since: common.now() };
+                }
+                drop(current);
+                self.wake.notify(1);
+            }
+            Some(Err(error)) => {
+                *locked(&self.reason) = error.to_string();
+                self.pause(pause);
+            }
+            None => self.pause(pause),
+        }
+    }
+
+    /// Waits, but not when the other agent has dialled.
+    fn pause(&self, pause: &mut Duration) {
+        let current = locked(&self.link);
+        if current.link.is_none() && !self.has_ended() {
+            // Who wakes up too early tries once more.
+            drop(self.changed.wait_timeout(current, *pause).unwrap_or_else(PoisonError::into_inner));
+        }
+        *pause = (*pause * 2).min(LATER);
+    }
+
+    /// Answers whoever waits for what has happened, all of which is returned.
+    fn report(&self, peer: &mut Peer) -> Vec<Happening> {
+        let happenings: Vec<_> = peer.happenings().collect();
+        for happening in &happenings {
+            match happening {
+                Happening::Connected { .. } => locked(&self.reason).clear(),
+                Happening::Disconnected { reason } | Happening::Refused { reason } => {
+                    locked(&self.reason).clone_from(reason);
+                }
+                Happening::Unserved { .. } => {}
+                Happening::Answered { ticket, answer } => {
+                    let mut waiting = locked(&self.waiting);
+                    if let Some(sender) = waiting.answers.get(ticket) {
+                        // Who asked may wait no longer.
+                        let _ = sender.send(*answer);
+                    }
+                    if answer.is_final() {
+                        waiting.answers.remove(ticket);
+                    }
+                }
+                Happening::Listed { request, answer } => {
+                    if let Some(sender) = locked(&self.waiting).lists.remove(request) {
+                        // As above.
+                        let _ = sender.send(answer.clone());
+                    }
+                }
+            }
+        }
+        happenings
+    }
+
+    /// Tells the host what has happened. No lock is held, so it may ask for something at once.
+    fn tell(&self, common: &Common, happenings: &[Happening]) {
+        if let Some(notice) = &common.notice {
+            happenings.iter().for_each(|happening| notice(&self.agent, happening));
+        }
+    }
+
+    /// Why the other agent is not there, where that is known.
+    pub fn reason(&self) -> String {
+        locked(&self.reason).clone()
+    }
+}

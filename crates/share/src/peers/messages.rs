@@ -1,0 +1,93 @@
+//! Messages that another agent sends to mailboxes of this one.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_blackboard::message::{ABANDONED, Sender, Status, Ticket};
+use slate_blackboard::{Board, Carrier, Property};
+
+use crate::session::{Answer, Session};
+
+/// The mailboxes that another agent has written to, and the messages that wait there.
+#[derive(Debug, Default)]
+pub(super) struct Messages {
+    /// One sender for each mailbox, so that its messages stay in order.
+    senders: BTreeMap<String, (Arc<Property>, Sender)>,
+    open: Vec<(u64, String, Ticket)>,
+}
+
+/// A message as it came.
+#[derive(Debug)]
+pub(super) struct Incoming {
+    pub ticket: u64,
+    pub path: String,
+    pub schema: u64,
+    pub items: u64,
+    pub bytes: Vec<u8>,
+}
+
+/// Mailboxes that one agent may write to.
+const MAILBOXES: usize = 256;
+
+impl Messages {
+    /// Whether messages wait for their answers.
+    pub fn is_open(&self) -> bool {
+        !self.open.is_empty()
+    }
+
+    /// Puts a message into its mailbox, and says how it fares.
+    pub fn deliver(&mut self, board: &Board, message: &Incoming, now: u64, session: &mut Session) {
+        let answer = match self.send(board, message, now) {
+            Ok(ticket) => {
+                self.open.push((message.ticket, message.path.clone(), ticket));
+                Answer::Accepted
+            }
+            Err(answer) => answer,
+        };
+        session.answer(message.ticket, answer);
+    }
+
+    fn send(&mut self, board: &Board, message: &Incoming, now: u64) -> Result<Ticket, Answer> {
+        let found = board.get(&message.path).filter(|(_, field)| field.is_empty()).map(|(found, _)| found);
+        let property = found.ok_or(Answer::NoMailbox)?;
+        let Carrier::Mailbox(mailbox) = property.carrier() else { return Err(Answer::NoMailbox) };
+        let shape = mailbox.shape();
+        let items = usize::try_from(message.items).unwrap_or(usize::MAX);
+        let fits = items <= shape.capacity && message.bytes.len() <= shape.bytes(items);
+        if property.descriptor().hash != message.schema || !fits {
+            return Err(Answer::NoMailbox);
+        }
+        let known = self.senders.get(&message.path).is_some_and(|(known, _)| Arc::ptr_eq(known, &property));
+        if !known {
+            if self.senders.len() >= MAILBOXES {
+                return Err(Answer::Full);
+            }
+            let sender = mailbox.sender().map_err(|_| Answer::Full)?;
+            self.senders.insert(message.path.clone(), (Arc::clone(&property), sender));
+        }
+        let (_, sender) = self.senders.get_mut(&message.path).ok_or(Answer::NoMailbox)?;
+        sender.send(&message.bytes, items, now).map_err(|_| Answer::Full)
+    }
+
+    /// Tells the other agent what was answered.
+    pub fn settle(&mut self, session: &mut Session) {
+        let senders = &self.senders;
+        self.open.retain(|(number, path, ticket)| {
+            let status = senders.get(path).map_or(Status::Unknown, |(_, sender)| sender.status(*ticket));
+            let answer = match status {
+                Status::Accepted => return true,
+                Status::Done => Answer::Done,
+                Status::Refused(ABANDONED) | Status::Unknown => Answer::Vanished,
+                Status::Refused(code) => Answer::Refused(code),
+            };
+            session.answer(*number, answer);
+            false
+        });
+    }
+
+    /// The other agent is gone, and with it who wants to know.
+    pub fn end(&mut self) {
+        self.open.clear();
+        self.senders.clear();
+    }
+}

@@ -1,0 +1,461 @@
+//! Another agent, as seen from this agent's board. It has no thread and no clock: see [`super::Peers`].
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use slate_blackboard::wake::Wake;
+use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
+
+use super::export::{Export, Unserved};
+use super::import::{Import, Status};
+use super::inspection::{Answers, Question};
+use super::messages::{Incoming, Messages};
+use super::{Happening, Want};
+use crate::carrier::SharedMemory;
+use crate::session::{
+    Application, Compression, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session,
+};
+
+/// How often a property is looked for that is not there; other names of properties come without an event.
+const RETRY: u64 = 200_000_000;
+
+/// How often a mailbox is asked for answers.
+const SETTLE: u64 = 2_000_000;
+
+/// How many happenings wait for whoever is interested.
+const HAPPENINGS: usize = 4096;
+
+/// Bytes of a path that another agent may ask for.
+const LONGEST_PATH: usize = 1024;
+
+/// Bytes of control messages that are left free for others while a question is answered.
+const RESERVE: usize = 1 << 20;
+
+/// Another agent: the session with it, what it reads here, and the mirrors of what is read there.
+#[derive(Debug)]
+pub struct Peer {
+    pub(super) session: Session,
+    pub(super) desk: Desk,
+    questions: BTreeMap<u32, Question>,
+    answers: Answers,
+    messages: Messages,
+    observer: Observer,
+    missed: u64,
+    happenings: VecDeque<Happening>,
+    retry_at: u64,
+}
+
+/// What a session needs while it is in use.
+#[derive(Debug)]
+pub(super) struct Desk {
+    board: Arc<Board>,
+    agent: String,
+    wake: Arc<Wake>,
+    pub exports: BTreeMap<u32, Export>,
+    pub imports: BTreeMap<u32, Import>,
+    events: VecDeque<Event>,
+    estimate: Option<Estimate>,
+    /// Whether a mirror was written since it was asked.
+    shown: bool,
+}
+
+/// The desk, and memory that both agents see.
+struct Work<'a> {
+    desk: &'a mut Desk,
+    memory: Option<&'a dyn SharedMemory>,
+}
+
+impl Application for Work<'_> {
+    fn event(&mut self, event: Event) {
+        self.desk.events.push_back(event);
+    }
+
+    fn sample(&mut self, id: u32, sample: &Sample, content: &[u8]) {
+        let estimate = self.desk.estimate;
+        if let Some(import) = self.desk.imports.get_mut(&id) {
+            self.desk.shown |= import.show(sample, content, self.memory, estimate);
+        }
+    }
+
+    fn discard(&mut self, sample: &Sample, content: &[u8]) {
+        if let Some(memory) = self.memory {
+            memory.read(content, sample.length as usize, &mut |_| {});
+        }
+    }
+
+    fn has_news(&mut self, id: u32) -> bool {
+        self.desk
+            .exports
+            .get(&id)
+            .and_then(|export| export.source.as_ref())
+            .is_some_and(|source| source.has_news())
+    }
+
+    fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
+        let export = self.desk.exports.get_mut(&id)?;
+        let compression = export.options.compression;
+        export.source.as_mut()?.take(compression, self.memory, content)
+    }
+}
+
+impl Peer {
+    /// Another agent of that name, which is not connected. `wake` is notified when this agent has something for it.
+    pub fn new(board: &Arc<Board>, own: Identity, agent: &str, limits: Limits, wake: &Arc<Wake>) -> Self {
+        // A pattern of any path.
+        let all = Pattern::parse("**").unwrap_or_else(|_| unreachable!("it is a pattern"));
+        Self {
+            session: Session::new(own, Some(agent), limits),
+            desk: Desk {
+                board: Arc::clone(board),
+                agent: agent.into(),
+                wake: Arc::clone(wake),
+                exports: BTreeMap::new(),
+                imports: BTreeMap::new(),
+                events: VecDeque::new(),
+                estimate: None,
+                shown: false,
+            },
+            questions: BTreeMap::new(),
+            answers: Answers::default(),
+            messages: Messages::default(),
+            observer: board.observe(&all, 256, Some(Arc::clone(wake))),
+            missed: 0,
+            happenings: VecDeque::new(),
+            retry_at: 0,
+        }
+    }
+
+    /// The other agent's name.
+    pub fn agent(&self) -> &str {
+        &self.desk.agent
+    }
+
+    /// The session with it.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Subscribes to a property, whose mirror is at `agents/<agent>/<path>`.
+    ///
+    /// # Errors
+    /// When the mirror's path is taken, or there are too many subscriptions.
+    pub fn subscribe(&mut self, mut want: Want) -> Result<u32, String> {
+        Url::parse(&format!("/{}", want.path)).map_err(|error| error.to_string())?;
+        if !cfg!(feature = "jpeg") && matches!(want.options.compression, Compression::Jpeg(_)) {
+            // What is sent must be what this agent can read.
+            want.options.compression = Compression::Lossless;
+        }
+        let mut import = Import::new(&self.desk.agent, want);
+        if self.desk.board.get(&import.place).is_some_and(|(_, field)| field.is_empty()) {
+            return Err(format!("/{} exists already", import.place));
+        }
+        import.prepare(&self.desk.board)?;
+        let (path, options) = (import.want.path.clone(), import.want.options);
+        match self.session.subscribe(&path, options) {
+            Ok(id) => {
+                self.desk.imports.insert(id, import);
+                Ok(id)
+            }
+            Err(error) => {
+                let _ = self.desk.board.remove(&import.place);
+                Err(error.to_string())
+            }
+        }
+    }
+
+    /// Ends a subscription, and takes its mirror off the board.
+    pub fn unsubscribe(&mut self, id: u32) {
+        self.session.unsubscribe(id);
+        if let Some(import) = self.desk.imports.remove(&id)
+            && import.mirror.is_some()
+        {
+            // Somebody else may have taken it off.
+            let _ = self.desk.board.remove(&import.place);
+        }
+    }
+
+    /// How a subscription stands.
+    pub fn status(&self, id: u32) -> Option<&Status> {
+        self.desk.imports.get(&id).map(|import| &import.status)
+    }
+
+    /// Sends a message to a mailbox of the other agent; how it fares is a [`Happening`].
+    ///
+    /// # Errors
+    /// When the other agent is not there, or too much waits for it: the message is not sent then.
+    pub fn send(&mut self, path: &str, schema: u64, items: usize, bytes: &[u8]) -> Result<u64, SendError> {
+        self.session.send(path, schema, items as u64, bytes)
+    }
+
+    /// Asks which properties there are of those paths, and for their newest values if those are wanted; the answer is
+    /// a [`Happening`].
+    ///
+    /// # Errors
+    /// When the other agent is not there, or has not answered the last questions.
+    pub fn ask(&mut self, pattern: &str, values: bool) -> Result<u32, SendError> {
+        self.session.ask(pattern, values)
+    }
+
+    /// What has happened since this was asked last.
+    pub fn happenings(&mut self) -> impl Iterator<Item = Happening> + '_ {
+        self.happenings.drain(..)
+    }
+
+    fn happen(&mut self, happening: Happening) {
+        if self.happenings.len() == HAPPENINGS {
+            self.happenings.pop_front();
+        }
+        self.happenings.push_back(happening);
+    }
+
+    /// Whether a mirror was written since this was asked last.
+    pub fn take_shown(&mut self) -> bool {
+        std::mem::take(&mut self.desk.shown)
+    }
+
+    /// Takes a packet that came at `now`.
+    pub fn receive(&mut self, now: u64, packet: &[u8], memory: Option<&dyn SharedMemory>) {
+        self.desk.estimate = self.session.estimate();
+        self.session.receive(now, packet, &mut Work { desk: &mut self.desk, memory });
+        self.react(now);
+    }
+
+    /// Ends the connection, because the host knows that it is cut.
+    pub fn disconnect(&mut self, now: u64, reason: &str) {
+        self.session.disconnect(now, reason, &mut Work { desk: &mut self.desk, memory: None });
+        self.react(now);
+    }
+
+    /// Sees what time it is, and what happened on the board.
+    pub fn tick(&mut self, now: u64) {
+        self.session.tick(now, &mut Work { desk: &mut self.desk, memory: None });
+        self.react(now);
+        self.observe(now);
+        self.messages.settle(&mut self.session);
+        self.answer_questions();
+    }
+
+    /// Writes the next packet, if there is something to be sent.
+    pub fn outgoing(
+        &mut self,
+        now: u64,
+        largest: usize,
+        packet: &mut Vec<u8>,
+        memory: Option<&dyn SharedMemory>,
+    ) -> bool {
+        self.session.outgoing(now, largest, packet, &mut Work { desk: &mut self.desk, memory })
+    }
+
+    /// When something is to be done, unless a packet comes or the wake is notified before.
+    pub fn deadline(&mut self, now: u64) -> u64 {
+        let mut next = self.session.deadline(now, &mut Work { desk: &mut self.desk, memory: None });
+        if self.messages.is_open() {
+            next = next.min(now + SETTLE);
+        }
+        if !self.questions.is_empty() {
+            next = next.min(now + SETTLE);
+        }
+        if self.desk.exports.values().any(|export| export.source.is_none()) {
+            next = next.min(self.retry_at);
+        }
+        next
+    }
+
+    /// Whether this agent reads nothing there, and the other one nothing here.
+    pub fn is_idle(&self) -> bool {
+        self.desk.imports.is_empty() && self.session.other().is_none()
+    }
+
+    /// Whether properties are served whose writers notify nobody by themselves.
+    pub fn serves(&self) -> bool {
+        !self.desk.exports.is_empty()
+    }
+
+    fn react(&mut self, now: u64) {
+        while let Some(event) = self.desk.events.pop_front() {
+            self.react_to(event, now);
+        }
+    }
+
+    fn react_to(&mut self, event: Event, now: u64) {
+        match event {
+            Event::Connected { instance, .. } => self.happen(Happening::Connected { instance }),
+            Event::Disconnected { reason } => {
+                self.questions.clear();
+                self.messages.end();
+                for import in self.desk.imports.values_mut() {
+                    import.leave();
+                    import.status = Status::Unanswered;
+                }
+                self.happen(Happening::Disconnected { reason });
+            }
+            Event::Refused { reason } => self.happen(Happening::Refused { reason }),
+            Event::Accepted { id, offer } => {
+                let Desk { imports, board, .. } = &mut self.desk;
+                let Some(import) = imports.get_mut(&id) else { return };
+                if let Err(reason) = import.accept(board, &offer, self.session.limits().value) {
+                    import.status = Status::Refused(reason.clone());
+                    let path = import.want.path.clone();
+                    self.session.refrain(id);
+                    self.happen(Happening::Unserved { path, reason });
+                }
+            }
+            Event::Waiting { id, reason } => {
+                let Some(import) = self.desk.imports.get_mut(&id) else { return };
+                import.leave();
+                import.status = Status::Waiting(reason.clone());
+                let path = import.want.path.clone();
+                self.happen(Happening::Unserved { path, reason });
+            }
+            Event::Declined { id, reason } => {
+                let Some(import) = self.desk.imports.get_mut(&id) else { return };
+                import.leave();
+                import.status = Status::Refused(reason.clone());
+                let path = import.want.path.clone();
+                self.happen(Happening::Unserved { path, reason });
+            }
+            Event::WriterLeft { id, generation } => {
+                if let Some(import) = self.desk.imports.get_mut(&id) {
+                    import.leave_writer(generation);
+                }
+            }
+            Event::Subscribed { id, path, options, seen } => {
+                // What is served shows on the board under the same path.
+                if path.len() > LONGEST_PATH || Url::parse(&format!("/{path}")).is_err() {
+                    return self.session.decline(id, "that is no path of a property");
+                }
+                let export = Export::new(path, options, seen, Arc::clone(&self.desk.wake));
+                self.desk.exports.insert(id, export);
+                self.serve(id, now);
+            }
+            Event::Unsubscribed { id } => {
+                self.desk.exports.remove(&id);
+            }
+            Event::Message { ticket, path, schema, items, bytes } => {
+                let message = Incoming { ticket, path, schema, items, bytes };
+                self.messages.deliver(&self.desk.board, &message, now, &mut self.session);
+                self.desk.shown = true;
+            }
+            Event::Answered { ticket, answer } => self.happen(Happening::Answered { ticket, answer }),
+            Event::Asked { request, pattern, values } => match Question::new(&pattern, values) {
+                Some(question) => {
+                    self.questions.insert(request, question);
+                }
+                None => self.session.part(request, &[], true),
+            },
+            Event::Part { request, bytes, last } => {
+                if let Some(answer) = self.answers.take(request, &bytes, last) {
+                    self.happen(Happening::Listed { request, answer });
+                }
+            }
+            Event::Failed { request } => {
+                self.answers.forget(request);
+                let answer = Err("the other agent went away".into());
+                self.happen(Happening::Listed { request, answer });
+            }
+        }
+    }
+
+    /// Looks for the property of a subscription of the other agent.
+    fn serve(&mut self, id: u32, now: u64) {
+        let instance = self.session.own().instance;
+        let Some(export) = self.desk.exports.get_mut(&id) else { return };
+        match export.connect(&self.desk.board, instance) {
+            Ok(offer) => {
+                export.waiting.clear();
+                self.session.accept(id, &offer);
+                // A property without a writer has no value that is still true.
+                let left = export.source.as_ref().filter(|source| !source.property().has_writer());
+                if let Some(source) = left {
+                    self.session.writer_left(id, source.property().generation());
+                }
+            }
+            Err(Unserved::Waits(reason)) => {
+                self.retry_at = now + RETRY;
+                if export.waiting != reason {
+                    self.session.wait(id, &reason);
+                    export.waiting = reason;
+                }
+            }
+            Err(Unserved::Declined(reason)) => {
+                self.desk.exports.remove(&id);
+                self.session.decline(id, &reason);
+            }
+        }
+    }
+
+    fn observe(&mut self, now: u64) {
+        let mut look = now >= self.retry_at;
+        while let Some(event) = self.observer.next() {
+            match event {
+                BoardEvent::Appeared(_) => look = true,
+                BoardEvent::Vanished(path) => self.unserve(|of| of == &*path),
+                BoardEvent::WriterLeft(path, generation) => {
+                    let serves = |export: &Export| {
+                        export.source.as_ref().is_some_and(|source| source.property().path() == &*path)
+                    };
+                    let ids =
+                        self.desk.exports.iter().filter(|(_, export)| serves(export)).map(|(id, _)| *id);
+                    ids.for_each(|id| self.session.writer_left(id, generation));
+                }
+                _ => {}
+            }
+        }
+        if self.observer.missed() > self.missed {
+            self.missed = self.observer.missed();
+            // What happened is not known, so whatever is not there any more has vanished.
+            let board = Arc::clone(&self.desk.board);
+            self.unserve(|path| board.get(path).is_none());
+            look = true;
+        }
+        if look {
+            let waiting = |export: &Export| export.source.is_none();
+            let ids: Vec<u32> =
+                self.desk.exports.iter().filter(|(_, export)| waiting(export)).map(|(id, _)| *id).collect();
+            ids.into_iter().for_each(|id| self.serve(id, now));
+        }
+    }
+
+    /// Those properties are gone.
+    fn unserve(&mut self, gone: impl Fn(&str) -> bool) {
+        for (id, export) in &mut self.desk.exports {
+            if export.source.as_ref().is_some_and(|source| gone(source.property().path())) {
+                export.source = None;
+                export.waiting = format!("/{} was removed", export.path);
+                self.session.wait(*id, &export.waiting);
+                // It may be back under the same path already.
+                self.retry_at = 0;
+            }
+        }
+    }
+
+    fn answer_questions(&mut self) {
+        let largest = self.session.limits().value / 2;
+        while self.session.room() > RESERVE
+            && let Some((&request, question)) = self.questions.iter_mut().next()
+        {
+            let (part, last) = question.next(&self.desk.board, largest);
+            self.session.part(request, &part, last);
+            if last {
+                self.questions.remove(&request);
+            }
+        }
+    }
+
+    /// Values of queues that wait to be sent to the other agent.
+    pub(super) fn lag(&self, id: u32) -> u64 {
+        let export = self.desk.exports.get(&id).filter(|export| export.options.content == Content::All);
+        export.and_then(|export| export.source.as_ref()).map_or(0, |source| source.lag())
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        for import in self.desk.imports.values() {
+            if import.mirror.is_some() {
+                // Somebody else may have taken it off.
+                let _ = self.desk.board.remove(&import.place);
+            }
+        }
+    }
+}

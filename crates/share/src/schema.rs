@@ -1,0 +1,130 @@
+//! Interfaces of other agents: what they must not cost, and how they differ from one's own.
+
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
+
+use slate_blackboard::interface::{Descriptor, Field, Kind};
+use slate_module::{Refusal, decode_interface};
+
+/// Bytes of interfaces that other agents may bring: what is made of them stays for as long as the process, as values
+/// and readers refer to it.
+const BUDGET: usize = 8 << 20;
+
+/// Bytes of one interface.
+const LARGEST: usize = 256 << 10;
+
+/// The interfaces that came, so that each counts once.
+static KNOWN: Mutex<(BTreeSet<Vec<u8>>, usize)> = Mutex::new((BTreeSet::new(), 0));
+
+/// An interface that another agent has described.
+///
+/// # Errors
+/// When it can't be read, or other agents have brought too many.
+pub fn interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
+    if bytes.len() > LARGEST {
+        return Err(Refusal(format!("its interface takes {} bytes, more than {LARGEST}", bytes.len())));
+    }
+    {
+        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let (all, taken) = &mut *known;
+        if !all.contains(bytes) {
+            if *taken + bytes.len() > BUDGET {
+                return Err(Refusal(format!(
+                    "other agents have brought more than {BUDGET} bytes of interfaces; restart this agent to forget \
+                     them"
+                )));
+            }
+            *taken += bytes.len();
+            all.insert(bytes.to_vec());
+        }
+    }
+    let descriptor = decode_interface(bytes)?;
+    match descriptor.fields.iter().find(|field| is_endless(&field.kind)) {
+        None => Ok(descriptor),
+        Some(field) => {
+            Err(Refusal(format!("field `{}` of {} has items of no size", field.name, descriptor.name)))
+        }
+    }
+}
+
+/// Whether there are items without size, of which any number takes no memory but time.
+fn is_endless(kind: &Kind) -> bool {
+    match kind {
+        Kind::Array(item, _) | Kind::Sequence(item, _) | Kind::Tail(item) => {
+            item.size() == 0 || is_endless(item)
+        }
+        Kind::Optional(item) => is_endless(item),
+        Kind::Nested(nested) => nested.fields.iter().any(|field| is_endless(&field.kind)),
+        _ => false,
+    }
+}
+
+/// The first difference between two interfaces in words; nothing when their schemas are the same.
+pub fn difference(here: &Descriptor, there: &Descriptor) -> Option<String> {
+    if here.hash == there.hash {
+        return None;
+    }
+    if here.name != there.name {
+        return Some(format!("here it is {}, there {}", here.name, there.name));
+    }
+    let found = first(here, there, "");
+    Some(found.unwrap_or_else(|| format!("{} has another schema there", here.name)))
+}
+
+fn first(here: &Descriptor, there: &Descriptor, prefix: &str) -> Option<String> {
+    let count = here.fields.len().max(there.fields.len());
+    (0..count).find_map(|i| match (here.fields.get(i), there.fields.get(i)) {
+        (Some(own), Some(other)) => field(own, other, prefix),
+        (Some(own), None) => {
+            Some(format!("{} has `{prefix}{}` ({}) only here", here.name, own.name, described(own)))
+        }
+        (None, Some(other)) => {
+            Some(format!("{} has `{prefix}{}` ({}) only there", here.name, other.name, described(other)))
+        }
+        (None, None) => None,
+    })
+}
+
+fn field(here: &Field, there: &Field, prefix: &str) -> Option<String> {
+    let path = format!("{prefix}{}", here.name);
+    if here.name != there.name {
+        return Some(format!("a field is `{path}` here and `{prefix}{}` there", there.name));
+    }
+    if here.unit != there.unit || here.kind.describe() != there.kind.describe() {
+        return Some(format!("`{path}` is {} here and {} there", described(here), described(there)));
+    }
+    kind(&here.kind, &there.kind, &path)
+}
+
+/// The first difference inside types that are called the same.
+fn kind(here: &Kind, there: &Kind, path: &str) -> Option<String> {
+    match (here, there) {
+        (Kind::Nested(own), Kind::Nested(other)) if own.hash != other.hash => {
+            first(own, other, &format!("{path}/"))
+        }
+        (Kind::Enumeration(own), Kind::Enumeration(other)) => {
+            let carriers = (own.carrier.describe(), other.carrier.describe());
+            let values =
+                own.constants.iter().zip(other.constants).find(|(own, other)| own.value != other.value);
+            if carriers.0 != carriers.1 {
+                Some(format!("`{path}` is carried by {} here and by {} there", carriers.0, carriers.1))
+            } else if own.name != other.name {
+                Some(format!("`{path}` is {} here and {} there", own.name, other.name))
+            } else {
+                values.map(|(own, other)| {
+                    format!("`{path}`: {} is {} here and {} there", own.name, own.value, other.value)
+                })
+            }
+        }
+        (Kind::Optional(own), Kind::Optional(other))
+        | (Kind::Array(own, _), Kind::Array(other, _))
+        | (Kind::Sequence(own, _), Kind::Sequence(other, _))
+        | (Kind::Tail(own), Kind::Tail(other)) => kind(own, other, path),
+        _ => None,
+    }
+}
+
+fn described(field: &Field) -> String {
+    let unit = if field.unit.is_empty() { "without unit".into() } else { format!("in {}", field.unit) };
+    format!("{} {unit}", field.kind.describe())
+}

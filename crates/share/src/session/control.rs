@@ -1,0 +1,321 @@
+//! The control stream: what the two agents tell each other beside values.
+
+use super::event::{Answer, Application, Event, Offer};
+use super::inbound::Inbound;
+use super::subscription::{Reading, Serving};
+use super::wire::{Bytes, Control, PortableOffer, append};
+use super::{Options, QUESTIONS, Session};
+
+/// Messages of this agent that may be open.
+const MESSAGES: usize = 1024;
+
+/// Why something can't be sent to the other agent.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SendError {
+    /// It is not there.
+    #[error("the other agent is not connected")]
+    Apart,
+    /// Too much waits to be sent.
+    #[error("too much waits to be sent to the other agent")]
+    Full,
+    /// It is larger than what a session takes.
+    #[error("{bytes} bytes are more than the {limit} that are sent at once")]
+    TooLarge {
+        /// How large it is.
+        bytes: usize,
+        /// How large it may be.
+        limit: usize,
+    },
+}
+
+impl Session {
+    /// Subscribes to a property of the other agent, from now on and after every connection.
+    ///
+    /// # Errors
+    /// When there are as many subscriptions as there may be.
+    pub fn subscribe(&mut self, path: &str, options: Options) -> Result<u32, SendError> {
+        if self.readings.len() >= self.limits.subscriptions {
+            return Err(SendError::Full);
+        }
+        let id = self.next_id;
+        self.next_id += 1;
+        self.readings.insert(id, Reading::new(path, options, &self.limits));
+        if self.connection.together {
+            self.send_subscription(id);
+        }
+        Ok(id)
+    }
+
+    /// Ends a subscription of this agent.
+    pub fn unsubscribe(&mut self, id: u32) {
+        if self.readings.remove(&id).is_some() && self.connection.together {
+            self.control(&Control::Unsubscribe { id });
+        }
+    }
+
+    /// Takes no values for a subscription that was accepted, as what is offered is not what is wanted. It is asked for
+    /// again after every connection.
+    pub fn refrain(&mut self, id: u32) {
+        if let Some(reading) = self.readings.get_mut(&id) {
+            reading.epoch = 0;
+            self.control(&Control::Unsubscribe { id });
+        }
+    }
+
+    pub(super) fn send_subscription(&mut self, id: u32) {
+        let Some(reading) = self.readings.get(&id) else { return };
+        let (path, options, seen) = (reading.path.clone(), reading.options, reading.seen);
+        self.control(&Control::Subscribe { id, path: &path, options, seen });
+    }
+
+    /// Serves a subscription of the other agent, which gets values when it knows what they are.
+    pub fn accept(&mut self, id: u32, offer: &Offer) {
+        let Some(serving) = self.servings.get_mut(&id) else { return };
+        serving.epoch += 1;
+        serving.begun = false;
+        serving.stream.sequence = offer.after;
+        let epoch = serving.epoch;
+        let offer = PortableOffer {
+            path: &offer.path,
+            interface: Bytes(&offer.interface),
+            doc: &offer.doc,
+            capacity: offer.capacity,
+            depth: offer.depth,
+            after: offer.after,
+        };
+        self.control(&Control::Accepted { id, epoch, offer });
+    }
+
+    /// Lets a subscription of the other agent wait, until it is accepted.
+    pub fn wait(&mut self, id: u32, reason: &str) {
+        let Some(serving) = self.servings.get_mut(&id) else { return };
+        serving.begun = false;
+        self.control(&Control::Waiting { id, reason });
+    }
+
+    /// Refuses a subscription of the other agent.
+    pub fn decline(&mut self, id: u32, reason: &str) {
+        if self.servings.remove(&id).is_some() {
+            self.control(&Control::Refused { id, reason });
+        }
+    }
+
+    /// The property that the other agent has subscribed to has no writer any more.
+    pub fn writer_left(&mut self, id: u32, generation: u64) {
+        if self.servings.contains_key(&id) {
+            self.control(&Control::WriterLeft { id, generation });
+        }
+    }
+
+    /// Values up to that number will not be sent, as the queue does not keep them any more.
+    pub fn pass(&mut self, now: u64, id: u32, sequence: u64) {
+        if let Some(serving) = self.servings.get_mut(&id) {
+            serving.stream.pass(sequence, now);
+        }
+    }
+
+    /// Sends a message to a mailbox of the other agent. It is delivered once or not at all, and answered.
+    ///
+    /// # Errors
+    /// When the other agent is not there, or too much waits for it: the message is not sent then.
+    pub fn send(&mut self, path: &str, schema: u64, items: u64, bytes: &[u8]) -> Result<u64, SendError> {
+        if bytes.len() > self.limits.value {
+            return Err(SendError::TooLarge { bytes: bytes.len(), limit: self.limits.value });
+        }
+        self.check_room(bytes.len())?;
+        if self.tickets.len() >= MESSAGES {
+            return Err(SendError::Full);
+        }
+        let ticket = self.next_ticket;
+        self.next_ticket += 1;
+        self.tickets.insert(ticket);
+        self.control(&Control::Send { ticket, path, schema, items, bytes: Bytes(bytes) });
+        Ok(ticket)
+    }
+
+    /// Answers a message of the other agent.
+    pub fn answer(&mut self, ticket: u64, answer: Answer) {
+        if self.connection.together {
+            self.control(&Control::Answer { ticket, answer });
+        }
+    }
+
+    /// Asks the other agent which properties there are, of those paths.
+    ///
+    /// # Errors
+    /// When the other agent is not there, or has not answered the last questions.
+    pub fn ask(&mut self, pattern: &str, values: bool) -> Result<u32, SendError> {
+        self.check_room(pattern.len())?;
+        if self.requests.len() >= QUESTIONS {
+            return Err(SendError::Full);
+        }
+        let request = self.next_request;
+        self.next_request += 1;
+        self.requests.insert(request);
+        self.control(&Control::Ask { request, pattern, values });
+        Ok(request)
+    }
+
+    /// Answers a question of the other agent, in parts.
+    pub fn part(&mut self, request: u32, bytes: &[u8], last: bool) {
+        if self.asked.contains(&request) {
+            self.control(&Control::Part { request, bytes: Bytes(bytes), last });
+            if last {
+                self.asked.remove(&request);
+            }
+        }
+    }
+
+    /// How many bytes of control messages may be added before the session takes no more.
+    pub fn room(&self) -> usize {
+        self.limits.control.saturating_sub(self.waiting_bytes)
+    }
+
+    fn check_room(&self, bytes: usize) -> Result<(), SendError> {
+        if !self.connection.together {
+            return Err(SendError::Apart);
+        }
+        // One that is larger than the room is sent alone.
+        if self.waiting_bytes > 0 && bytes > self.room() {
+            return Err(SendError::Full);
+        }
+        Ok(())
+    }
+
+    fn control(&mut self, message: &Control<'_>) {
+        let mut bytes = Vec::new();
+        append(message, &mut bytes);
+        self.waiting_bytes += bytes.len();
+        self.waiting.push_back(bytes);
+    }
+
+    /// Messages that come out of the stream are dealt with.
+    pub(super) fn with_control(
+        &mut self,
+        now: u64,
+        application: &mut dyn Application,
+        call: impl FnOnce(&mut Inbound, &mut dyn FnMut(&[u8])) -> bool,
+    ) -> bool {
+        let attempt = self.connection.attempt;
+        let mut stream = std::mem::replace(&mut self.control_in, Inbound::idle());
+        let mut sense = true;
+        let fine = call(&mut stream, &mut |item| {
+            // A message may end the connection, and what comes behind it belongs to that.
+            if self.connection.attempt != attempt {
+                return;
+            }
+            match postcard::from_bytes::<Control<'_>>(item) {
+                Ok(message) => self.receive_control(now, message, application),
+                Err(_) => sense = false,
+            }
+        });
+        if self.connection.attempt == attempt {
+            self.control_in = stream;
+        }
+        fine && sense
+    }
+
+    fn receive_control(&mut self, now: u64, message: Control<'_>, application: &mut dyn Application) {
+        match message {
+            Control::Subscribe { id, path, options, seen } => {
+                self.receive_subscription(now, id, path, options, seen, application);
+            }
+            Control::Unsubscribe { id } => {
+                if self.servings.remove(&id).is_some() {
+                    application.event(Event::Unsubscribed { id });
+                }
+            }
+            Control::Accepted { id, epoch, offer } => {
+                let instance = self.other().map_or(0, |other| other.instance);
+                let Some(reading) = self.readings.get_mut(&id) else { return };
+                reading.accept(instance, epoch, offer.after);
+                application.event(Event::Accepted {
+                    id,
+                    offer: Offer {
+                        path: offer.path.into(),
+                        interface: offer.interface.0.into(),
+                        doc: offer.doc.into(),
+                        capacity: offer.capacity,
+                        depth: offer.depth,
+                        after: offer.after,
+                    },
+                });
+                self.control(&Control::Begin { id, epoch });
+            }
+            Control::Begin { id, epoch } => {
+                if let Some(serving) = self.servings.get_mut(&id) {
+                    serving.begun |= serving.epoch == epoch;
+                }
+            }
+            Control::Waiting { id, reason } => {
+                if self.readings.contains_key(&id) {
+                    application.event(Event::Waiting { id, reason: reason.into() });
+                }
+            }
+            Control::Refused { id, reason } => {
+                if self.readings.contains_key(&id) {
+                    application.event(Event::Declined { id, reason: reason.into() });
+                }
+            }
+            Control::WriterLeft { id, generation } => {
+                // A value of the next writer may have overtaken this.
+                let old = |reading: &Reading| reading.seen.is_none_or(|seen| seen.generation <= generation);
+                if self.readings.get(&id).is_some_and(old) {
+                    application.event(Event::WriterLeft { id, generation });
+                }
+            }
+            Control::Send { ticket, path, schema, items, bytes } => {
+                let (path, bytes) = (path.into(), bytes.0.into());
+                application.event(Event::Message { ticket, path, schema, items, bytes });
+            }
+            Control::Answer { ticket, answer } => {
+                let known = if answer.is_final() {
+                    self.tickets.remove(&ticket)
+                } else {
+                    self.tickets.contains(&ticket)
+                };
+                if known {
+                    application.event(Event::Answered { ticket, answer });
+                }
+            }
+            Control::Ask { request, pattern, values } => {
+                if self.asked.len() < QUESTIONS && self.asked.insert(request) {
+                    application.event(Event::Asked { request, pattern: pattern.into(), values });
+                } else {
+                    self.control(&Control::Part { request, bytes: Bytes(&[]), last: true });
+                }
+            }
+            Control::Part { request, bytes, last } => {
+                let known =
+                    if last { self.requests.remove(&request) } else { self.requests.contains(&request) };
+                if known {
+                    application.event(Event::Part { request, bytes: bytes.0.into(), last });
+                }
+            }
+        }
+        if self.waiting_bytes > self.limits.control.saturating_mul(2) {
+            self.disconnect(now, "it asks for more than it reads", application);
+        }
+    }
+
+    fn receive_subscription(
+        &mut self,
+        now: u64,
+        id: u32,
+        path: &str,
+        options: Options,
+        seen: Option<super::Seen>,
+        application: &mut dyn Application,
+    ) {
+        if id == 0 || self.servings.contains_key(&id) {
+            return;
+        }
+        if self.servings.len() >= self.limits.subscriptions {
+            let reason = format!("more than {} subscriptions are not served", self.limits.subscriptions);
+            self.control(&Control::Refused { id, reason: &reason });
+            return;
+        }
+        self.servings.insert(id, Serving::new(options, &self.limits, now));
+        application.event(Event::Subscribed { id, path: path.into(), options, seen });
+    }
+}

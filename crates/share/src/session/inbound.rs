@@ -1,0 +1,282 @@
+use std::collections::BTreeMap;
+
+use super::Content;
+use super::wire::{Announcement, Fragment, Report};
+
+/// After so many fragments the sender is told what came.
+const REPORT_EVERY: u32 = 64;
+
+/// After so many bytes, too: fewer than any window has.
+const REPORT_BYTES: usize = 32 << 10;
+
+/// How long it takes until what is missing is asked for again, nanoseconds.
+const ASK_AGAIN: u64 = 10_000_000;
+
+/// How many ranges of missing fragments a report has at most.
+const RANGES: usize = 32;
+
+/// Items that are put together at once in a stream that loses.
+const UNFINISHED: usize = 2;
+
+/// How far ahead of what is expected a fragment may be.
+const AHEAD: u64 = 4096;
+
+/// The receiving end of a stream: puts items together. A reliable stream brings all fragments in order, of others an
+/// item counts that is complete.
+#[derive(Debug)]
+pub(super) struct Inbound {
+    content: Content,
+    reliable: bool,
+    /// Bytes of an item at most.
+    limit: usize,
+    /// Bytes kept because something before them is missing.
+    window: usize,
+    /// The first fragment that did not come.
+    expected: u64,
+    early: BTreeMap<u64, Piece>,
+    early_bytes: usize,
+    /// The item that comes in order, and how many of its fragments came.
+    item: Vec<u8>,
+    came: u32,
+    /// Items of which some fragments came, by the number of the first.
+    unfinished: BTreeMap<u64, Unfinished>,
+    unreported: u32,
+    unreported_bytes: usize,
+    owes_report: bool,
+    asked_at: Option<u64>,
+    /// What the sender said that there is.
+    known: u64,
+    announced: bool,
+}
+
+#[derive(Debug)]
+struct Piece {
+    index: u32,
+    count: u32,
+    bytes: Vec<u8>,
+}
+
+#[derive(Debug, Default)]
+struct Unfinished {
+    pieces: BTreeMap<u32, Vec<u8>>,
+    bytes: usize,
+}
+
+impl Inbound {
+    pub fn new(content: Content, reliable: bool, limit: usize, window: usize) -> Self {
+        Self {
+            content,
+            reliable,
+            limit,
+            // A sender may have a whole window in flight, and the item that is on its way.
+            window: window.saturating_mul(2),
+            expected: 1,
+            early: BTreeMap::new(),
+            early_bytes: 0,
+            item: Vec::new(),
+            came: 0,
+            unfinished: BTreeMap::new(),
+            unreported: 0,
+            unreported_bytes: 0,
+            owes_report: false,
+            asked_at: None,
+            known: 1,
+            announced: false,
+        }
+    }
+
+    /// Stands in the place of one that is in use.
+    pub fn idle() -> Self {
+        Self::new(Content::Newest, false, 0, 0)
+    }
+
+    /// Takes a fragment; says whether it fits what came before. Items that it completes go to `deliver`.
+    pub fn receive(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
+        let Fragment { number, index, count, .. } = *fragment;
+        if index >= count || number == 0 || number == u64::MAX || u64::from(index) >= number {
+            return false;
+        }
+        self.known = self.known.max(number + 1);
+        if self.reliable { self.in_order(fragment, deliver) } else { self.as_it_comes(fragment, deliver) }
+    }
+
+    fn in_order(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
+        let number = fragment.number;
+        if number < self.expected {
+            // The sender would not send it again if it knew.
+            self.owes_report = true;
+            return true;
+        }
+        let start = number - u64::from(fragment.index);
+        if self.content == Content::Newest && start > self.expected {
+            // A newer item is only sent when the ones before came or are of no use.
+            self.skip_to(start);
+        }
+        if number > self.expected {
+            let bytes = fragment.bytes.0;
+            let fits = self.early_bytes + bytes.len() <= self.window && number - self.expected < AHEAD;
+            if fits && !self.early.contains_key(&number) {
+                self.early_bytes += bytes.len();
+                let piece = Piece { index: fragment.index, count: fragment.count, bytes: bytes.to_vec() };
+                self.early.insert(number, piece);
+            }
+            self.owes_report = true;
+            return true;
+        }
+        let mut fine = self.take(fragment.index, fragment.count, fragment.bytes.0, deliver);
+        fine &= self.drain(deliver);
+        self.unreported += 1;
+        self.unreported_bytes += fragment.bytes.0.len();
+        self.owes_report |= self.unreported >= REPORT_EVERY || self.unreported_bytes >= REPORT_BYTES;
+        fine
+    }
+
+    /// Takes what came early and is expected now.
+    fn drain(&mut self, deliver: &mut dyn FnMut(&[u8])) -> bool {
+        let mut fine = true;
+        while let Some(piece) = self.early.remove(&self.expected) {
+            self.early_bytes -= piece.bytes.len();
+            fine &= self.take(piece.index, piece.count, &piece.bytes, deliver);
+        }
+        fine
+    }
+
+    fn take(&mut self, index: u32, count: u32, bytes: &[u8], deliver: &mut dyn FnMut(&[u8])) -> bool {
+        self.expected += 1;
+        if count == 1 {
+            self.forget_item();
+            let fits = bytes.len() <= self.limit;
+            if fits {
+                deliver(bytes);
+            }
+            return fits;
+        }
+        if index == 0 {
+            self.forget_item();
+        }
+        if index != self.came || self.item.len() + bytes.len() > self.limit {
+            self.forget_item();
+            return false;
+        }
+        self.item.extend_from_slice(bytes);
+        self.came += 1;
+        if self.came == count {
+            deliver(&self.item);
+            self.forget_item();
+            // The next item may wait for this one to be confirmed.
+            self.owes_report = true;
+        }
+        true
+    }
+
+    fn forget_item(&mut self) {
+        self.came = 0;
+        // Memory that one big value took is not kept for ever by a stream of small ones.
+        if self.item.capacity() > 1 << 16 { self.item = Vec::new() } else { self.item.clear() }
+    }
+
+    fn as_it_comes(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
+        let Fragment { number, index, count, bytes, .. } = *fragment;
+        let start = number - u64::from(index);
+        if start < self.expected {
+            return true;
+        }
+        if count == 1 {
+            self.finish(number + 1);
+            let fits = bytes.0.len() <= self.limit;
+            if fits {
+                deliver(bytes.0);
+            }
+            return fits;
+        }
+        let item = self.unfinished.entry(start).or_default();
+        if item.bytes + bytes.0.len() > self.limit {
+            self.unfinished.remove(&start);
+            return false;
+        }
+        if item.pieces.insert(index, bytes.0.to_vec()).is_none() {
+            item.bytes += bytes.0.len();
+        }
+        if item.pieces.len() == count as usize {
+            let pieces = self.unfinished.remove(&start).unwrap_or_default().pieces;
+            self.finish(start + u64::from(count));
+            let whole: Vec<u8> = pieces.into_values().flatten().collect();
+            deliver(&whole);
+        }
+        while self.unfinished.len() > UNFINISHED {
+            self.unfinished.pop_first();
+        }
+        true
+    }
+
+    /// What is before `next` is of no use any more.
+    fn finish(&mut self, next: u64) {
+        self.expected = next;
+        self.unfinished = self.unfinished.split_off(&next);
+    }
+
+    /// Takes what the sender says that there is.
+    pub fn announce(&mut self, announcement: &Announcement, deliver: &mut dyn FnMut(&[u8])) -> bool {
+        let Announcement { first, next, .. } = *announcement;
+        if first == 0 || first > next || next == u64::MAX {
+            return false;
+        }
+        self.known = self.known.max(next);
+        self.owes_report = true;
+        self.announced = true;
+        if !self.reliable {
+            return true;
+        }
+        let mut fine = true;
+        if first > self.expected {
+            self.skip_to(first);
+            fine = self.drain(deliver);
+        }
+        fine
+    }
+
+    /// What is before `next` will not come.
+    fn skip_to(&mut self, next: u64) {
+        self.forget_item();
+        self.expected = next;
+        self.early = self.early.split_off(&next);
+        self.early_bytes = self.early.values().map(|piece| piece.bytes.len()).sum();
+    }
+
+    /// Whether all that the sender has spoken of came, or never will.
+    pub fn is_complete(&self) -> bool {
+        !self.reliable || self.expected >= self.known
+    }
+
+    /// When the sender has to hear what came.
+    pub fn report_at(&self, now: u64) -> Option<u64> {
+        if !self.owes_report {
+            return None;
+        }
+        // What was asked for needs time to come.
+        let missing = !self.early.is_empty() && !self.announced;
+        Some(if missing { self.asked_at.map_or(now, |asked| asked + ASK_AGAIN) } else { now })
+    }
+
+    /// What came, and what did not.
+    pub fn report(&mut self, stream: u32, now: u64) -> Report {
+        (self.owes_report, self.announced) = (false, false);
+        (self.unreported, self.unreported_bytes) = (0, 0);
+        if !self.reliable {
+            return Report { stream, next: self.known, missing: Vec::new() };
+        }
+        let mut missing = Vec::new();
+        let mut from = self.expected;
+        for number in self.early.keys().copied().chain([self.known]) {
+            if number > from && missing.len() < RANGES {
+                missing.push((from, number - 1));
+            }
+            from = from.max(number + 1);
+        }
+        if !missing.is_empty() {
+            self.asked_at = Some(now);
+            // If they don't come, the next announcement asks again.
+        }
+        Report { stream, next: self.expected, missing }
+    }
+}

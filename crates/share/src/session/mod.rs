@@ -1,0 +1,488 @@
+//! The protocol between two agents, without sockets, clocks or threads: packets and the time go in, packets and events
+//! come out. Packets may be lost, doubled, and arrive in any order; whatever bytes come, memory stays bounded.
+//!
+//! Both sides greet until each has heard of the other's greeting. Then each has a control stream, reliable and in
+//! order, for subscriptions, messages and questions, and a stream for every subscription that it serves. Fragments of
+//! a stream are numbered; a receiver asks for those that it lacks, and a sender that is not told what came says what
+//! there is. When nothing is heard for a while, the connection and all of its streams end, and both greet again under
+//! other numbers. A reader tells what it has seen, so that its subscriptions go on where they were.
+
+mod clock;
+mod connection;
+mod control;
+mod event;
+mod inbound;
+mod options;
+mod outbound;
+mod sending;
+mod subscription;
+mod wire;
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+pub use clock::Estimate;
+pub use connection::Identity;
+pub use control::SendError;
+pub use event::{Answer, Application, Event, Offer};
+pub use options::{Compression, Content, Limits, Mode, Options};
+pub use wire::{Encoding, Sample, Seen, VERSION, refusal};
+
+use slate_blackboard::Url;
+
+use clock::PeerClock;
+use connection::{Connection, Greeting};
+use inbound::Inbound;
+use outbound::Outbound;
+use subscription::{Reading, Serving};
+use wire::{Fragment, Frame, Hello, Packet, Report};
+
+/// How often an agent greets that is alone, nanoseconds.
+const GREETING: u64 = 50_000_000;
+
+/// How often it greets when it was refused.
+const REFUSED_GREETING: u64 = 500_000_000;
+
+/// How soon beats follow each other until the clocks are known.
+const QUICK_BEAT: u64 = 10_000_000;
+
+/// How many questions of the other agent may be open.
+const QUESTIONS: usize = 16;
+
+/// What a session has done, for people who look on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Packets sent.
+    pub packets_sent: u64,
+    /// Bytes sent.
+    pub bytes_sent: u64,
+    /// Packets received, whatever they held.
+    pub packets_received: u64,
+    /// Bytes received.
+    pub bytes_received: u64,
+    /// Packets that could not be read, or made no sense.
+    pub malformed: u64,
+    /// Packets of connections that have ended.
+    pub stale: u64,
+    /// How often the agents came together.
+    pub connections: u64,
+}
+
+/// How a subscription of this agent fares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Values that came.
+    pub received: u64,
+    /// Values of a queue that never will.
+    pub lost: u64,
+    /// The newest value that came.
+    pub seen: Option<Seen>,
+}
+
+/// One agent's end of the connection to another one.
+#[derive(Debug)]
+pub struct Session {
+    limits: Limits,
+    connection: Connection,
+    /// Who the other one has to be, if that is known.
+    expected: Option<String>,
+    clock: PeerClock,
+    beat_at: u64,
+    owes_beat: bool,
+    control_out: Outbound,
+    control_in: Inbound,
+    /// Control messages that wait for the stream.
+    waiting: VecDeque<Vec<u8>>,
+    waiting_bytes: usize,
+    readings: BTreeMap<u32, Reading>,
+    servings: BTreeMap<u32, Serving>,
+    /// The serving that is asked first.
+    cursor: u32,
+    next_id: u32,
+    next_ticket: u64,
+    next_request: u32,
+    /// Messages and questions of this agent without a last answer.
+    tickets: BTreeSet<u64>,
+    requests: BTreeSet<u32>,
+    /// Questions of the other agent.
+    asked: BTreeSet<u32>,
+    /// To be sent, whoever hears it.
+    refusal: Option<Vec<u8>>,
+    refused: Option<String>,
+    counters: Counters,
+}
+
+impl Session {
+    /// A session of an agent with another one, of that name if it is known. Nothing is connected.
+    pub fn new(own: Identity, expected: Option<&str>, limits: Limits) -> Self {
+        let (control_out, control_in) = control_streams(&limits);
+        Self {
+            limits,
+            connection: Connection::new(own),
+            expected: expected.map(Into::into),
+            clock: PeerClock::default(),
+            beat_at: 0,
+            owes_beat: false,
+            control_out,
+            control_in,
+            waiting: VecDeque::new(),
+            waiting_bytes: 0,
+            readings: BTreeMap::new(),
+            servings: BTreeMap::new(),
+            cursor: 0,
+            next_id: 1,
+            next_ticket: 1,
+            next_request: 1,
+            tickets: BTreeSet::new(),
+            requests: BTreeSet::new(),
+            asked: BTreeSet::new(),
+            refusal: None,
+            refused: None,
+            counters: Counters::default(),
+        }
+    }
+
+    /// Who this agent is.
+    pub fn own(&self) -> &Identity {
+        &self.connection.own
+    }
+
+    /// What the session takes at most.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Who the other agent is, while it is connected.
+    pub fn other(&self) -> Option<&Identity> {
+        self.connection.other.as_ref().filter(|_| self.connection.together).map(|other| &other.identity)
+    }
+
+    /// Since when the other agent is connected, by this agent's clock in nanoseconds.
+    pub fn since(&self) -> Option<u64> {
+        self.connection.together.then_some(self.connection.since)
+    }
+
+    /// Why this agent or the other one was refused last, while they are not connected.
+    pub fn refused(&self) -> Option<&str> {
+        self.refused.as_deref()
+    }
+
+    /// How the other agent's clock differs from this one's; nothing before the first exchange.
+    pub fn estimate(&self) -> Option<Estimate> {
+        self.clock.estimate()
+    }
+
+    /// What the session has done.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// How a subscription of this agent fares.
+    pub fn progress(&self, id: u32) -> Option<Progress> {
+        let reading = self.readings.get(&id)?;
+        Some(Progress { received: reading.received, lost: reading.lost, seen: reading.seen })
+    }
+
+    /// How many values were sent for a subscription of the other agent, and how many fragments it has not confirmed.
+    pub fn served(&self, id: u32) -> Option<(u64, usize)> {
+        self.servings.get(&id).map(|serving| (serving.sent, serving.stream.in_flight()))
+    }
+
+    /// Takes a packet that came at this agent's time `now`, nanoseconds.
+    pub fn receive(&mut self, now: u64, packet: &[u8], application: &mut dyn Application) {
+        self.counters.packets_received += 1;
+        self.counters.bytes_received += packet.len() as u64;
+        match wire::open(packet) {
+            Packet::Malformed => self.counters.malformed += 1,
+            Packet::Refusal(reason) => self.receive_refusal(now, reason, application),
+            Packet::OtherVersion(version) => {
+                let own = &self.connection.own.agent;
+                let reason = format!(
+                    "agent `{own}` speaks version {VERSION} of the sharing protocol and got version {version}: \
+                     let both agents run the same release"
+                );
+                self.refuse(now, reason, application);
+            }
+            Packet::Frames(head, frames) => self.receive_frames(now, head, frames, application),
+        }
+    }
+
+    fn receive_refusal(&mut self, now: u64, reason: &str, application: &mut dyn Application) {
+        // Anybody could have sent it, so it ends nothing.
+        if self.connection.together {
+            return;
+        }
+        self.connection.greet_at = now + REFUSED_GREETING;
+        if self.refused.as_deref() != Some(reason) {
+            let reason: String = reason.chars().take(512).collect();
+            self.refused = Some(reason.clone());
+            application.event(Event::Refused { reason });
+        }
+    }
+
+    /// Refuses whoever has sent something.
+    fn refuse(&mut self, now: u64, reason: String, application: &mut dyn Application) {
+        self.refusal = Some(refusal(&reason));
+        if !self.connection.together {
+            self.connection.greet_at = now + REFUSED_GREETING;
+        }
+        if self.refused.as_ref() != Some(&reason) {
+            self.refused = Some(reason.clone());
+            application.event(Event::Refused { reason });
+        }
+    }
+
+    fn receive_frames(
+        &mut self,
+        now: u64,
+        head: wire::Head,
+        mut rest: &[u8],
+        application: &mut dyn Application,
+    ) {
+        while !rest.is_empty() {
+            let Ok((frame, left)) = postcard::take_from_bytes::<Frame<'_>>(rest) else {
+                self.counters.malformed += 1;
+                return;
+            };
+            rest = left;
+            if let Frame::Hello(hello) = &frame {
+                if !self.receive_hello(now, head, hello, application) {
+                    return;
+                }
+            } else if !self.connection.is_ours(head) {
+                self.counters.stale += 1;
+                return;
+            }
+            if self.connection.is_ours(head) {
+                // It answers what this agent has sent, so it is there now.
+                self.connection.heard = now;
+                if !self.connection.together {
+                    self.come_together(now, application);
+                }
+            }
+            let fine = match frame {
+                Frame::Hello(_) => true,
+                Frame::Beat(beat) => {
+                    self.clock.receive(now, beat);
+                    true
+                }
+                Frame::Fragment(fragment) => self.receive_fragment(now, &fragment, application),
+                Frame::Announcement(announcement) => {
+                    self.receive_announcement(now, &announcement, application)
+                }
+                Frame::Report(report) => self.receive_report(now, &report),
+            };
+            if !fine {
+                self.counters.malformed += 1;
+                return;
+            }
+        }
+    }
+
+    /// Whether the packet is to be read on.
+    fn receive_hello(
+        &mut self,
+        now: u64,
+        head: wire::Head,
+        hello: &Hello<'_>,
+        application: &mut dyn Application,
+    ) -> bool {
+        let (own, agent) = (self.connection.own.agent.clone(), hello.agent);
+        if !is_agent(agent) {
+            self.counters.malformed += 1;
+            return false;
+        }
+        if agent == own {
+            // Itself, when its endpoint leads back to it.
+            let reason = format!("there is an agent `{agent}` already: give each agent a name of its own");
+            self.refuse(now, reason, application);
+            return false;
+        }
+        if let Some(expected) = self.expected.as_deref().filter(|expected| *expected != agent) {
+            let reason = format!("agent `{own}` expects agent `{expected}` here, not `{agent}`");
+            self.refuse(now, reason, application);
+            return false;
+        }
+        let identity = Identity { agent: agent.into(), instance: hello.instance };
+        match self.connection.greet(head.from, identity, hello.attempt) {
+            Greeting::Known => {
+                if self.connection.together {
+                    // It would not greet if it knew.
+                    self.owes_beat = true;
+                }
+                true
+            }
+            Greeting::New => {
+                self.connection.greet_at = now;
+                true
+            }
+            Greeting::Stale => {
+                self.counters.stale += 1;
+                false
+            }
+            Greeting::Again => {
+                self.disconnect(now, "it began anew", application);
+                self.connection.greet(
+                    head.from,
+                    Identity { agent: agent.into(), instance: hello.instance },
+                    hello.attempt,
+                );
+                false
+            }
+            Greeting::Duplicate => {
+                // Of an agent that was killed nothing is heard, and then the next of its name is welcome.
+                let reason = duplicate(&own, agent);
+                self.refusal = Some(refusal(&reason));
+                false
+            }
+        }
+    }
+
+    fn come_together(&mut self, now: u64, application: &mut dyn Application) {
+        let Some(other) = self.connection.other.as_ref().map(|other| other.identity.clone()) else { return };
+        self.connection.together = true;
+        self.connection.since = now;
+        self.owes_beat = true;
+        self.refused = None;
+        self.counters.connections += 1;
+        let Identity { agent, instance } = other;
+        application.event(Event::Connected { agent, instance });
+        let ids: Vec<u32> = self.readings.keys().copied().collect();
+        ids.into_iter().for_each(|id| self.send_subscription(id));
+    }
+
+    /// Whose packet it is, if it is a greeting: for who has to find the session that it belongs to.
+    pub fn greeting(packet: &[u8]) -> Option<Identity> {
+        let Packet::Frames(_, frames) = wire::open(packet) else { return None };
+        match postcard::take_from_bytes::<Frame<'_>>(frames) {
+            Ok((Frame::Hello(hello), _)) if is_agent(hello.agent) => {
+                Some(Identity { agent: hello.agent.into(), instance: hello.instance })
+            }
+            _ => None,
+        }
+    }
+
+    /// Ends the connection, because the host knows that it is cut; both greet again.
+    pub fn disconnect(&mut self, now: u64, reason: &str, application: &mut dyn Application) {
+        let was_together = self.connection.together;
+        self.connection.end(now);
+        self.clock = PeerClock::default();
+        (self.control_out, self.control_in) = control_streams(&self.limits);
+        self.waiting.clear();
+        self.waiting_bytes = 0;
+        self.asked.clear();
+        self.readings.values_mut().for_each(|reading| reading.end(&self.limits));
+        for id in std::mem::take(&mut self.servings).into_keys() {
+            application.event(Event::Unsubscribed { id });
+        }
+        for ticket in std::mem::take(&mut self.tickets) {
+            application.event(Event::Answered { ticket, answer: Answer::Vanished });
+        }
+        for request in std::mem::take(&mut self.requests) {
+            application.event(Event::Failed { request });
+        }
+        if was_together {
+            application.event(Event::Disconnected { reason: reason.into() });
+        }
+    }
+
+    /// Sees what time it is: a silent agent is gone.
+    pub fn tick(&mut self, now: u64, application: &mut dyn Application) {
+        if self.connection.together && now.saturating_sub(self.connection.heard) > self.limits.silence {
+            let milliseconds = self.limits.silence / 1_000_000;
+            self.disconnect(now, &format!("nothing was heard of it for {milliseconds} ms"), application);
+        }
+    }
+
+    fn receive_fragment(
+        &mut self,
+        now: u64,
+        fragment: &Fragment<'_>,
+        application: &mut dyn Application,
+    ) -> bool {
+        if fragment.count == 1 && fragment.stream != 0 && !self.readings.contains_key(&fragment.stream) {
+            // The subscription has ended.
+            if let Some((sample, _, content)) = Sample::read(fragment.bytes.0) {
+                discard(&sample, content, application);
+            }
+        }
+        if fragment.stream == 0 {
+            return self.with_control(now, application, |stream, deliver| stream.receive(fragment, deliver));
+        }
+        self.with_reading(fragment.stream, application, |stream, deliver| stream.receive(fragment, deliver))
+    }
+
+    fn receive_announcement(
+        &mut self,
+        now: u64,
+        announcement: &wire::Announcement,
+        application: &mut dyn Application,
+    ) -> bool {
+        if announcement.stream == 0 {
+            return self
+                .with_control(now, application, |stream, deliver| stream.announce(announcement, deliver));
+        }
+        let fine = self.with_reading(announcement.stream, application, |stream, deliver| {
+            stream.announce(announcement, deliver)
+        });
+        if let Some(reading) = self.readings.get_mut(&announcement.stream) {
+            reading.announced(announcement);
+        }
+        fine
+    }
+
+    /// Values that come out of a stream go to the application.
+    fn with_reading(
+        &mut self,
+        id: u32,
+        application: &mut dyn Application,
+        call: impl FnOnce(&mut Inbound, &mut dyn FnMut(&[u8])) -> bool,
+    ) -> bool {
+        // It may have been ended while this was on its way.
+        let Some(reading) = self.readings.get_mut(&id) else { return true };
+        let limit = self.limits.value;
+        let mut stream = std::mem::replace(&mut reading.stream, Inbound::idle());
+        let mut sense = true;
+        let fine = call(&mut stream, &mut |item| match Sample::read(item) {
+            Some((sample, epoch, content)) if sample.length as usize <= limit => {
+                if reading.is_news(&sample, epoch) {
+                    application.sample(id, &sample, content);
+                } else {
+                    discard(&sample, content, application);
+                }
+            }
+            _ => sense = false,
+        });
+        reading.stream = stream;
+        fine && sense
+    }
+
+    fn receive_report(&mut self, now: u64, report: &Report) -> bool {
+        if report.stream == 0 {
+            self.control_out.report(report, now);
+        } else if let Some(serving) = self.servings.get_mut(&report.stream) {
+            serving.stream.report(report, now);
+        }
+        true
+    }
+}
+
+fn discard(sample: &Sample, content: &[u8], application: &mut dyn Application) {
+    if sample.encoding == Encoding::Placed {
+        application.discard(sample, content);
+    }
+}
+
+/// Whether a text can be the name of an agent: a part of a path.
+fn is_agent(name: &str) -> bool {
+    name.len() <= 255 && !name.contains('/') && Url::parse(name).is_ok()
+}
+
+/// Says why a second agent of a name is refused.
+pub(crate) fn duplicate(own: &str, agent: &str) -> String {
+    format!("agent `{own}` is connected to an agent `{agent}` already: give each agent a name of its own")
+}
+
+fn control_streams(limits: &Limits) -> (Outbound, Inbound) {
+    let inbound = Inbound::new(Content::All, true, limits.value + 4096, limits.window);
+    (Outbound::new(Content::All, true, limits.window), inbound)
+}

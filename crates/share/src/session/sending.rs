@@ -1,0 +1,186 @@
+//! What is sent next, and when.
+
+use super::event::Application;
+use super::outbound::Outbound;
+use super::wire::{FRAGMENT_HEAD, Fragment, Frame, HEAD, Hello, SAMPLE_HEAD, append};
+use super::{GREETING, QUICK_BEAT, Session};
+
+/// What a frame other than a fragment takes at most: a report with all its ranges.
+const LARGEST_FRAME: usize = 700;
+
+/// Small control messages fill a packet together, so an item is not cut smaller than this.
+const SMALLEST_PACKET: usize = 1024;
+
+impl Session {
+    /// Writes the next packet, of at most `largest` bytes (at least 1024), if there is something to be sent.
+    pub fn outgoing(
+        &mut self,
+        now: u64,
+        largest: usize,
+        packet: &mut Vec<u8>,
+        application: &mut dyn Application,
+    ) -> bool {
+        if let Some(refusal) = self.refusal.take() {
+            *packet = refusal;
+            return self.count(packet);
+        }
+        let largest = largest.max(SMALLEST_PACKET);
+        self.connection.head().begin(packet);
+        if !self.connection.together {
+            if now < self.connection.greet_at {
+                return false;
+            }
+            self.connection.greet_at = now + GREETING;
+            let own = &self.connection.own;
+            let hello = Hello { agent: &own.agent, instance: own.instance, attempt: self.connection.attempt };
+            append(&Frame::Hello(hello), packet);
+            return self.count(packet);
+        }
+        if self.owes_beat || now >= self.beat_at {
+            self.owes_beat = false;
+            let quick = !self.clock.is_settled();
+            self.beat_at =
+                now + if quick { QUICK_BEAT.min(self.limits.heartbeat) } else { self.limits.heartbeat };
+            append(&Frame::Beat(self.clock.beat(now)), packet);
+        }
+        self.append_reports(now, largest, packet);
+        self.append_announcements(now, largest, packet);
+        self.append_control(now, largest, packet);
+        self.append_values(now, largest, packet, application);
+        packet.len() > HEAD && self.count(packet)
+    }
+
+    fn count(&mut self, packet: &[u8]) -> bool {
+        self.counters.packets_sent += 1;
+        self.counters.bytes_sent += packet.len() as u64;
+        true
+    }
+
+    /// When something is to be sent or seen to, as far as that depends on time alone.
+    pub fn deadline(&self, now: u64, application: &mut dyn Application) -> u64 {
+        if self.refusal.is_some() {
+            return now;
+        }
+        if !self.connection.together {
+            return self.connection.greet_at;
+        }
+        let mut next = self.beat_at.min(self.connection.heard.saturating_add(self.limits.silence + 1));
+        let mut sooner = |at: Option<u64>| next = at.map_or(next, |at| next.min(at));
+        sooner(self.owes_beat.then_some(now));
+        sooner(self.control_in.report_at(now));
+        sooner(self.control_out.announce_at());
+        sooner((self.control_out.has_fragment() || self.may_go_on()).then_some(now));
+        for reading in self.readings.values() {
+            sooner(reading.stream.report_at(now));
+        }
+        for (id, serving) in &self.servings {
+            sooner(serving.stream.announce_at());
+            sooner(serving.stream.has_fragment().then_some(now));
+            if let Some(due) = serving.due()
+                && application.has_news(*id)
+            {
+                sooner(Some(due));
+            }
+        }
+        next
+    }
+
+    /// Whether a control message waits that the stream would take.
+    fn may_go_on(&self) -> bool {
+        !self.waiting.is_empty() && self.control_out.is_ready()
+    }
+
+    fn append_reports(&mut self, now: u64, largest: usize, packet: &mut Vec<u8>) {
+        let streams = self.readings.iter_mut().map(|(id, reading)| (*id, &mut reading.stream));
+        for (id, stream) in [(0, &mut self.control_in)].into_iter().chain(streams) {
+            if packet.len() + LARGEST_FRAME > largest {
+                return;
+            }
+            if stream.report_at(now).is_some_and(|at| at <= now) {
+                append(&Frame::Report(stream.report(id, now)), packet);
+            }
+        }
+    }
+
+    fn append_announcements(&mut self, now: u64, largest: usize, packet: &mut Vec<u8>) {
+        let streams = self.servings.iter_mut().map(|(id, serving)| (*id, serving.epoch, &mut serving.stream));
+        for (id, epoch, stream) in [(0, 0, &mut self.control_out)].into_iter().chain(streams) {
+            if packet.len() + LARGEST_FRAME > largest {
+                return;
+            }
+            if stream.announce_at().is_some_and(|at| at <= now) {
+                append(&Frame::Announcement(stream.announcement(id, epoch, now)), packet);
+            }
+        }
+    }
+
+    fn append_control(&mut self, now: u64, largest: usize, packet: &mut Vec<u8>) {
+        loop {
+            if !append_fragments(&mut self.control_out, 0, now, largest, packet) {
+                return;
+            }
+            if !self.control_out.is_ready() {
+                return;
+            }
+            let Some(item) = self.waiting.pop_front() else { return };
+            self.waiting_bytes -= item.len();
+            self.control_out.push(item, largest - HEAD - FRAGMENT_HEAD);
+        }
+    }
+
+    /// A value of each subscription that is due, beginning with the one that did not fit into the last packet.
+    fn append_values(
+        &mut self,
+        now: u64,
+        largest: usize,
+        packet: &mut Vec<u8>,
+        application: &mut dyn Application,
+    ) {
+        let first = self.cursor;
+        let mut more = true;
+        while more {
+            more = false;
+            let order = |rest: bool| if rest { 0..first } else { first..u32::MAX };
+            for range in [order(false), order(true)] {
+                for (id, serving) in self.servings.range_mut(range) {
+                    if !append_fragments(&mut serving.stream, *id, now, largest, packet) {
+                        self.cursor = *id;
+                        return;
+                    }
+                    if serving.due().is_none_or(|due| due > now) {
+                        continue;
+                    }
+                    if !application.has_news(*id) {
+                        serving.nothing(now);
+                        continue;
+                    }
+                    let mut item = vec![0; SAMPLE_HEAD];
+                    let Some(sample) = application.take(*id, &mut item) else { continue };
+                    sample.write(serving.epoch, &mut item[..SAMPLE_HEAD]);
+                    serving.stream.sequence = sample.stamp.sequence;
+                    serving.taken(now);
+                    serving.stream.push(item, largest - HEAD - FRAGMENT_HEAD);
+                    more = true;
+                    if !append_fragments(&mut serving.stream, *id, now, largest, packet) {
+                        self.cursor = *id;
+                        return;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Appends what fits of a stream; says whether that was all.
+fn append_fragments(stream: &mut Outbound, id: u32, now: u64, largest: usize, packet: &mut Vec<u8>) -> bool {
+    while stream.has_fragment() {
+        if packet.len() + FRAGMENT_HEAD + stream.next_length() > largest {
+            return false;
+        }
+        let Some((number, part)) = stream.pop(now) else { return true };
+        let bytes = super::wire::Bytes(part.bytes());
+        let (index, count) = (part.index, part.count);
+        append(&Frame::Fragment(Fragment { stream: id, number, index, count, bytes }), packet);
+    }
+    true
+}

@@ -1,0 +1,139 @@
+//! The two ends of a subscription: what is read here, and what is served to the other agent.
+
+use super::inbound::Inbound;
+use super::outbound::Outbound;
+use super::wire::{Announcement, Sample, Seen};
+use super::{Content, Limits, Mode, Options};
+
+/// A subscription of this agent. It outlives connections.
+#[derive(Debug)]
+pub(super) struct Reading {
+    pub path: String,
+    pub options: Options,
+    pub stream: Inbound,
+    /// Which offer is in force; 0 for none.
+    pub epoch: u32,
+    /// The newest value that was shown, and where it came from.
+    pub seen: Option<Seen>,
+    pub lost: u64,
+    pub received: u64,
+}
+
+impl Reading {
+    pub fn new(path: &str, options: Options, limits: &Limits) -> Self {
+        Self {
+            path: path.into(),
+            options,
+            stream: stream(&options, limits),
+            epoch: 0,
+            seen: None,
+            lost: 0,
+            received: 0,
+        }
+    }
+
+    /// What a connection brought is gone with it.
+    pub fn end(&mut self, limits: &Limits) {
+        self.stream = stream(&self.options, limits);
+        self.epoch = 0;
+    }
+
+    /// Another offer is in force: its values follow `after`.
+    pub fn accept(&mut self, instance: u64, epoch: u32, after: u64) {
+        self.epoch = epoch;
+        // Numbers go on from writer to writer, so they alone say what is newer.
+        self.count_until(after, 0, instance);
+    }
+
+    /// Counts what lies between the value shown last and `sequence` of the same origin.
+    fn count_until(&mut self, sequence: u64, generation: u64, instance: u64) {
+        if self.options.content == Content::All
+            && let Some(seen) = self.seen.filter(|seen| seen.instance == instance)
+        {
+            self.lost += sequence.saturating_sub(seen.sequence);
+        }
+        self.seen = Some(Seen { instance, generation, sequence });
+    }
+
+    /// Whether a value is newer than all that were shown; then it is the newest.
+    pub fn is_news(&mut self, sample: &Sample, epoch: u32) -> bool {
+        let Some(seen) = self.seen.filter(|_| epoch == self.epoch) else { return false };
+        let stamp = sample.stamp;
+        if stamp.sequence <= seen.sequence || stamp.generation < seen.generation {
+            return false;
+        }
+        self.count_until(stamp.sequence - 1, stamp.generation, seen.instance);
+        self.seen = Some(Seen { sequence: stamp.sequence, generation: stamp.generation, ..seen });
+        self.received += 1;
+        true
+    }
+
+    /// What the origin has sent until now and did not come never will.
+    pub fn announced(&mut self, announcement: &Announcement) {
+        let Some(seen) = self.seen.filter(|_| announcement.epoch == self.epoch) else { return };
+        if self.stream.is_complete() && announcement.sequence > seen.sequence {
+            self.count_until(announcement.sequence, seen.generation, seen.instance);
+        }
+    }
+}
+
+fn stream(options: &Options, limits: &Limits) -> Inbound {
+    let limit = limits.value + super::wire::SAMPLE_HEAD;
+    Inbound::new(options.content, options.reliable, limit, limits.window)
+}
+
+/// A subscription of the other agent. It ends with the connection.
+#[derive(Debug)]
+pub(super) struct Serving {
+    pub options: Options,
+    pub stream: Outbound,
+    pub epoch: u32,
+    /// Whether the other agent waits for values.
+    pub begun: bool,
+    due: u64,
+    /// Whether values of a queue are being sent that came until it was due.
+    batch: bool,
+    pub sent: u64,
+}
+
+impl Serving {
+    pub fn new(options: Options, limits: &Limits, now: u64) -> Self {
+        let stream = Outbound::new(options.content, options.reliable, limits.window);
+        Self { options, stream, epoch: 0, begun: false, due: now, batch: false, sent: 0 }
+    }
+
+    /// When the next value may be sent; nothing while the stream takes none.
+    pub fn due(&self) -> Option<u64> {
+        (self.begun && self.stream.is_ready()).then_some(self.due)
+    }
+
+    /// A value was taken.
+    pub fn taken(&mut self, now: u64) {
+        self.sent += 1;
+        match self.options.content {
+            Content::Newest => self.go_on(now),
+            Content::All => self.batch = true,
+        }
+    }
+
+    /// There is no other value.
+    pub fn nothing(&mut self, now: u64) {
+        // A period without a value has passed like any other.
+        let passed = matches!(self.options.mode, Mode::Periodic(_));
+        if std::mem::take(&mut self.batch) || passed {
+            self.go_on(now);
+        }
+    }
+
+    fn go_on(&mut self, now: u64) {
+        self.due = match self.options.mode {
+            Mode::OnChange(interval) => now.saturating_add(interval),
+            // On the grid of periods, so that it does not drift.
+            Mode::Periodic(period) => {
+                let period = period.max(1);
+                let late = now.saturating_sub(self.due);
+                self.due.saturating_add((late / period + 1).saturating_mul(period))
+            }
+        };
+    }
+}

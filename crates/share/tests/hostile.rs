@@ -1,0 +1,233 @@
+//! Whatever bytes come, an agent goes on, its memory stays bounded, and afterwards all is as it should be.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(unsafe_code, reason = "memory is counted where it is allocated")]
+
+mod agents;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use agents::{Blob, Number, add, output};
+use proptest::prelude::*;
+use slate_blackboard::Board;
+use slate_blackboard::channel::Writer;
+use slate_blackboard::interface::{Interface, View};
+use slate_blackboard::wake::Wake;
+use slate_share::peers::{Peer, Want};
+use slate_share::session::{Application, Compression, Event, Identity, Limits, Options, Sample, Session};
+
+/// Counts what is allocated.
+struct Counting;
+
+static LIVE: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: the system's allocator does the work.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let live = LIVE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
+        MOST.fetch_max(live, Ordering::Relaxed);
+        // SAFETY: as the caller says.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: as the caller says.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// What the agents of these tests may take together: each has an interface, a few streams and values of at most 64 KiB.
+const BOUND: usize = 64 << 20;
+
+fn limits() -> Limits {
+    Limits { value: 64 << 10, control: 64 << 10, ..Limits::default() }
+}
+
+struct Nothing;
+
+impl Application for Nothing {
+    fn event(&mut self, _: Event) {}
+    fn sample(&mut self, _: u32, _: &Sample, _: &[u8]) {}
+    fn has_news(&mut self, _: u32) -> bool {
+        false
+    }
+    fn take(&mut self, _: u32, _: &mut Vec<u8>) -> Option<Sample> {
+        None
+    }
+}
+
+/// Two agents, each of which reads from the other.
+struct Pair {
+    boards: [Arc<Board>; 2],
+    peers: [Peer; 2],
+    values: [Writer; 2],
+    blobs: [Writer; 2],
+    written: u64,
+    now: u64,
+}
+
+impl Pair {
+    fn new() -> Self {
+        let boards = ["base", "arm"].map(|name| Arc::new(Board::new(name)));
+        let values = [0, 1].map(|i: usize| output(&boards[i], "out/value", 16));
+        let blobs = [0, 1].map(|i: usize| {
+            add(&boards[i], "out/blob", Blob::DESCRIPTOR, 8192, 2).channel().unwrap().writer().unwrap()
+        });
+        let peer = |own: usize, name: &str, other: &str| {
+            let identity = Identity { agent: name.into(), instance: own as u64 + 1 };
+            let mut peer = Peer::new(&boards[own], identity, other, limits(), &Arc::new(Wake::new()));
+            let blob = Options::default().compression(Compression::Lossless);
+            peer.subscribe(Want::new("out/value", Options::queue())).unwrap();
+            peer.subscribe(Want::new("out/blob", blob)).unwrap();
+            peer.subscribe(Want::new("out/missing", Options::default().best_effort())).unwrap();
+            peer
+        };
+        let peers = [peer(0, "base", "arm"), peer(1, "arm", "base")];
+        Self { boards, peers, values, blobs, written: 0, now: 0 }
+    }
+
+    fn write(&mut self) {
+        self.written += 1;
+        let number = Number { value: self.written };
+        let mut blob = self.written.to_ne_bytes().to_vec();
+        blob.resize(8 + 4096, self.written as u8);
+        for i in [0, 1] {
+            self.values[i].write(View::of(&number).bytes(), 0, self.now).unwrap();
+            self.blobs[i].write(&blob, 4096, self.now).unwrap();
+        }
+    }
+
+    /// A millisecond in which packets pass through `way`.
+    fn step(&mut self, mut way: impl FnMut(Vec<u8>) -> Option<Vec<u8>>) {
+        self.now += 1_000_000;
+        for from in [0, 1] {
+            self.peers[from].tick(self.now);
+            let mut packet = Vec::new();
+            for _ in 0..8 {
+                if !self.peers[from].outgoing(self.now, 1200, &mut packet, None) {
+                    break;
+                }
+                if let Some(packet) = way(packet.clone()) {
+                    self.peers[1 - from].receive(self.now, &packet, None);
+                }
+            }
+        }
+    }
+
+    fn shown(&self, own: usize, path: &str) -> Option<u64> {
+        let (property, _) = self.boards[own].get(&format!("agents/{}/{path}", ["arm", "base"][own]))?;
+        let (bytes, ..) = property.newest().unwrap()?;
+        Some(u64::from_ne_bytes(bytes[..8].try_into().unwrap()))
+    }
+}
+
+/// What happens to a packet.
+#[derive(Clone, Debug)]
+enum Damage {
+    Flip(usize, u8),
+    Cut(usize),
+    Put(usize, Vec<u8>),
+    Repeat(usize, usize),
+}
+
+fn damage() -> impl Strategy<Value = Damage> {
+    prop_oneof![
+        (any::<usize>(), 1..=255_u8).prop_map(|(at, bits)| Damage::Flip(at, bits)),
+        any::<usize>().prop_map(Damage::Cut),
+        (any::<usize>(), prop::collection::vec(any::<u8>(), 1..12))
+            .prop_map(|(at, bytes)| Damage::Put(at, bytes)),
+        (any::<usize>(), any::<usize>()).prop_map(|(at, length)| Damage::Repeat(at, length)),
+    ]
+}
+
+fn harm(packet: &mut Vec<u8>, damage: &Damage) {
+    // The head says whose packet it is; what is behind it is more worth the damage.
+    let place =
+        |at: usize, length: usize| if length > 18 { 18 + at % (length - 18) } else { at % length.max(1) };
+    match damage {
+        Damage::Flip(at, bits) => {
+            let at = place(*at, packet.len());
+            packet[at] ^= bits;
+        }
+        Damage::Cut(at) => packet.truncate(place(*at, packet.len())),
+        Damage::Put(at, bytes) => {
+            let at = place(*at, packet.len());
+            packet.splice(at..at, bytes.iter().copied());
+        }
+        Damage::Repeat(at, length) => {
+            let at = place(*at, packet.len());
+            let part = packet[at..(at + length % 64).min(packet.len())].to_vec();
+            packet.splice(at..at, part);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_bytes_leave_a_session_as_it_is(packets in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..200), 1..50)) {
+        let identity = Identity { agent: "base".into(), instance: 1 };
+        let mut session = Session::new(identity, None, limits());
+        for (packet, now) in packets.iter().zip(1..) {
+            session.receive(now, packet, &mut Nothing);
+            let mut known = vec![b'S', 1];
+            known.extend(packet);
+            session.receive(now, &known, &mut Nothing);
+        }
+        prop_assert!(session.other().is_none());
+        prop_assert_eq!(session.counters().packets_received, 2 * packets.len() as u64);
+    }
+
+    #[test]
+    fn damaged_packets_leave_no_damage(
+        storm in prop::collection::vec((0_usize..4, damage()), 50..250),
+    ) {
+        let mut pair = Pair::new();
+        (0..60).for_each(|_| pair.step(Some));
+        let mut next = 0;
+        for _ in 0..storm.len() / 2 {
+            pair.write();
+            pair.step(|mut packet| {
+                let (rare, damage) = &storm[next % storm.len()];
+                next += 1;
+                if *rare == 0 {
+                    harm(&mut packet, damage);
+                }
+                Some(packet)
+            });
+        }
+        // Both see that the other one is silent, so nothing of what was damaged is left.
+        (0..400).for_each(|_| pair.step(|_| None));
+        pair.write();
+        (0..400).for_each(|_| pair.step(Some));
+        for own in [0, 1] {
+            prop_assert_eq!(pair.shown(own, "out/value"), Some(pair.written));
+            prop_assert_eq!(pair.shown(own, "out/blob"), Some(pair.written));
+        }
+        prop_assert!(MOST.load(Ordering::Relaxed) < BOUND, "{} bytes", MOST.load(Ordering::Relaxed));
+    }
+}
+
+#[test]
+fn another_version_is_refused_in_words() {
+    let identity = Identity { agent: "base".into(), instance: 1 };
+    let mut session = Session::new(identity, None, limits());
+    let mut hello = Vec::new();
+    assert!(session.outgoing(1, 1200, &mut hello, &mut Nothing));
+    let mut other = Session::new(Identity { agent: "arm".into(), instance: 2 }, None, limits());
+    hello[1] = 9;
+    other.receive(1, &hello, &mut Nothing);
+    let mut refusal = Vec::new();
+    assert!(other.outgoing(1, 1200, &mut refusal, &mut Nothing));
+    session.receive(2, &refusal, &mut Nothing);
+    let reason = "agent `arm` speaks version 1 of the sharing protocol and got version 9: let both agents run the same \
+                  release";
+    assert_eq!(session.refused(), Some(reason));
+}
