@@ -5,7 +5,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{Running, exp1, folder, slate, text};
+use common::{Running, exp1, folder, slate};
 use serde_json::Value;
 
 /// What a run has left: its summary but for the wall clock, and its files but for the picture of the timing.
@@ -44,4 +44,45 @@ fn sixty_seconds_are_thirty_and_thirty_in_another_process() {
         assert_eq!(read("trajectory.csv"), straight.1, "{at}");
         assert_eq!(read("timeline.svg"), straight.2, "{at}");
     }
+}
+
+#[test]
+fn a_running_agent_is_frozen_and_goes_back() {
+    let mut running = Running::new("snapshot");
+    // In real time, so that it is still there.
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1", "--seed", "3"]);
+    let said = running.done(&["snapshot", "save", "here.snapshot"]);
+    assert!(said.contains("here.snapshot has agent exp1 at"), "{said}");
+    let info: Value =
+        serde_json::from_str(&running.done(&["snapshot", "info", "here.snapshot", "--json"])).unwrap();
+    let cycle = info["cycle"].as_u64().unwrap();
+    assert!(cycle > 0 && info["modules"].as_array().unwrap().len() > 10, "{info}");
+    let text = running.done(&["snapshot", "info", "here.snapshot", "--configuration"]);
+    assert!(text.contains("agent.seed = 3"), "{text}");
+    // It has gone on meanwhile, and goes back.
+    let ticks = |running: &Running| running.read("exp1", "/referee/timing/ticks").as_u64().unwrap();
+    while ticks(&running) < cycle + 20 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let said = running.done(&["snapshot", "load", "here.snapshot"]);
+    assert!(said.contains(&format!("after cycle {cycle}")), "{said}");
+    assert!(running.folder().join("here.snapshot").is_file());
+    // What does not fit is refused, and the agent goes on.
+    let whole = std::fs::read(running.folder().join("here.snapshot")).unwrap();
+    std::fs::write(running.folder().join("half.snapshot"), &whole[..whole.len() / 2]).unwrap();
+    running.fails(1, &["snapshot", "load", "half.snapshot"], &["half.snapshot", "no whole snapshot", "help"]);
+    running.fails(
+        1,
+        &["snapshot", "save", "no-folder/x.snapshot"],
+        &["no-folder/x.snapshot", "folder that exists"],
+    );
+    running.fails(2, &["snapshot", "info", "missing.snapshot"], &["missing.snapshot"]);
+    running.fails(
+        2,
+        &["run", "exp1", "--headless", "--seed", "4", "--resume", "here.snapshot"],
+        &["agent.seed is 4 here and 3 in it"],
+    );
+    running.fails(2, &["run", "--headless", "--resume", "half.snapshot"], &["half.snapshot"]);
+    let state = running.done(&["module", "list"]);
+    assert!(state.contains("WORKING"), "{state}");
 }
