@@ -5,6 +5,7 @@ use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
 use slate::runtime::plugin::LibraryError;
 use slate::runtime::remote::{ClientError, Refusal};
+use slate::runtime::snapshot::SnapshotError;
 
 use crate::arguments::MAXIMUM_SEED;
 
@@ -33,6 +34,8 @@ pub enum Failure {
     Agent(#[from] ClientError),
     #[error("{0}")]
     Library(#[from] LibraryError),
+    #[error("{0}")]
+    Snapshot(SnapshotError),
     #[error("`{name}` can't be the name of a plugin")]
     PluginName { name: String },
     #[error("{}", no_checkout(.said.as_deref()))]
@@ -46,6 +49,15 @@ impl From<StartError> for Failure {
         match error {
             StartError::Configuration(report) => Self::Configuration(report),
             other => Self::Start(other),
+        }
+    }
+}
+
+impl From<SnapshotError> for Failure {
+    fn from(error: SnapshotError) -> Self {
+        match error {
+            SnapshotError::Configuration(report) => Self::Configuration(report),
+            other => Self::Snapshot(other),
         }
     }
 }
@@ -85,6 +97,7 @@ impl Failure {
             Self::WallClock => {
                 "leave `--rate` out, or give the configuration a time source (`time.source`)".into()
             }
+            Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
                               XDG_RUNTIME_DIR"
                 .into(),

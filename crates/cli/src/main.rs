@@ -4,6 +4,7 @@ mod arguments;
 mod batch;
 mod config;
 mod connection;
+mod course;
 mod display;
 mod examples;
 mod failure;
@@ -16,6 +17,7 @@ mod plugin;
 mod property;
 mod run;
 mod scene;
+mod snapshot;
 mod stop;
 mod trace;
 
@@ -48,6 +50,7 @@ fn main() -> ExitCode {
         Verb::Trace(options) => trace::trace(options),
         Verb::Get { url, json, agent } => property::get(agent, url, *json),
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
+        Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use slate_module::{Maker, ModuleKind, Refusal, Setup, decode, encode};
 
 use super::arena::length;
-use super::process::{Process, STARTING};
+use super::process::{Process, STARTING, WELL};
 use super::proxy::TABLE;
 use super::wire::{Asked, Begin, Code, KindText, Topic};
 
@@ -40,7 +40,7 @@ pub(crate) fn kinds(
     Ok(texts.into_iter().map(kind).collect())
 }
 
-/// Lets a process that is made for this open a library and have its kinds described, before the host opens it: what is
+/// Lets a process that is made for this open a library, have its kinds described and close it, before the host opens it: what is
 /// damaged where no header shows it ends that process only. What the library refuses in words is no matter of this.
 ///
 /// # Errors
@@ -48,10 +48,6 @@ pub(crate) fn kinds(
 pub(crate) fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
     // Where no process can be started, there is nothing to be found out.
     let Ok(mut process) = Process::launch(program) else { return Ok(()) };
-    let ended = |process: &Process| match process.end() {
-        Some(end) => Err(end.to_owned()),
-        None => Ok(()),
-    };
     let asked = process.begin(&begin_with(file), &[]).and_then(|_| {
         let kinds: Vec<KindText> = decode(process.ask(Topic::Kinds, &[], STARTING)?)?;
         for kind in kinds {
@@ -63,9 +59,15 @@ pub(crate) fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
                 return described;
             }
         }
+        // There is no instance, so this only closes the library and ends.
+        let _ = process.ask(Topic::Destroy, &[], STARTING);
+        process.finish();
         Ok(())
     });
-    if asked.is_err() { ended(&process) } else { Ok(()) }
+    match process.end() {
+        Some(end) if asked.is_err() || end.starts_with("ended ") && end != WELL => Err(end.to_owned()),
+        _ => Ok(()),
+    }
 }
 
 fn begin_with(file: &Path) -> Begin {

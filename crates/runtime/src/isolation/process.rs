@@ -22,6 +22,9 @@ pub(super) const STARTING: Duration = Duration::from_secs(10);
 /// How long one that shall end may take to do so.
 const ENDING: Duration = Duration::from_millis(500);
 
+/// How one ends that was asked to.
+pub(super) const WELL: &str = "ended with exit code 0";
+
 /// What takes lines of the log: level and text.
 pub(super) type Log<'a> = &'a mut dyn FnMut(i32, &[u8]);
 

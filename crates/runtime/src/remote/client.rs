@@ -11,7 +11,7 @@ use super::line::{self, Line};
 use super::place;
 use super::protocol::{
     Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
-    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin, VERSION,
+    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
 
@@ -282,6 +282,16 @@ impl Client {
     /// The properties that a pattern such as `/**/timing` is of; all without one.
     pub fn properties(&mut self, pattern: Option<&str>) -> Result<Vec<PropertyEntry>, ClientError> {
         self.call(&Call::PropertyList { pattern: pattern.map(Into::into) })
+    }
+
+    /// Takes a snapshot, into a file at an absolute path.
+    pub fn save_snapshot(&mut self, file: &Path) -> Result<SnapshotEntry, ClientError> {
+        self.call(&Call::SnapshotSave { file: file.into() })
+    }
+
+    /// Lets the agent go on from the snapshot at an absolute path.
+    pub fn load_snapshot(&mut self, file: &Path) -> Result<SnapshotEntry, ClientError> {
+        self.call(&Call::SnapshotLoad { file: file.into() })
     }
 
     /// The newest value of a property or a field; nothing before the first write.

@@ -285,6 +285,8 @@ impl Manner {
             Call::LinkList {} => Self::Change("link/list"),
             Call::ConfigSet { .. } => Self::Change("config/set"),
             Call::ConfigSave { .. } => Self::Change("config/save"),
+            Call::SnapshotSave { .. } => Self::Change("snapshot/save"),
+            Call::SnapshotLoad { .. } => Self::Change("snapshot/load"),
             _ => Self::Slow,
         }
     }

@@ -11,7 +11,7 @@ mod threads;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Board, BoardError, nearest_names};
@@ -134,6 +134,16 @@ impl Composer {
     pub(super) fn composition(&self) -> Held<'_> {
         let composition = self.composition.lock().unwrap_or_else(PoisonError::into_inner);
         Held { composition, overview: &self.overview }
+    }
+
+    /// What the agent is made of, unless somebody else has it now.
+    pub(super) fn try_composition(&self) -> Option<Held<'_>> {
+        let composition = match self.composition.try_lock() {
+            Ok(composition) => composition,
+            Err(TryLockError::Poisoned(error)) => error.into_inner(),
+            Err(TryLockError::WouldBlock) => return None,
+        };
+        Some(Held { composition, overview: &self.overview })
     }
 
     /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
