@@ -22,7 +22,7 @@ pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<bool, Failure> 
     flatten(String::new(), &reading.value, &mut rows);
     match &rows[..] {
         [[name, value]] if name.is_empty() => output::line(value),
-        _ => output::columns(rows.into_iter()),
+        _ => output::columns(rows),
     }
     Ok(true)
 }
