@@ -8,6 +8,7 @@ mod looping;
 mod parameters;
 mod relinking;
 mod settings;
+mod sharing;
 mod survey;
 
 use std::collections::BTreeMap;
@@ -28,13 +29,16 @@ use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
+use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::WeakComposer;
+pub(crate) use sharing::Readers;
 pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
+use sharing::Remotes;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +72,8 @@ pub struct Options {
     /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
     /// first, with the same plugins. Nothing for this program.
     pub isolation_program: Option<PathBuf>,
+    /// What carries values to other agents and from them, if links or `[share]` want that.
+    pub sharing: Option<Box<dyn Sharing>>,
 }
 
 impl Default for Options {
@@ -83,6 +89,7 @@ impl Default for Options {
             time_source: None,
             calendar: None,
             isolation_program: None,
+            sharing: None,
         }
     }
 }
@@ -187,12 +194,13 @@ impl Agent {
             means,
             index: 0,
             gauges: BTreeMap::new(),
+            sharing_wake: Arc::default(),
             arenas: Arenas::new(options.isolation_program),
             kept: BTreeMap::new(),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
-            catalogue: Catalogue::default(),
+            catalogue: Catalogue { shares: options.sharing.is_some(), ..Catalogue::default() },
             ground,
             present: BTreeMap::new(),
             linked: Vec::new(),
@@ -204,6 +212,7 @@ impl Agent {
             listeners: BTreeMap::new(),
             database: None,
             unlinked: None,
+            remotes: Remotes::new(options.sharing),
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
@@ -213,6 +222,7 @@ impl Agent {
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
+        composer.share().map_err(|message| sharing::refused(configuration, message))?;
         Ok(Self { shared, composer, hang, threads, settings: None })
     }
 
@@ -370,6 +380,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.composer.end_sharing();
         self.threads.end();
         self.shared.logger.flush(LAST_LINES);
     }

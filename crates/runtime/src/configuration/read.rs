@@ -75,6 +75,7 @@ fn build(
     let time_source = build.time_source(&merged);
     let mission = build.mission(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
+    let share = build.share(&merged, name);
     let plugins = build.plugins(&merged);
     let mut modules = build.modules(&merged);
     let mut links = build.links(&merged, name);
@@ -93,6 +94,7 @@ fn build(
                 mission,
                 plugins,
                 log,
+                share,
                 modules,
                 links,
                 actuators,

@@ -22,10 +22,11 @@ mod workers;
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{OnceLock, Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use slate_blackboard::Board;
 
+use crate::sharing::AfterTick;
 use crate::actuators::Actuator;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
@@ -176,6 +177,8 @@ pub(crate) struct Shared {
     deadline: AtomicU64,
     /// The shortest time-out of a stage, nanoseconds.
     shortest_timeout: AtomicU64,
+    /// What sends to other agents what was written.
+    pub after_tick: Arc<OnceLock<AfterTick>>,
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
@@ -239,6 +242,14 @@ impl Shared {
             gauges: LoopGauges::default(),
             deadline: AtomicU64::new(0),
             shortest_timeout: AtomicU64::new(u64::MAX),
+            after_tick: Arc::default(),
+        }
+    }
+
+    /// Says that values were written.
+    pub fn wrote(&self) {
+        if let Some(call) = self.after_tick.get() {
+            call();
         }
     }
 

@@ -93,6 +93,7 @@ impl Desk {
                     previous: link.previous,
                     stale: link.stale,
                     queue: link.queue,
+                    trouble: link.trouble,
                 };
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
             }
