@@ -7,6 +7,7 @@ use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::module::ModuleVerb;
+use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::trace::TraceOptions;
 
@@ -39,6 +40,8 @@ pub enum Verb {
     Link(LinkOptions),
     /// Takes the link of an input of a running agent away.
     Unlink(UnlinkOptions),
+    /// Lists the other agents that a running agent knows, and what goes to and fro.
+    Peers(PeersOptions),
     /// Records what the modules of a running agent do when, for Perfetto.
     Trace(TraceOptions),
     /// Shows and changes the configuration of a running agent.

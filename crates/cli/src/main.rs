@@ -12,6 +12,7 @@ mod mission;
 mod module;
 mod observation;
 mod output;
+mod peers;
 mod plugin;
 mod run;
 mod scene;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         Verb::Module(verb) => module::module(verb),
         Verb::Link(options) => link::link(options),
         Verb::Unlink(options) => link::unlink(options),
+        Verb::Peers(options) => peers::peers(options),
         Verb::Trace(options) => trace::trace(options),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),

@@ -106,7 +106,10 @@ pub struct Site {
 
 impl std::fmt::Debug for Site {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Site").field("listen", &self.listen).field("agents", &self.agents).finish_non_exhaustive()
+        f.debug_struct("Site")
+            .field("listen", &self.listen)
+            .field("agents", &self.agents)
+            .finish_non_exhaustive()
     }
 }
 

@@ -33,11 +33,11 @@ use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::WeakComposer;
-pub(crate) use sharing::Readers;
 pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
+pub(crate) use sharing::Readers;
 use sharing::Remotes;
 
 /// How the modules of an agent are run.

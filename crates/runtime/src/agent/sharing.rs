@@ -116,7 +116,11 @@ impl Composer {
             let site = Site {
                 board: Arc::clone(self.board()),
                 listen: share.map(|share| share.listen.value.clone()),
-                agents: named.into_iter().flatten().map(|(name, at)| (name.clone(), at.value.clone())).collect(),
+                agents: named
+                    .into_iter()
+                    .flatten()
+                    .map(|(name, at)| (name.clone(), at.value.clone()))
+                    .collect(),
                 time,
                 steady,
                 wake: Arc::clone(&composition.ground.sharing_wake),
@@ -127,7 +131,9 @@ impl Composer {
                 ),
             };
             let Some(sharing) = composition.remotes.sharing.as_mut() else {
-                return Err("this program was built without anything that carries values between agents".into());
+                return Err(
+                    "this program was built without anything that carries values between agents".into()
+                );
             };
             sharing.start(site)?;
             composition.remotes.started = true;
@@ -188,6 +194,19 @@ impl Composer {
         self.tell_misfits(&mut composition);
     }
 
+    /// Where another agent is dialled, if a link leads there.
+    pub(crate) fn endpoint_of(&self, agent: &str) -> Option<String> {
+        let composition = self.composition();
+        composition.remotes.wants.keys().find(|path| path.agent == agent)?;
+        let named = composition.configuration.share().and_then(|share| share.agents.get(agent));
+        Some(named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone()))
+    }
+
+    /// The time of the clock by which the agent shares.
+    pub(crate) fn steady_now(&self) -> u64 {
+        clocks(&self.shared.clock)[1]()
+    }
+
     fn relink_remote(&self, composition: &mut Composition) {
         let configuration = Arc::clone(&composition.configuration);
         let relinked = composition.relink(&configuration, &self.shared);
@@ -236,11 +255,14 @@ impl Composition {
     /// Finds the threads that wait for values of other agents.
     fn note_readers(&mut self) {
         let own = |path: &&String| path.starts_with("agents/");
-        let names: BTreeSet<String> =
-            self.listeners.iter().filter(|(path, _)| own(path)).flat_map(|(_, names)| names.clone()).collect();
-        let threaded = names.into_iter().filter(|name| {
-            self.present.get(name).is_some_and(|present| present.own_thread)
-        });
+        let names: BTreeSet<String> = self
+            .listeners
+            .iter()
+            .filter(|(path, _)| own(path))
+            .flat_map(|(_, names)| names.clone())
+            .collect();
+        let threaded =
+            names.into_iter().filter(|name| self.present.get(name).is_some_and(|present| present.own_thread));
         let threaded: Vec<String> = threaded.collect();
         let wakes = threaded.iter().map(|name| self.ground.post(name).wake).collect();
         *self.remotes.readers.lock().unwrap_or_else(PoisonError::into_inner) = wakes;

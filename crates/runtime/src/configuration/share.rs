@@ -19,7 +19,9 @@ impl Build<'_> {
         let others = self.problems.table(table, "agents");
         for (name, entry) in others.into_iter().flat_map(Table::iter) {
             self.agent_name(&Spanned::new(name.into(), entry.key));
-            let Some(table) = self.problems.as_table(&format!("share.agents.{name}"), entry) else { continue };
+            let Some(table) = self.problems.as_table(&format!("share.agents.{name}"), entry) else {
+                continue;
+            };
             self.problems.unknown_keys(table, &format!("of agent `{name}`"), &["at"]);
             if let Some(at) = self.problems.text(table, "at", "local:base").filter(|at| self.endpoint(at)) {
                 agents.insert(name.to_owned(), at);

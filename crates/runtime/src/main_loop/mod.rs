@@ -22,15 +22,15 @@ mod workers;
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{OnceLock, Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use slate_blackboard::Board;
 
-use crate::sharing::AfterTick;
 use crate::actuators::Actuator;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
+use crate::sharing::AfterTick;
 use crate::synchronization::{Emitter, Synchronization};
 
 pub(crate) use cycle::cycle;

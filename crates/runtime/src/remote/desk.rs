@@ -97,6 +97,7 @@ impl Desk {
                 };
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
             }
+            Call::Peers {} => result(super::peers::peers(&self.composer)),
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
             Call::ConfigDiff {} => self.differences(),

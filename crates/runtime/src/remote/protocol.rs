@@ -131,6 +131,9 @@ pub enum Call {
     /// All links: a list of [`LinkEntry`].
     #[serde(rename = "link/list")]
     LinkList {},
+    /// The other agents that are known: a list of [`PeerEntry`](super::PeerEntry).
+    #[serde(rename = "peers")]
+    Peers {},
     /// The settings at a path and below it: a list of [`SettingEntry`].
     #[serde(rename = "config/get")]
     ConfigGet {

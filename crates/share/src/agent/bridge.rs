@@ -54,9 +54,10 @@ impl Bridge {
                 looked = now.max(1);
                 self.look(now);
             }
-            let waits = self.outboxes.values_mut().fold(false, |waits, outbox| {
-                outbox.forward(&self.peers, &self.site, now) || waits
-            });
+            let waits = self
+                .outboxes
+                .values_mut()
+                .fold(false, |waits, outbox| outbox.forward(&self.peers, &self.site, now) || waits);
             let bits = post.wake.wait_timeout(if waits { ANSWERS } else { pause });
             if bits & NEWS != 0 {
                 self.site.host.news();

@@ -57,7 +57,8 @@ impl Outbox {
             self.since = now;
             let mut refused = Vec::new();
             for (place, message) in receiver.messages().enumerate() {
-                match peers.send(&self.path.agent, &self.path.path, *schema, message.items(), message.bytes()) {
+                match peers.send(&self.path.agent, &self.path.path, *schema, message.items(), message.bytes())
+                {
                     Ok(answers) => self.open.push((place, answers)),
                     Err(error) => {
                         self.trouble = Some(error.to_string());
@@ -77,7 +78,8 @@ impl Outbox {
                     Ok(Answer::Done) => break Reply::Done,
                     Ok(Answer::Refused(code)) => break Reply::Refused(code),
                     Ok(Answer::NoMailbox) => {
-                        *trouble = Some(format!("agent `{}` has no such mailbox at /{}", path.agent, path.path));
+                        *trouble =
+                            Some(format!("agent `{}` has no such mailbox at /{}", path.agent, path.path));
                         break Reply::Refused(ABANDONED);
                     }
                     Ok(Answer::Full | Answer::Vanished) | Err(TryRecvError::Disconnected) => {

@@ -16,9 +16,9 @@ use super::catalogue::{Catalogue, RemoteProperty};
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 use crate::link::{Filter, Place, Program};
 use crate::runner::OwnSetup;
-pub(super) use links::remote_path;
 pub(super) use crate::runner::Wire;
 use crate::sharing::RemotePath;
+pub(super) use links::remote_path;
 
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];

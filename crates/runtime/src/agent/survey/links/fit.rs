@@ -161,7 +161,9 @@ pub(super) fn fit<'a>(
             }
         };
         match interface {
-            None if matches!(target, Target::Absent(_) | Target::Remote(_)) => Way::Pending(Arc::new(sink_place)),
+            None if matches!(target, Target::Absent(_) | Target::Remote(_)) => {
+                Way::Pending(Arc::new(sink_place))
+            }
             None => {
                 return refuse(format!("the type of `/{name}` is not known"), "link to the whole command");
             }

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
-use super::{SERVICE, fit, is_service, remote, join, owner, split_module, split_port, wire_name};
-use crate::agent::survey::{Absent, Complaints, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest};
+use super::{SERVICE, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
+use crate::agent::survey::{
+    Absent, Complaints, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
+};
 use crate::configuration::{Configuration, Link};
 
 pub(super) struct Sources<'s, 'a> {
