@@ -222,6 +222,8 @@ impl Builder<'_, '_> {
         match &joint.way {
             Way::Plain => None,
             Way::Converted(program) => Some(Arc::clone(program)),
+            // It may be on the board by now; it is linked anew when it is known to be there.
+            Way::Pending(_) if matches!(joint.target, Target::Remote(_)) => None,
             Way::Pending(place) => {
                 let property = self.property(&self.target_path(joint.target))?;
                 // What does not fit is said when the plugin is loaded.
