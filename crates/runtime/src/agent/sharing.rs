@@ -82,6 +82,16 @@ fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
             Some(known) => *known = both(known, want),
         }
     }
+    // A path and what lies below it are of one property.
+    let is_below = |path: &RemotePath, whole: &RemotePath| {
+        path.agent == whole.agent
+            && path.path.strip_prefix(whole.path.as_str()).is_some_and(|rest| rest.starts_with('/'))
+    };
+    let related = wants.clone();
+    for (path, want) in &mut wants {
+        let others = related.iter().filter(|(other, _)| is_below(other, path) || is_below(path, other));
+        *want = others.fold(want.clone(), |want, (_, other)| both(&want, other.clone()));
+    }
     wants
 }
 

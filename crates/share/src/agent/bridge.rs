@@ -8,6 +8,7 @@ use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
 
 use super::outbox::Outbox;
 use super::reading::Reading;
+use super::subscriptions::Subscriptions;
 use super::{CHANGE, NEWS, Post, Reasons, Wants, locked};
 use crate::peers::Peers;
 
@@ -18,7 +19,7 @@ const SELDOM: Duration = Duration::from_millis(200);
 const ANSWERS: Duration = Duration::from_millis(2);
 
 pub(super) struct Bridge {
-    peers: Peers,
+    subscriptions: Subscriptions,
     site: Site,
     reasons: Reasons,
     readings: BTreeMap<RemotePath, Reading>,
@@ -30,7 +31,7 @@ pub(super) struct Bridge {
 impl Bridge {
     pub fn new(peers: Peers, site: Site, reasons: Reasons) -> Self {
         Self {
-            peers,
+            subscriptions: Subscriptions::new(peers),
             site,
             reasons,
             readings: BTreeMap::new(),
@@ -54,10 +55,9 @@ impl Bridge {
                 looked = now.max(1);
                 self.look(now);
             }
-            let waits = self
-                .outboxes
-                .values_mut()
-                .fold(false, |waits, outbox| outbox.forward(&self.peers, &self.site, now) || waits);
+            let waits = self.outboxes.values_mut().fold(false, |waits, outbox| {
+                outbox.forward(&self.subscriptions.peers, &self.site, now) || waits
+            });
             let bits = post.wake.wait_timeout(if waits { ANSWERS } else { pause });
             if bits & NEWS != 0 {
                 self.site.host.news();
@@ -71,11 +71,11 @@ impl Bridge {
     /// Begins and ends subscriptions.
     fn want(&mut self, wants: Wants) {
         let stays = |path: &RemotePath, own: &Want| wants.get(path) == Some(own);
-        let peers = &self.peers;
+        let subscriptions = &mut self.subscriptions;
         self.readings.retain(|path, reading| {
             let stays = stays(path, &reading.want);
             if !stays {
-                reading.end(peers);
+                reading.end(subscriptions);
             }
             stays
         });
@@ -97,7 +97,8 @@ impl Bridge {
         if !self.dialled.contains_key(agent) {
             let usual = || format!("local:{agent}");
             let endpoint = self.site.agents.get(agent).cloned().unwrap_or_else(usual);
-            let dialled = self.peers.connect(agent, &endpoint).map_err(|error| error.to_string());
+            let dialled =
+                self.subscriptions.peers.connect(agent, &endpoint).map_err(|error| error.to_string());
             self.dialled.insert(agent.into(), dialled.map(|()| endpoint));
         }
     }
@@ -105,7 +106,7 @@ impl Bridge {
     /// Looks how everything stands, and tells the agent what has changed.
     fn look(&mut self, now: u64) {
         for (path, reading) in &mut self.readings {
-            let absence = absence(&self.peers, &self.reasons, &self.dialled, &path.agent);
+            let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
             let carrier = match (&reading.want, self.dialled.get(&path.agent)) {
                 (Want::Values { carrier: Some(carrier), .. }, Some(Ok(endpoint))) => endpoint
                     .split(':')
@@ -119,10 +120,10 @@ impl Bridge {
                 reading.settle();
                 continue;
             }
-            reading.look(&self.peers, &self.site.host, absence, now);
+            reading.look(&mut self.subscriptions, &self.site.host, absence, now);
         }
         for (path, outbox) in &mut self.outboxes {
-            let absence = absence(&self.peers, &self.reasons, &self.dialled, &path.agent);
+            let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
             outbox.look(&self.site.host, absence);
         }
     }

@@ -10,6 +10,7 @@
 mod bridge;
 mod outbox;
 mod reading;
+mod subscriptions;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};

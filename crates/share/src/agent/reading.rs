@@ -3,7 +3,8 @@
 
 use slate_runtime::sharing::{RemotePath, SharingHost, Standing, Want as Wanted};
 
-use crate::peers::{Peers, Status, Want};
+use super::subscriptions::Subscriptions;
+use crate::peers::{Status, Want};
 use crate::session::Options;
 
 /// How long it waits after a refusal, nanoseconds.
@@ -14,7 +15,7 @@ pub(super) struct Reading {
     pub want: Wanted,
     /// What is subscribed to: the path, or the beginning of it.
     property: String,
-    id: Option<u32>,
+    is_open: bool,
     /// Whether the property was on the board since it was subscribed to.
     was_served: bool,
     /// What the other agent said of the whole path.
@@ -30,7 +31,7 @@ impl Reading {
             property: path.path.clone(),
             path,
             want,
-            id: None,
+            is_open: false,
             was_served: false,
             refusal: None,
             not_before: 0,
@@ -50,9 +51,9 @@ impl Reading {
     }
 
     /// Ends the subscription; the property goes off the board with it.
-    pub fn end(&mut self, peers: &Peers) {
-        if let Some(id) = self.id.take() {
-            peers.unsubscribe(&self.path.agent, id);
+    pub fn end(&mut self, subscriptions: &mut Subscriptions) {
+        if std::mem::take(&mut self.is_open) {
+            subscriptions.end(&self.path.agent, &self.property);
         }
         self.was_served = false;
     }
@@ -65,31 +66,37 @@ impl Reading {
     }
 
     /// Looks how it stands, and does the next step.
-    pub fn look(&mut self, peers: &Peers, host: &SharingHost, absence: Option<String>, now: u64) {
+    pub fn look(
+        &mut self,
+        subscriptions: &mut Subscriptions,
+        host: &SharingHost,
+        absence: Option<String>,
+        now: u64,
+    ) {
         self.settled = false;
-        if self.id.is_none() {
+        if !self.is_open {
             if now < self.not_before {
                 return;
             }
-            match peers.subscribe(&self.path.agent, self.wanted()) {
-                Ok(id) => self.id = Some(id),
+            match subscriptions.begin(&self.path.agent, self.wanted()) {
+                Ok(()) => self.is_open = true,
                 Err(error) => {
                     self.not_before = now + AGAIN;
                     return self.tell(host, Standing::Absent { reason: error.to_string() });
                 }
             }
         }
-        let status = self.id.and_then(|id| peers.status(&self.path.agent, id));
+        let status = subscriptions.status(&self.path.agent, &self.property);
         match (absence, status) {
             (Some(reason), _) => {
                 // The other agent may be another one when it is back.
                 if !self.was_served && self.property != self.path.path {
-                    self.restart(peers, 0);
+                    self.restart(subscriptions, 0);
                 }
                 self.settled = true;
                 self.missing(host, reason);
             }
-            (None, None) => self.id = None,
+            (None, None) => self.is_open = false,
             (None, Some(Status::Unanswered)) => {}
             (None, Some(Status::Served)) => {
                 (self.was_served, self.settled, self.refusal) = (true, true, None);
@@ -101,14 +108,14 @@ impl Reading {
                 let reason = self.refusal.clone().unwrap_or(reason);
                 self.missing(host, reason);
                 if !self.settled && !self.was_served {
-                    self.restart(peers, now + AGAIN);
+                    self.restart(subscriptions, now + AGAIN);
                 }
             }
             (None, Some(Status::Refused(reason))) if self.was_served => {
                 // It is another property than it was: nobody may read it when it leaves the board.
                 self.was_served = false;
                 self.missing(host, reason);
-                self.restart(peers, 0);
+                self.restart(subscriptions, 0);
             }
             (None, Some(Status::Refused(reason))) => {
                 let reason = self.refusal.get_or_insert(reason).clone();
@@ -116,12 +123,12 @@ impl Reading {
                 match self.property.rsplit_once('/') {
                     Some((shorter, _)) if shorter.contains('/') => {
                         let shorter = shorter.to_owned();
-                        self.end(peers);
+                        self.end(subscriptions);
                         self.property = shorter;
                     }
                     _ => {
                         self.missing(host, reason);
-                        self.restart(peers, now + AGAIN);
+                        self.restart(subscriptions, now + AGAIN);
                     }
                 }
             }
@@ -138,8 +145,8 @@ impl Reading {
     }
 
     /// Subscribes to the whole path anew, later.
-    fn restart(&mut self, peers: &Peers, not_before: u64) {
-        self.end(peers);
+    fn restart(&mut self, subscriptions: &mut Subscriptions, not_before: u64) {
+        self.end(subscriptions);
         self.property.clone_from(&self.path.path);
         self.refusal = None;
         self.not_before = not_before;

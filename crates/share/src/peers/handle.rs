@@ -177,7 +177,10 @@ impl Common {
             }
             !idle
         });
-        if lines.len() >= AGENTS || self.ended.load(Ordering::Acquire) {
+        if self.ended.load(Ordering::Acquire) {
+            return Err(io::Error::other("the agent ends"));
+        }
+        if lines.len() >= AGENTS {
             return Err(io::Error::other(format!("no more than {AGENTS} agents are connected")));
         }
         let wake = Arc::new(Wake::new());

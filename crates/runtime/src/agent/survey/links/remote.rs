@@ -112,7 +112,7 @@ pub(super) fn joint<'a>(
                 None => {
                     let said: Vec<_> = complaints.diagnostics.drain(before..).collect();
                     let misfit = said.first().map(|diagnostic| Misfit {
-                        message: diagnostic.message().to_owned(),
+                        message: diagnostic.message().replace("`//", "`slate://"),
                         help: diagnostic.help_text().unwrap_or_default().to_owned(),
                     });
                     let joint = if direction == Direction::Queue { None } else { waits() };
