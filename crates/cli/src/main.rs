@@ -4,6 +4,7 @@ mod arguments;
 mod batch;
 mod config;
 mod connection;
+mod course;
 mod display;
 mod examples;
 mod failure;
@@ -16,6 +17,7 @@ mod peers;
 mod plugin;
 mod run;
 mod scene;
+mod snapshot;
 mod stop;
 mod trace;
 
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
         Verb::Unlink(options) => link::unlink(options),
         Verb::Peers(options) => peers::peers(options),
         Verb::Trace(options) => trace::trace(options),
+        Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

@@ -6,6 +6,7 @@ use slate::record::Report;
 use slate::runtime::Rate;
 use slate::runtime::log::{ConsoleTarget, LogTarget, MemoryTarget};
 use slate::runtime::remote::Server;
+use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};
 use crate::display::Display;
@@ -20,7 +21,14 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     if let Some(seed) = options.seed {
         sets.push(format!("agent.seed={seed}"));
     }
-    let application = examples::find(&options.common.name, sets, options.common.host.as_deref())?;
+    let snapshot = options.resume.as_ref().map(Snapshot::read).transpose()?;
+    let application = match (&options.name, &snapshot) {
+        (None, Some(snapshot)) => examples::of(snapshot, sets)?,
+        (name, _) => {
+            let name = name.as_deref().unwrap_or_default();
+            examples::find(name, sets, options.common.host.as_deref())?
+        }
+    };
     let live = !options.headless;
     // Nobody watches a headless run, so it need not go at the pace of the wall clock unless its threads do.
     let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
@@ -43,6 +51,10 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     };
     let has_mission = application.configuration.mission().is_some();
     let mission = Mission::load(application, how)?;
+    if let Some(snapshot) = &snapshot {
+        mission.resume(snapshot)?;
+    }
+    drop(snapshot);
     // Only now, as a configuration that is refused leaves nothing behind.
     std::fs::create_dir_all(&directory)
         .map_err(|source| Failure::File { path: directory.clone(), source })?;

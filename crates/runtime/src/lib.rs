@@ -20,6 +20,7 @@ mod printable;
 pub mod remote;
 mod runner;
 pub mod sharing;
+pub mod snapshot;
 pub mod synchronization;
 pub mod timing;
 

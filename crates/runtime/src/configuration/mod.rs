@@ -43,6 +43,7 @@ mod read;
 mod scope;
 mod set;
 mod share;
+mod snapshot;
 mod source;
 mod stages;
 mod value;
@@ -50,6 +51,7 @@ mod value;
 use std::path::{Path, PathBuf};
 
 use crate::main_loop::Schedule;
+use crate::snapshot::Trigger;
 pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 use files::Files;
@@ -96,6 +98,7 @@ pub struct Configuration {
     agent: model::Agent,
     time_source: Option<Spanned<String>>,
     mission: Option<Mission>,
+    snapshot: Option<Trigger>,
     log: Log,
     share: Option<Share>,
     plugins: Vec<PluginEntry>,
@@ -161,6 +164,11 @@ impl Configuration {
     /// What ends the run.
     pub fn mission(&self) -> Option<&Mission> {
         self.mission.as_ref()
+    }
+
+    /// When a snapshot is taken.
+    pub fn snapshot(&self) -> Option<&Trigger> {
+        self.snapshot.as_ref()
     }
 
     /// What is logged.

@@ -74,6 +74,7 @@ fn build(
     let log = build.log(&merged);
     let time_source = build.time_source(&merged);
     let mission = build.mission(&merged);
+    let snapshot = build.snapshot(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
     let share = build.share(&merged, name);
     let plugins = build.plugins(&merged);
@@ -92,6 +93,7 @@ fn build(
                 agent,
                 time_source,
                 mission,
+                snapshot,
                 plugins,
                 log,
                 share,
