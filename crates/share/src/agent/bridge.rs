@@ -55,9 +55,10 @@ impl Bridge {
                 looked = now.max(1);
                 self.look(now);
             }
-            let waits = self.outboxes.values_mut().fold(false, |waits, outbox| {
-                outbox.forward(&self.subscriptions.peers, &self.site, now) || waits
-            });
+            let mut waits = false;
+            for outbox in self.outboxes.values_mut() {
+                waits |= outbox.forward(&self.subscriptions.peers, &self.site, now);
+            }
             let bits = post.wake.wait_timeout(if waits { ANSWERS } else { pause });
             if bits & NEWS != 0 {
                 self.site.host.news();
