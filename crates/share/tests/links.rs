@@ -205,5 +205,5 @@ fn an_agent_that_can_not_share_refuses_links_to_others() {
     let configuration = Configuration::from_text("arm.toml", &arm(&folder, ""), &Reading::default()).unwrap();
     let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
     let error = Agent::load(&configuration, &plugins, Options::default()).unwrap_err();
-    assert!(error.to_string().contains("`slate://base/counter/number` is of another agent"), "{error}");
+    assert!(error.to_string().contains("`slate://base/counter/number` belongs to agent `base`"), "{error}");
 }

@@ -60,8 +60,12 @@ pub(super) fn joint<'a>(
 ) -> (Option<Joint<'a>>, Option<Misfit>) {
     let Some(wanted) = path(configuration, link) else { return (None, None) };
     let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
-        let message = format!("`{wanted}` is of another agent, and this one shares nothing");
-        complaints.add(link.from.span, message, "run it by a program that shares, as `slate run` does");
+        let message = format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent);
+        let help = format!(
+            "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
+            configuration.agent_name()
+        );
+        complaints.add(link.from.span, message, help);
         return (None, None);
     };
     let target = Target::Remote(index);
