@@ -7,6 +7,7 @@ use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::module::ModuleVerb;
+use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
@@ -40,6 +41,8 @@ pub enum Verb {
     Link(LinkOptions),
     /// Takes the link of an input of a running agent away.
     Unlink(UnlinkOptions),
+    /// Lists the other agents that a running agent knows, and what goes to and fro.
+    Peers(PeersOptions),
     /// Records what the modules of a running agent do when, for Perfetto.
     Trace(TraceOptions),
     /// Takes snapshots of a running agent, lets it go on from one, and shows what is in one.

@@ -13,6 +13,7 @@ use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
 use super::relinking::Leads;
+use super::sharing::Remotes;
 use super::snapshot::Watch;
 use super::survey::{Complaints, RESERVED, Survey, Surveyed, survey};
 use crate::aspects::{PlacePolicy, PlaceTime};
@@ -67,6 +68,7 @@ pub(super) struct Composition {
     pub database: Option<Database>,
     /// Why the links are not those of the configuration; they are tried again with its next change.
     pub unlinked: Option<Report>,
+    pub remotes: Remotes,
     /// What the application takes into snapshots.
     pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
     /// What takes snapshots by itself.

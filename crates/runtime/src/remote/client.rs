@@ -238,6 +238,11 @@ impl Client {
         self.call(&Call::LinkList {})
     }
 
+    /// The other agents that are known.
+    pub fn peers(&mut self) -> Result<Vec<super::PeerEntry>, ClientError> {
+        self.call(&Call::Peers {})
+    }
+
     /// Links an input, or only finds out whether that can be done; options are keys and values of the link's table.
     pub fn link(
         &mut self,

@@ -99,9 +99,11 @@ impl Desk {
                     previous: link.previous,
                     stale: link.stale,
                     queue: link.queue,
+                    trouble: link.trouble,
                 };
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
             }
+            Call::Peers {} => result(super::peers::peers(&self.composer)),
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
             Call::ConfigDiff {} => self.differences(),

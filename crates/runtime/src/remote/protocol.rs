@@ -131,6 +131,9 @@ pub enum Call {
     /// All links: a list of [`LinkEntry`].
     #[serde(rename = "link/list")]
     LinkList {},
+    /// The other agents that are known: a list of [`PeerEntry`](super::PeerEntry).
+    #[serde(rename = "peers")]
+    Peers {},
     /// The settings at a path and below it: a list of [`SettingEntry`].
     #[serde(rename = "config/get")]
     ConfigGet {
@@ -318,6 +321,9 @@ pub struct LinkEntry {
     pub stale: Option<u64>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
+    /// Why it brings nothing, when it leads to another agent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trouble: Option<String>,
 }
 
 /// A setting.

@@ -99,6 +99,7 @@ pub(super) struct Origin {
 }
 
 /// A composer that does not keep its agent.
+#[derive(Clone)]
 pub(crate) struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
@@ -368,7 +369,7 @@ impl Composer {
         self.shared.logger.set_levels(levels);
     }
 
-    pub(super) fn log(&self, level: Level, text: &str) {
+    pub(crate) fn log(&self, level: Level, text: &str) {
         self.shared.logger.log(self.now(), level, text);
     }
 }
