@@ -4,6 +4,7 @@ mod build;
 mod catalogue;
 mod composer;
 mod composition;
+mod consent;
 mod looping;
 mod parameters;
 mod relinking;
@@ -204,6 +205,7 @@ impl Agent {
             listeners: BTreeMap::new(),
             database: None,
             unlinked: None,
+            last_known: BTreeMap::new(),
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());

@@ -98,6 +98,7 @@ impl Desk {
             }
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
+            Call::ConfigRevert { path } => self.revert(&path),
             Call::ConfigDiff {} => self.differences(),
             Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
             Call::ConfigSave { to } => self.save(to),
@@ -254,6 +255,14 @@ impl Desk {
             ),
             None => report.into(),
         })?;
+        match self.composer.unlinked() {
+            Some(report) => Err(report.into()),
+            None => result(self.changed(changed)),
+        }
+    }
+
+    fn revert(&self, path: &str) -> Done {
+        let changed = self.database()?.revert(path)?.commit()?;
         match self.composer.unlinked() {
             Some(report) => Err(report.into()),
             None => result(self.changed(changed)),

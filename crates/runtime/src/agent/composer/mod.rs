@@ -381,6 +381,7 @@ impl Composer {
     /// As [`Agent::reset`](crate::Agent::reset).
     pub fn reset(&self) {
         self.shared.actuators().iter().for_each(|actuator| actuator.reset());
+        self.say("the stop of the actuators is ended");
     }
 
     /// As [`Agent::arm`](crate::Agent::arm).
