@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use slate::record::Report;
 use slate::runtime::Rate;
-use slate::runtime::log::{ConsoleTarget, LogTarget, MemoryTarget};
+use slate::runtime::log::{LogTarget, MemoryTarget};
 use slate::runtime::remote::Server;
 
 use crate::arguments::{ModeName, RunOptions};
@@ -20,24 +20,25 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     if let Some(seed) = options.seed {
         sets.push(format!("agent.seed={seed}"));
     }
-    let application = examples::find(&options.common.name, sets, options.common.host.as_deref())?;
     let live = !options.headless;
+    // A live display owns the terminal, so the log is kept and written beside the report.
+    let owns_terminal = live && std::io::stdout().is_terminal();
+    let defaults = vec![format!("log.targets.console={}", !owns_terminal)];
+    let application =
+        examples::find(&options.common.name, defaults, sets, options.common.host.as_deref())?;
     // Nobody watches a headless run, so it need not go at the pace of the wall clock unless its threads do.
     let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
     let name = application.name.clone();
     let seed = application.configuration.seed().value;
     let directory =
         options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
-    // A live display owns the terminal, so the log is kept and written beside the report.
     let kept = MemoryTarget::default();
-    let owns_terminal = live && std::io::stdout().is_terminal();
-    let log: Box<dyn LogTarget> =
-        if owns_terminal { Box::new(kept.clone()) } else { Box::new(ConsoleTarget) };
+    let log: Option<Box<dyn LogTarget>> = owns_terminal.then(|| Box::new(kept.clone()) as _);
     let how = How {
         mode: options.common.mode,
         rate: options.rate.unwrap_or(default),
         workers: options.common.workers.into(),
-        log: vec![log],
+        log: log.into_iter().collect(),
         trajectory: true,
         follows: true,
     };

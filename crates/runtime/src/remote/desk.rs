@@ -221,6 +221,7 @@ impl Desk {
             // One that came with a plugin which was loaded by hand is in no file.
             None => self.composer.enable(name, on)?,
         }
+        self.composer.say(&format!("a tool has switched {name} {}", if on { "on" } else { "off" }));
         result(true)
     }
 
@@ -255,6 +256,7 @@ impl Desk {
             ),
             None => report.into(),
         })?;
+        self.say_changes("changed", &changed);
         match self.composer.unlinked() {
             Some(report) => Err(report.into()),
             None => result(self.changed(changed)),
@@ -263,9 +265,18 @@ impl Desk {
 
     fn revert(&self, path: &str) -> Done {
         let changed = self.database()?.revert(path)?.commit()?;
+        self.say_changes("taken back", &changed);
         match self.composer.unlinked() {
             Some(report) => Err(report.into()),
             None => result(self.changed(changed)),
+        }
+    }
+
+    /// Tells who reads the log later why the robot is another one from here on.
+    fn say_changes(&self, what: &str, changes: &[Change]) {
+        let value = |value: &Option<Value>| value.as_ref().map_or("none".into(), Value::to_string);
+        for Change { path, before, after, .. } in changes {
+            self.composer.say(&format!("a tool has {what} {path}: {} -> {}", value(before), value(after)));
         }
     }
 

@@ -386,12 +386,20 @@ impl Composer {
 
     /// As [`Agent::arm`](crate::Agent::arm).
     pub fn arm(&self) -> bool {
-        self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
+        let armed = self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0;
+        if armed {
+            self.say("the actuators are armed");
+        }
+        armed
     }
 
     /// Lets commands through to one actuator; false when it is still stopped, and nothing when there is none of that name.
     pub fn arm_one(&self, actuator: &str) -> Option<bool> {
-        self.shared.actuators().iter().find(|other| other.name() == actuator).map(|actuator| actuator.arm())
+        let armed = self.shared.actuators().iter().find(|other| other.name() == actuator)?.arm();
+        if armed {
+            self.say(&format!("{actuator} is armed"));
+        }
+        Some(armed)
     }
 
     /// The actuators, each with why it is stopped, if it is.
@@ -400,7 +408,7 @@ impl Composer {
         actuators.iter().map(|actuator| (actuator.name().into(), actuator.stop_reason())).collect()
     }
 
-    fn say(&self, text: &str) {
+    pub(crate) fn say(&self, text: &str) {
         self.log(Level::Info, text);
     }
 
