@@ -24,8 +24,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     // A live display owns the terminal, so the log is kept and written beside the report.
     let owns_terminal = live && std::io::stdout().is_terminal();
     let defaults = vec![format!("log.targets.console={}", !owns_terminal)];
-    let application =
-        examples::find(&options.common.name, defaults, sets, options.common.host.as_deref())?;
+    let application = examples::find(&options.common.name, defaults, sets, options.common.host.as_deref())?;
     // Nobody watches a headless run, so it need not go at the pace of the wall clock unless its threads do.
     let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
     let name = application.name.clone();

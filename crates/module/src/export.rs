@@ -7,7 +7,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use crate::instance::Authored;
 use crate::place;
 use crate::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
-use crate::{Frame, Instance, Level, Module, ModuleTable, PortCursor, Refusal, Setup, Tick, decode, portable};
+use crate::{
+    Frame, Instance, Level, Module, ModuleTable, PortCursor, Refusal, Setup, Tick, decode, portable,
+};
 
 impl ModuleTable {
     /// The calls of a module.
@@ -118,7 +120,7 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
             let reason = panic_message(payload.as_ref());
             discard(payload);
             // SAFETY: as above.
-            let now = Tick::new(unsafe { &*frame });
+            let now = unsafe { Tick::new(&*frame) };
             match place::take() {
                 Some(place) => now.log(Level::Error, format_args!("{reason} (at {place})")),
                 None => now.log(Level::Error, format_args!("{reason}")),

@@ -237,6 +237,7 @@ fn modules_are_switched_by_name() {
     assert!(!client.enable("teller", false).unwrap(), "it is off already");
     assert!(client.enable("teller", true).unwrap());
     assert!(!client.enable("teller", true).unwrap(), "it is on already");
+    assert!(client.differences().unwrap().is_empty(), "as the file says");
     agent.step();
     assert_eq!(agent.counts("teller").unwrap().0, 1);
 }
@@ -290,6 +291,18 @@ fn changes_are_taken_back() {
     client.revert("").unwrap();
     assert_eq!(number(&agent, "teller/params/first"), 2.0);
     assert!(client.differences().unwrap().is_empty() && client.revert("").unwrap().is_empty());
+}
+
+#[test]
+fn a_panic_is_in_the_log_with_its_message_and_place() {
+    let log = MemoryTarget::default();
+    let mut agent = load(&database("panic"), log.clone());
+    let database = agent.database().unwrap().clone();
+    database.set(&[("modules.teller.params.third", "13")]).unwrap();
+    agent.step();
+    let has =
+        |line: &str| ["teller", "an unlucky number", "remote.rs:"].iter().all(|part| line.contains(part));
+    eventually(|| log.lines().iter().any(|line| has(&line.to_string())));
 }
 
 #[test]

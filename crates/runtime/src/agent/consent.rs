@@ -25,8 +25,10 @@ impl Composition {
     /// What to ask the modules that get other parameters. They must be able to begin with them, as they do at the next
     /// start.
     pub fn questions(&self, survey: Survey<'_>, modules: &BTreeSet<&str>) -> Vec<Question> {
-        let changed =
-            survey.modules.into_iter().filter(|surveyed| modules.contains(surveyed.module.name.value.as_str()));
+        let changed = survey
+            .modules
+            .into_iter()
+            .filter(|surveyed| modules.contains(surveyed.module.name.value.as_str()));
         let question = changed.map(|surveyed| {
             let module = surveyed.module;
             let present = self.present.get(&module.name.value);
@@ -34,9 +36,7 @@ impl Composition {
                 kind: present.map_or_else(|| surveyed.kind.clone(), |present| present.placed(&surveyed.kind)),
                 setup: surveyed.setup,
                 params: surveyed.params,
-                patience: self
-                    .ground
-                    .patience(&Arc::from(module.name.value.as_str()), module.isolated.value),
+                patience: self.ground.patience(&Arc::from(module.name.value.as_str()), module.isolated.value),
                 place: module.name.span,
             }
         });

@@ -12,7 +12,7 @@ use super::protocol::{
     Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
     Reading, Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin,
 };
-use crate::configuration::{Change, Database, Report, SaveTo, Value};
+use crate::configuration::{Change, Configuration, Database, Report, SaveTo, Value};
 use crate::{Composer, Loaded, NewLink, PluginError, Reload};
 
 /// What calls act on.
@@ -216,7 +216,15 @@ impl Desk {
         match self.database.as_ref().filter(known) {
             Some(database) => {
                 let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
-                database.set(&[(path, on.to_string())])?;
+                // Back to what the files say is no change that is to be saved.
+                let is_on = |configuration: &Configuration| {
+                    let mut modules = configuration.modules().iter();
+                    modules.any(|module| module.name.value == name && module.enabled.value == on)
+                };
+                match database.revert(&path) {
+                    Ok(back) if is_on(back.configuration()) => drop(back.commit()?),
+                    _ => drop(database.set(&[(path, on.to_string())])?),
+                }
             }
             // One that came with a plugin which was loaded by hand is in no file.
             None => self.composer.enable(name, on)?,
@@ -376,7 +384,7 @@ fn absolute(file: &Path) -> Result<&Path, Refusal> {
     if file.is_absolute() {
         return Ok(file);
     }
-    Err(refusal(format!("{} is a relative path", crate::printable(file)), "give the library's absolute path"))
+    Err(refusal(format!("{} is a relative path", crate::printable(file)), "give its absolute path"))
 }
 
 pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {

@@ -128,6 +128,7 @@ impl Composer {
         composition.linked = linked.to_vec();
         let configuration = Arc::clone(&composition.configuration);
         let mut gathered = Gathered::new(&composition);
+        gathered.shows_places = true;
         gathered.linked(linked)?;
         for entry in configuration.plugins() {
             if entry.load {
