@@ -6,6 +6,7 @@
 #![allow(unsafe_code, reason = "the lock-free core lives here and nowhere else")]
 
 mod board;
+pub mod bytes;
 pub mod channel;
 pub mod commit;
 pub mod interface;

@@ -6,7 +6,10 @@
 use std::ops::DerefMut;
 use std::sync::{Arc, PoisonError};
 
+use serde::{Deserialize, Serialize};
+
 use crate::Shape;
+use crate::bytes;
 use crate::sync::{AtomicU32, AtomicU64, Guarded, Mutex, Ordering, Reading, order};
 
 /// The states of a slot. The receiver changes it from being sent to an answer, the sender back to being sent.
@@ -55,6 +58,20 @@ struct Content {
     data: Box<[u128]>,
     items: usize,
     time: u64,
+}
+
+/// A message that waits for its receiver, as a snapshot has it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrozenMessage {
+    /// Who sent it.
+    pub sender: u32,
+    /// The message.
+    #[serde(with = "bytes")]
+    pub bytes: Vec<u8>,
+    /// How many items its tail has.
+    pub items: usize,
+    /// The host's time of sending, nanoseconds.
+    pub time: u64,
 }
 
 /// No sender, or no receiver, is left to be given out.
@@ -177,6 +194,11 @@ impl Sender {
         self.place as u32
     }
 
+    /// Whether it sends to that mailbox.
+    pub fn is_of(&self, mailbox: &Arc<Mailbox>) -> bool {
+        Arc::ptr_eq(&self.mailbox, mailbox)
+    }
+
     /// Sends a message of `bytes` with `items` tail items, at the host's `time` in nanoseconds. What does not fit is
     /// cut, and what is missing is zero.
     ///
@@ -267,6 +289,45 @@ impl Receiver {
     #[inline]
     pub fn has_messages(&self) -> bool {
         self.mailbox.head.load(Ordering::Relaxed) != 0
+    }
+
+    /// Copies the messages that wait, oldest first, and leaves them there.
+    pub fn waiting(&self) -> Vec<FrozenMessage> {
+        let mut waiting = Vec::new();
+        let mut next = self.mailbox.head.load(order::ACQUIRE);
+        while next != 0 {
+            let index = (next - 1) as usize;
+            let slot = &self.mailbox.slots[index];
+            let message = Message {
+                slot: index,
+                mailbox: &self.mailbox,
+                sequence: 0,
+                // Nobody but the receiver takes it, so it stays as it is.
+                content: slot.content.read(),
+            };
+            waiting.push(FrozenMessage {
+                sender: message.sender(),
+                bytes: message.bytes().to_vec(),
+                items: message.items(),
+                time: message.time(),
+            });
+            next = slot.before.load(Ordering::Relaxed);
+        }
+        waiting.reverse();
+        waiting
+    }
+
+    /// How many messages were collected.
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Goes on as a receiver that has collected so many; messages that wait are given back to their senders as
+    /// [`ABANDONED`].
+    pub fn resume(&mut self, sequence: u64) {
+        self.collect();
+        self.give_back(u32::from(ABANDONED) << CODE_SHIFT | REFUSED);
+        self.sequence = sequence;
     }
 
     /// Releases the last messages, and takes all that were sent since; says how many they are.

@@ -1,6 +1,8 @@
+use serde::{Deserialize, Serialize};
+
 /// When a value was written, and by which writer.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stamp {
     /// How many values were written before and including this one; 0 means never written.
     pub sequence: u64,

@@ -8,6 +8,7 @@ use crate::connection::AgentOption;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::module::ModuleVerb;
 use crate::plugin::PluginVerb;
+use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
 
 /// The greatest seed that a configuration can hold.
@@ -41,6 +42,9 @@ pub enum Verb {
     Unlink(UnlinkOptions),
     /// Records what the modules of a running agent do when, for Perfetto.
     Trace(TraceOptions),
+    /// Takes snapshots of a running agent, lets it go on from one, and shows what is in one.
+    #[command(subcommand)]
+    Snapshot(SnapshotVerb),
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),
@@ -65,9 +69,6 @@ pub enum Verb {
 
 #[derive(Debug, Args)]
 pub struct Common {
-    /// An example by name, or a configuration file.
-    pub name: String,
-
     /// How modules are run.
     #[arg(long, value_enum, default_value_t = ModeName::Staged)]
     pub mode: ModeName,
@@ -91,6 +92,10 @@ pub struct Common {
 
 #[derive(Debug, Args)]
 pub struct RunOptions {
+    /// An example by name, or a configuration file; with --resume, that of the snapshot unless given.
+    #[arg(required_unless_present = "resume")]
+    pub name: Option<String>,
+
     #[command(flatten)]
     pub common: Common,
 
@@ -107,6 +112,10 @@ pub struct RunOptions {
     #[arg(long, value_parser = clap::value_parser!(u64).range(..=MAXIMUM_SEED))]
     pub seed: Option<u64>,
 
+    /// Goes on from a snapshot.
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+
     /// Where the report goes; `runs/<name>-<seed>` unless given.
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -114,6 +123,9 @@ pub struct RunOptions {
 
 #[derive(Debug, Args)]
 pub struct BatchOptions {
+    /// An example by name, or a configuration file.
+    pub name: String,
+
     #[command(flatten)]
     pub common: Common,
 

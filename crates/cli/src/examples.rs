@@ -4,7 +4,9 @@ use std::sync::Arc;
 use slate::blackboard::nearest_names;
 use slate::module::Plugin;
 use slate::runtime::configuration::{Configuration, Database, Options};
+use slate::runtime::snapshot::Snapshot;
 
+use crate::course::Course;
 use crate::failure::Failure;
 use crate::output;
 
@@ -101,6 +103,12 @@ pub fn find(
     }
     let stem = path.file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned());
     Ok(Application::new(&stem, Database::open(path, options(sets))?))
+}
+
+/// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.
+pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure> {
+    let name = Course::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
+    Ok(Application::new(&name, snapshot.configuration(sets)?))
 }
 
 /// Lists the examples.

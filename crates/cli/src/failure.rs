@@ -5,6 +5,7 @@ use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
 use slate::runtime::plugin::LibraryError;
 use slate::runtime::remote::{ClientError, Refusal};
+use slate::runtime::snapshot::SnapshotError;
 
 use crate::arguments::MAXIMUM_SEED;
 
@@ -31,6 +32,8 @@ pub enum Failure {
     Agent(#[from] ClientError),
     #[error("{0}")]
     Library(#[from] LibraryError),
+    #[error("{0}")]
+    Snapshot(SnapshotError),
     #[error("`{name}` can't be the name of a plugin")]
     PluginName { name: String },
     #[error("{}", no_checkout(.said.as_deref()))]
@@ -44,6 +47,15 @@ impl From<StartError> for Failure {
         match error {
             StartError::Configuration(report) => Self::Configuration(report),
             other => Self::Start(other),
+        }
+    }
+}
+
+impl From<SnapshotError> for Failure {
+    fn from(error: SnapshotError) -> Self {
+        match error {
+            SnapshotError::Configuration(report) => Self::Configuration(report),
+            other => Self::Snapshot(other),
         }
     }
 }
@@ -80,6 +92,7 @@ impl Failure {
         Some(match self {
             Self::Unknown { help, .. } => help.clone(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
+            Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
                               XDG_RUNTIME_DIR"
                 .into(),

@@ -4,6 +4,7 @@ mod arguments;
 mod batch;
 mod config;
 mod connection;
+mod course;
 mod display;
 mod examples;
 mod failure;
@@ -15,6 +16,7 @@ mod output;
 mod plugin;
 mod run;
 mod scene;
+mod snapshot;
 mod stop;
 mod trace;
 
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         Verb::Link(options) => link::link(options),
         Verb::Unlink(options) => link::unlink(options),
         Verb::Trace(options) => trace::trace(options),
+        Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

@@ -1,21 +1,20 @@
 //! One run of an application from start to verdict.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 use slate::blackboard::interface::Value;
 use slate::record::{Outcome, Scene, Summary, Trajectory};
 use slate::runtime::log::LogTarget;
+use slate::runtime::snapshot::Snapshot;
 use slate::runtime::{Agent, Control, Cycle, End, Options, Rate};
 
 use crate::arguments::ModeName;
+use crate::course::{self, Course};
 use crate::examples::Application;
 use crate::failure::Failure;
 use crate::observation::Observation;
 use crate::scene;
-
-/// The trajectory has a row this often, nanoseconds.
-const SAMPLE_PERIOD: u64 = 50_000_000;
 
 /// What a run left.
 pub struct Finished {
@@ -42,6 +41,7 @@ pub struct Mission {
     pub observation: Arc<Observation>,
     application: Application,
     scene: Scene,
+    course: Course,
     mode: ModeName,
     wants_trajectory: bool,
 }
@@ -65,34 +65,40 @@ impl Mission {
         };
         let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
         let scene = scene::of(&application.configuration)?;
-        Ok(Self { agent, observation, application, scene, mode: how.mode, wants_trajectory: how.trajectory })
+        let course = Course::new(&application.name);
+        agent.composer().keep(course::NAME, Arc::new(course.clone()));
+        Ok(Self {
+            agent,
+            observation,
+            application,
+            scene,
+            course,
+            mode: how.mode,
+            wants_trajectory: how.trajectory,
+        })
+    }
+
+    /// Goes on from a snapshot, with the settings that the application was loaded with.
+    pub fn resume(&self, snapshot: &Snapshot) -> Result<(), Failure> {
+        Ok(self.agent.restore_under_own_settings(snapshot)?)
     }
 
     /// Runs until the verdict.
     #[allow(clippy::disallowed_methods, reason = "a summary tells how long the run took on the wall clock")]
     pub fn run(mut self) -> Result<Finished, Failure> {
         let start = Instant::now();
-        let trajectory = Arc::new(Mutex::new(Trajectory::default()));
-        let ticks = Arc::new(Mutex::new((0, 0)));
         let observer = {
-            let (observation, trajectory, ticks) =
-                (Arc::clone(&self.observation), Arc::clone(&trajectory), Arc::clone(&ticks));
+            let (observation, course) = (Arc::clone(&self.observation), self.course.clone());
             let wanted = self.wants_trajectory;
-            let mut next = 0;
             move |cycle: &Cycle<'_>| {
-                *locked(&ticks) = (cycle.number, cycle.now);
                 let running = observation.is_running();
-                if wanted && (cycle.now >= next || !running) {
-                    next += SAMPLE_PERIOD;
-                    let samples = observation.robots.iter().filter_map(|robot| robot.sample(cycle.now));
-                    locked(&trajectory).samples.extend(samples);
-                }
+                course.note(cycle, &observation, (running, wanted));
                 if running { Control::Continue } else { Control::Stop }
             }
         };
         let end = self.agent.run(Box::new(observer))?;
         let wall_time = start.elapsed();
-        let (cycles, now) = *locked(&ticks);
+        let (cycles, now) = self.course.cycles();
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let (outcome, message) = self.judge(&end);
         let metrics = self.observation.metrics();
@@ -120,7 +126,7 @@ impl Mission {
             ticks: cycles,
             digest,
         };
-        let trajectory = std::mem::take(&mut *locked(&trajectory));
+        let trajectory = self.course.take_trajectory();
         Ok(Finished { summary, scene: self.scene, trajectory })
     }
 
@@ -158,9 +164,4 @@ impl Mission {
         }
         counts
     }
-}
-
-/// What stays intact when another thread panicked while it held the lock.
-fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

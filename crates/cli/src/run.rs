@@ -6,6 +6,7 @@ use slate::record::Report;
 use slate::runtime::Rate;
 use slate::runtime::log::{LogTarget, MemoryTarget};
 use slate::runtime::remote::Server;
+use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};
 use crate::display::Display;
@@ -24,7 +25,15 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     // A live display owns the terminal, so the log is kept and written beside the report.
     let owns_terminal = live && std::io::stdout().is_terminal();
     let defaults = vec![format!("log.targets.console={}", !owns_terminal)];
-    let application = examples::find(&options.common.name, defaults, sets, options.common.host.as_deref())?;
+    let snapshot = options.resume.as_ref().map(Snapshot::read).transpose()?;
+    let application = match (&options.name, &snapshot) {
+        // The snapshot has what suited the terminal of the other run.
+        (None, Some(snapshot)) => examples::of(snapshot, [defaults, sets].concat())?,
+        (name, _) => {
+            let name = name.as_deref().unwrap_or_default();
+            examples::find(name, defaults, sets, options.common.host.as_deref())?
+        }
+    };
     // Nobody watches a headless run, so it need not go at the pace of the wall clock unless its threads do.
     let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
     let name = application.name.clone();
@@ -43,6 +52,10 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     };
     let has_mission = application.configuration.mission().is_some();
     let mission = Mission::load(application, how)?;
+    if let Some(snapshot) = &snapshot {
+        mission.resume(snapshot)?;
+    }
+    drop(snapshot);
     // Only now, as a configuration that is refused leaves nothing behind.
     std::fs::create_dir_all(&directory)
         .map_err(|source| Failure::File { path: directory.clone(), source })?;

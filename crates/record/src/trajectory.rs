@@ -22,7 +22,7 @@ impl Route {
 }
 
 /// One robot at one time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Nanoseconds since the start of the run.
     pub time: u64,

@@ -6,10 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Descriptor, View};
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Board, BoardError};
 use slate_module::Priority;
 use slate_safety::{Gate, GateState, Verdict};
 
 use crate::digest::Digest;
+use crate::snapshot::{Bytes, FrozenActuator, FrozenProperty};
 
 /// A gate with the property that the actuator reads.
 #[derive(Debug)]
@@ -135,6 +137,55 @@ impl Actuator {
             let index = inner.index;
             digest.add(index, inner.gate.output(now).command);
         }
+    }
+
+    /// How it stands.
+    pub fn freeze(&self) -> FrozenActuator {
+        let inner = self.locked();
+        FrozenActuator {
+            commanders: self.commanders.clone(),
+            index: inner.index,
+            gate: inner.gate.freeze(),
+            shown: inner.last_state.as_ref().map(|state| Bytes(View::of(state).bytes().to_vec())),
+            fresh: inner.fresh,
+        }
+    }
+
+    /// Whether it can go on from there.
+    pub fn fits(&self, frozen: &FrozenActuator) -> bool {
+        self.commanders == frozen.commanders && self.locked().gate.fits(&frozen.gate)
+    }
+
+    /// Goes on from there, with what stood in its properties; what does not fit was found out before.
+    ///
+    /// # Errors
+    /// A property that does not take its values.
+    pub fn thaw(
+        &self,
+        frozen: &FrozenActuator,
+        board: &Board,
+        properties: &BTreeMap<String, FrozenProperty>,
+        (rearm, now): (bool, u64),
+    ) -> Result<(), BoardError> {
+        let mut inner = self.locked();
+        let Inner { command, state, .. } = &mut *inner;
+        for (own, writer) in [("command", command), ("gate", state)] {
+            let path = format!("{}/{own}", self.name);
+            if let (Some(frozen), Some((property, _))) = (properties.get(&path), board.get(&path)) {
+                property.thaw(&frozen.values, Some(writer))?;
+            }
+        }
+        inner.gate.thaw(&frozen.gate, rearm);
+        (inner.index, inner.fresh) = (frozen.index, frozen.fresh);
+        inner.last_state = frozen.shown.as_ref().filter(|shown| shown.0.len() == size_of::<GateState>()).map(
+            // SAFETY: the length was checked, every bit pattern of an interface is valid, and no alignment is needed.
+            |shown| unsafe { shown.0.as_ptr().cast::<GateState>().read_unaligned() },
+        );
+        if !rearm {
+            // What the actuator got is no longer what holds.
+            inner.publish(now);
+        }
+        Ok(())
     }
 
     /// Lets commands through; the software stop must have been reset.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
@@ -37,29 +37,55 @@ pub trait TimeSource: Send {
     /// The time of the next cycle, nanoseconds. `last` is the time of the cycle before, if there was one, and `planned`
     /// is a period after that. A time before the last one is refused and counted, and the agent's time stands still.
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64;
+
+    /// What it needs to go on from a snapshot; nothing for one that has no state.
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Goes on from what was saved; false, and nothing is changed, when that does not fit.
+    fn restore(&mut self, _saved: &[u8]) -> bool {
+        true
+    }
 }
 
 /// The times of a recorded run, one for each cycle; after the last of them cycles follow one another by the period.
 #[derive(Clone, Debug)]
-pub struct RecordedTimes(std::vec::IntoIter<u64>);
+pub struct RecordedTimes {
+    times: Vec<u64>,
+    next: usize,
+}
 
 impl RecordedTimes {
     /// From the times in nanoseconds, in their order.
     pub fn new(times: Vec<u64>) -> Self {
-        Self(times.into_iter())
+        Self { times, next: 0 }
     }
 }
 
 impl TimeSource for RecordedTimes {
     fn next(&mut self, _: Option<u64>, planned: u64) -> u64 {
-        self.0.next().unwrap_or(planned)
+        let next = self.times.get(self.next).copied();
+        self.next += usize::from(next.is_some());
+        next.unwrap_or(planned)
+    }
+
+    fn save(&self) -> Vec<u8> {
+        (self.next as u64).to_le_bytes().into()
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let next = saved.try_into().ok().map(|next| u64::from_le_bytes(next) as usize);
+        let Some(next) = next.filter(|next| *next <= self.times.len()) else { return false };
+        self.next = next;
+        true
     }
 }
 
 /// The agent's time, nanoseconds since its start: the system's monotonic clock, or what a time source says.
 pub(crate) struct Clock {
-    /// The monotonic time at the start.
-    start: u64,
+    /// The monotonic time at the start; another one when the agent goes on from a snapshot.
+    start: AtomicI64,
     /// What the time source said last, if there is one.
     driven: Option<AtomicU64>,
     calendar: Calendar,
@@ -78,7 +104,12 @@ impl Clock {
     pub fn new(driven: bool, calendar: Option<Calendar>) -> Self {
         let calendar = calendar.unwrap_or_else(|| Arc::new(date));
         let date = calendar();
-        Self { start: monotonic(), driven: driven.then(AtomicU64::default), calendar, date }
+        Self {
+            start: AtomicI64::new(monotonic() as i64),
+            driven: driven.then(AtomicU64::default),
+            calendar,
+            date,
+        }
     }
 
     #[inline]
@@ -97,7 +128,8 @@ impl Clock {
     /// A monotonic time as one since the agent's start; on the system's clock that is the agent's time.
     #[inline]
     pub fn at(&self, monotonic: u64) -> u64 {
-        monotonic.saturating_sub(self.start)
+        // Whoever looks while an agent goes on from a snapshot gets a time before it, or of it.
+        (monotonic as i64).saturating_sub(self.start.load(Ordering::Relaxed)).max(0) as u64
     }
 
     /// Sets a driven clock; the system's goes by itself.
@@ -105,6 +137,12 @@ impl Clock {
         if let Some(now) = &self.driven {
             now.store(time, Ordering::Release);
         }
+    }
+
+    /// Goes on from another time: a driven clock as said, and the system's from now on.
+    pub fn resume(&self, time: u64) {
+        self.set(time);
+        self.start.store((monotonic() as i64).saturating_sub_unsigned(time), Ordering::Relaxed);
     }
 
     /// The date of an agent's time: for people, who read logs. Nothing is measured with it, as it may jump.

@@ -1,31 +1,36 @@
-use xxhash_rust::xxh3::Xxh3;
+use serde::{Deserialize, Serialize};
+use slate_blackboard::bytes;
+use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// Values are hashed together when they fill this, bytes: a call of the hash costs more than a small value.
 const TOGETHER: usize = 16 * 1024;
 
 /// A fingerprint of everything that modules wrote: equal runs have equal digests.
 ///
-/// Measured times are not part of it, as they differ from run to run.
+/// Measured times are not part of it, as they differ from run to run. It is a chain, each link of which is the hash of
+/// some values with the link before as the seed: so it can be kept, and goes on in another process.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Digest {
-    hash: Box<Xxh3>,
+    chain: u64,
+    #[serde(with = "bytes")]
     waiting: Vec<u8>,
 }
 
 impl Digest {
     pub fn new() -> Self {
-        Self { hash: Box::new(Xxh3::new()), waiting: Vec::with_capacity(TOGETHER) }
+        Self { chain: 0, waiting: Vec::with_capacity(TOGETHER) }
     }
 
     /// Adds a value of the property with that place in the order of all.
     #[inline]
     pub fn add(&mut self, property: u32, value: &[u8]) {
         if self.waiting.len() + 4 + value.len() > TOGETHER {
-            self.hash.update(&self.waiting);
+            self.chain = self.value();
             self.waiting.clear();
         }
         if 4 + value.len() > TOGETHER {
-            self.hash.update(&property.to_le_bytes());
-            self.hash.update(value);
+            let seed = xxh3_64_with_seed(&property.to_le_bytes(), self.chain);
+            self.chain = xxh3_64_with_seed(value, seed);
             return;
         }
         self.waiting.extend_from_slice(&property.to_le_bytes());
@@ -33,8 +38,12 @@ impl Digest {
     }
 
     pub fn value(&self) -> u64 {
-        let mut hash = self.hash.clone();
-        hash.update(&self.waiting);
-        hash.digest()
+        xxh3_64_with_seed(&self.waiting, self.chain)
+    }
+
+    /// The one that goes on from a kept one, with room for what comes.
+    pub fn resumed(mut self) -> Self {
+        self.waiting.reserve_exact(TOGETHER.saturating_sub(self.waiting.len()));
+        self
     }
 }

@@ -294,6 +294,14 @@ fn changes_are_taken_back() {
 }
 
 #[test]
+fn a_library_that_is_not_there_is_shown_at_its_line_of_the_configuration() {
+    let text = "[plugins.arm]\nfile = \"/nowhere/libarm.so\"\n";
+    let database = Database::from_text("robot.toml", text, configuration::Options::default()).unwrap();
+    let refusal = Agent::load_with(&database, &[], Options::default()).unwrap_err().to_string();
+    assert!(refusal.contains("robot.toml:2:") && refusal.contains("libarm.so"), "{refusal}");
+}
+
+#[test]
 fn a_panic_is_in_the_log_with_its_message_and_place() {
     let log = MemoryTarget::default();
     let mut agent = load(&database("panic"), log.clone());

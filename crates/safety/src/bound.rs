@@ -82,6 +82,16 @@ impl Bound {
         self.rate = Some(per_second);
     }
 
+    /// The value in the command that passed last, and the one that the actuator got last.
+    pub fn memory(&self) -> (f64, f64) {
+        (self.passed, self.given)
+    }
+
+    /// Goes on from those.
+    pub fn remember(&mut self, (passed, given): (f64, f64)) {
+        (self.passed, self.given) = (passed, given);
+    }
+
     /// The actuator got the command that passed last.
     pub fn give_passed(&mut self) {
         self.given = self.passed;

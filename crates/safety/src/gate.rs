@@ -12,33 +12,33 @@ use crate::{GateConfiguration, GateMode, GateState, LeasePriority, Reason, Refus
 /// live ends.
 #[derive(Debug)]
 pub struct Gate {
-    configuration: GateConfiguration,
+    pub(crate) configuration: GateConfiguration,
     floats: FloatMap,
     /// What the holder of the lease commands, within limits.
-    command: Vec<u8>,
-    lease: Option<Lease>,
+    pub(crate) command: Vec<u8>,
+    pub(crate) lease: Option<Lease>,
     /// The host's time from which rate limits count: of the offer that the actuator got last, or when it got its
     /// safe command.
-    given_at: Option<u64>,
+    pub(crate) given_at: Option<u64>,
     /// The state of the agent's stop latch in which the gate was armed.
-    armed: Option<u64>,
+    pub(crate) armed: Option<u64>,
     /// Why this gate alone is stopped.
-    stop: Option<String>,
-    passed: u64,
-    limited: u64,
-    refused: u64,
-    expired: u64,
-    last_refusal: RefusalReason,
+    pub(crate) stop: Option<String>,
+    pub(crate) passed: u64,
+    pub(crate) limited: u64,
+    pub(crate) refused: u64,
+    pub(crate) expired: u64,
+    pub(crate) last_refusal: RefusalReason,
 }
 
 #[derive(Debug)]
-struct Lease {
-    commander: u32,
-    priority: Priority,
+pub(crate) struct Lease {
+    pub(crate) commander: u32,
+    pub(crate) priority: Priority,
     /// When the last offer came, nanoseconds.
-    renewed: u64,
+    pub(crate) renewed: u64,
     /// Whether that offer could be used; else the holder keeps the actuator at its safe command.
-    commanding: bool,
+    pub(crate) commanding: bool,
 }
 
 /// What an actuator gets.

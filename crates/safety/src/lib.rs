@@ -53,12 +53,14 @@
 
 mod bound;
 mod configuration;
+mod frozen;
 mod gate;
 mod state;
 mod stop;
 mod verdict;
 
 pub use configuration::{ConfigurationError, GateConfiguration};
+pub use frozen::{FrozenGate, FrozenLease};
 pub use gate::{Gate, Output, StillStopped};
 pub use state::{GateMode, GateState, LeasePriority, RefusalReason};
 pub use stop::StopLatch;

@@ -1,4 +1,4 @@
-use crate::channel::LinkError;
+use crate::channel::{LinkError, Misfit};
 use crate::interface::AccessError;
 
 /// What goes wrong with the address space.
@@ -47,6 +47,14 @@ pub enum BoardError {
         url: String,
         /// This agent.
         agent: String,
+    },
+    /// A value of a snapshot doesn't fit.
+    #[error("{url}: {error}")]
+    Misfit {
+        /// Which property.
+        url: String,
+        /// The value.
+        error: Misfit,
     },
     /// No handle is given out.
     #[error("{url}: {error}")]

@@ -4,7 +4,7 @@ use std::sync::{Arc, PoisonError, TryLockError};
 use super::BoardError;
 use super::events::Source;
 use crate::Stamp;
-use crate::channel::{Channel, Latest, Writer};
+use crate::channel::{Channel, Frozen, Latest, Writer};
 use crate::interface::{AccessError, Descriptor, Value, edit};
 use crate::message::Mailbox;
 use crate::sync::{AtomicU32, Mutex, MutexGuard, Ordering};
@@ -211,6 +211,36 @@ impl Property {
         let Some(reader) = probe.as_mut() else { return Ok(None) };
         reader.refresh();
         Ok(reader.value().map(|loan| (loan.bytes().to_vec(), loan.items(), loan.stamp())))
+    }
+
+    /// Copies the values that it keeps, for a snapshot; nothing of one that receives messages.
+    ///
+    /// # Errors
+    /// When there is no slot for what this pins meanwhile.
+    pub fn freeze(&self) -> Result<Option<Frozen>, BoardError> {
+        let frozen = self.channel().map(|channel| channel.freeze()).transpose();
+        frozen.map_err(|error| BoardError::Link { url: self.url(), error })
+    }
+
+    /// Goes on from the values of a snapshot. A property that a module writes needs its `writer`, if it has one now. All
+    /// that read it have to [resume](Latest::resume) at a value of these.
+    ///
+    /// # Errors
+    /// When they don't fit, or the writer is another one's; nothing is changed then.
+    pub fn thaw(&self, frozen: &Frozen, writer: Option<&mut Writer>) -> Result<(), BoardError> {
+        let Carrier::Channel(channel) = &self.carrier else { return Ok(()) };
+        let link = |error| BoardError::Link { url: self.url(), error };
+        let misfit = |error| BoardError::Misfit { url: self.url(), error };
+        let mut setter = locked(&self.setter);
+        match writer.or(setter.as_mut()) {
+            Some(writer) => writer.thaw(frozen).map_err(misfit)?,
+            None => channel.thaw(frozen).map_err(link)?.map_err(misfit)?,
+        }
+        // It would wait for values that come after the last one it has seen.
+        drop(locked(&self.probe).take());
+        drop(setter);
+        self.notify();
+        Ok(())
     }
 
     /// Sets the whole value of a property that the host writes, from memory of its interface.

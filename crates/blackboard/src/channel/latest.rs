@@ -39,6 +39,26 @@ impl Latest {
         self.held.map(|held| unsafe { held.lend() })
     }
 
+    /// The number of the value that it has seen last; 0 before the first.
+    pub fn cursor(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Goes on as a reader that has seen the values until that number. It holds the newest one, if that is the one; else
+    /// none before it is refreshed.
+    pub fn resume(&mut self, cursor: u64) {
+        self.reject();
+        if let Some(held) = self.held.take() {
+            held.give_back();
+        }
+        self.sequence = 0;
+        if cursor < self.channel.published() {
+            self.sequence = cursor;
+        } else {
+            self.refresh();
+        }
+    }
+
     /// Copies the value held, as much of it as fits; says how many items its tail has, and its stamp.
     pub fn copy_to(&self, target: &mut [u8]) -> Option<(usize, Stamp)> {
         let loan = self.value()?;

@@ -12,6 +12,7 @@
 //! that the host publishes, can spoil nothing but what it writes.
 
 mod error;
+mod frozen;
 mod latest;
 mod link;
 mod memory;
@@ -23,11 +24,12 @@ use std::ops::DerefMut;
 use std::sync::{Arc, PoisonError};
 
 pub use error::LinkError;
+pub use frozen::{Frozen, FrozenValue, Misfit};
 pub use latest::Latest;
 pub(crate) use link::Link;
 pub use memory::ValueMemory;
 pub use pool::Loan;
-pub use queue::{Evicted, Policy, QueueReader, Start};
+pub use queue::{Cursor, Evicted, Policy, QueueReader, Start};
 pub use writer::{Blocked, Draft, SetAside, Writer};
 
 use crate::Shape;
@@ -111,8 +113,9 @@ impl Channel {
     ) -> Arc<Self> {
         let depth = depth.clamp(1, MAXIMUM_DEPTH);
         let cell = || Cell { word: AtomicU64::new(pool::word(NO_SLOT)), tail: AtomicU64::new(0) };
-        // A budget beyond what an index can name is met by refusing the handles that don't fit.
-        let slots = slots(depth, budget, budget.latest.into(), budget.queues.into()).min(NO_SLOT.into());
+        // A budget beyond what an index can name is met by refusing the handles that don't fit. One more for a snapshot.
+        let slots = slots(depth, budget, budget.latest.into(), budget.queues.into()) + 1;
+        let slots = slots.min(NO_SLOT.into());
         let desk = Desk {
             latest: 0,
             probes: 0,

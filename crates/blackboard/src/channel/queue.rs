@@ -1,5 +1,7 @@
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::pool::{Held, Loan};
 use super::{Channel, IDLE, Link};
 use crate::sync::{Ordering, order};
@@ -28,6 +30,17 @@ pub enum Start {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the reader lagged by more than the queue keeps")]
 pub struct Evicted;
+
+/// How far a reader of every value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cursor {
+    /// The sequence number of the value to read next.
+    pub next: u64,
+    /// How many values it never saw.
+    pub skipped: u64,
+    /// Whether it reads no more.
+    pub evicted: bool,
+}
 
 /// A reader of every value, with a cursor of its own.
 #[derive(Debug)]
@@ -133,6 +146,18 @@ impl QueueReader {
         self.window.drain(..).for_each(Held::give_back);
     }
 
+    /// How far it is.
+    pub fn cursor(&self) -> Cursor {
+        Cursor { next: self.next, skipped: self.skipped, evicted: self.evicted }
+    }
+
+    /// Goes on as a reader that was so far; its window is given back.
+    pub fn resume(&mut self, cursor: Cursor) {
+        self.release();
+        Cursor { next: self.next, skipped: self.skipped, evicted: self.evicted } = cursor;
+        self.show_cursor();
+    }
+
     /// How many values it never saw.
     pub fn skipped(&self) -> u64 {
         self.skipped
@@ -145,7 +170,7 @@ impl QueueReader {
 }
 
 /// The oldest value kept when `tail` were published.
-fn oldest(tail: u64, depth: u64) -> u64 {
+pub(super) fn oldest(tail: u64, depth: u64) -> u64 {
     tail.saturating_sub(depth) + 1
 }
 

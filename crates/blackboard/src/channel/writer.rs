@@ -2,9 +2,9 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use super::pool::{self, Held, NO_SLOT};
-use super::{Channel, IDLE, Link, LinkError};
-use crate::Stamp;
+use super::{Channel, FrozenValue, IDLE, Link, LinkError};
 use crate::sync::{Ordering, order};
+use crate::{Shape, Stamp};
 
 /// What only the writer knows of the slots, and leaves to the next writer.
 #[derive(Debug)]
@@ -42,6 +42,20 @@ impl Ledger {
     #[inline]
     fn entry(&mut self, slot: usize) -> &mut Entry {
         &mut self.lines[slot / 8].0[slot % 8]
+    }
+
+    /// Counts the pins of the slot that a cell had, which has left the ring.
+    #[inline(always)] // Part of every write.
+    fn take_out(&mut self, word: u64) {
+        let left = pool::slot_of(word);
+        if left != NO_SLOT {
+            let pins = pool::pins_of(word);
+            let entry = self.entry(usize::from(left));
+            *entry = Entry { pins: entry.pins.wrapping_add(pins), in_ring: false };
+            if pins == 0 || cfg!(feature = "mutant-readers") {
+                self.spare = left;
+            }
+        }
     }
 }
 
@@ -160,20 +174,54 @@ impl Writer {
         // it never counts more pins of a reader than that may hold.
         let old = cell.word.swap(pool::word(index), order::PUBLISH);
         first.tail.store(sequence, order::RELEASE);
-        let left = pool::slot_of(old);
-        if left != NO_SLOT {
-            let pins = pool::pins_of(old);
-            let entry = ledger.entry(usize::from(left));
-            *entry = Entry { pins: entry.pins.wrapping_add(pins), in_ring: false };
-            if pins == 0 || cfg!(feature = "mutant-readers") {
-                ledger.spare = left;
-            }
-        }
+        ledger.take_out(old);
         ledger.entry(usize::from(index)).in_ring = true;
         ledger.cell = if ledger.cell + 1 == ring.len() { 0 } else { ledger.cell + 1 };
         ledger.draft = NO_SLOT;
         ledger.last = stamp;
         Ok(stamp)
+    }
+
+    /// Puts a frozen value where that of a number belongs, as the newest one.
+    pub(super) fn place(&mut self, value: &FrozenValue, sequence: u64) {
+        let index = self.draft_index();
+        let (channel, ledger) = (&*self.channel, &mut self.ledger);
+        let header = pool::Header { length: value.bytes.len(), items: value.items, stamp: value.stamp };
+        // SAFETY: the writer alone has the draft, and it has room for the value, as was looked at before.
+        unsafe {
+            channel.pool.data(index).copy_from_nonoverlapping(value.bytes.as_ptr(), value.bytes.len());
+            channel.pool.slot(index).header.write(|place| place.write(header));
+        }
+        ledger.cell = ((sequence - 1) % channel.ring.len() as u64) as usize;
+        let old = channel.ring[ledger.cell].word.swap(pool::word(index), order::PUBLISH);
+        channel.ring[0].tail.store(sequence, order::RELEASE);
+        ledger.take_out(old);
+        ledger.entry(usize::from(index)).in_ring = true;
+        ledger.cell = (ledger.cell + 1) % channel.ring.len();
+        ledger.draft = NO_SLOT;
+        ledger.last = value.stamp;
+    }
+
+    /// Goes on as if nothing had been written.
+    pub(super) fn forget_all(&mut self) {
+        self.channel.ring[0].tail.store(0, order::RELEASE);
+        (self.ledger.cell, self.ledger.last) = (0, Stamp::default());
+    }
+
+    /// Goes on as another one of the channel's writers.
+    pub(super) fn set_generation(&mut self, generation: u64) {
+        self.generation = generation;
+        self.channel.writer.store(generation << 1 | 1, Ordering::Release);
+    }
+
+    /// The memory of a value.
+    pub(super) fn shape(&self) -> Shape {
+        self.channel.shape
+    }
+
+    /// How many values are kept.
+    pub(super) fn depth(&self) -> usize {
+        self.channel.ring.len()
     }
 
     /// Copies a value of `bytes` with `items` tail items, and publishes it at the host's `time` in nanoseconds. What

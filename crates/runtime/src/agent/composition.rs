@@ -13,6 +13,7 @@ use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
 use super::relinking::Leads;
+use super::snapshot::Watch;
 use super::survey::{Complaints, RESERVED, Survey, Surveyed, survey};
 use crate::aspects::{PlacePolicy, PlaceTime};
 use crate::configuration::{Configuration, Database, Report};
@@ -20,6 +21,7 @@ use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
 use crate::runner::{Condition, OwnSetup};
+use crate::snapshot::Keepsake;
 
 /// A module that is there.
 pub(super) struct Present {
@@ -67,6 +69,10 @@ pub(super) struct Composition {
     pub unlinked: Option<Report>,
     /// What modules were that have left, to check their settings by while their code is away.
     pub last_known: BTreeMap<String, Description>,
+    /// What the application takes into snapshots.
+    pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
+    /// What takes snapshots by itself.
+    pub watch: Option<Arc<Watch>>,
 }
 
 /// What an agent shall be made of.

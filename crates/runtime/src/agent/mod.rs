@@ -9,12 +9,14 @@ mod looping;
 mod parameters;
 mod relinking;
 mod settings;
+mod snapshot;
 mod survey;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use slate_blackboard::Board;
@@ -206,6 +208,8 @@ impl Agent {
             database: None,
             unlinked: None,
             last_known: BTreeMap::new(),
+            keepsakes: BTreeMap::new(),
+            watch: None,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
@@ -215,6 +219,10 @@ impl Agent {
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration, &shared.board)?;
+        if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
+            composer.composition().watch = Some(Arc::clone(&watch));
+            shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
+        }
         Ok(Self { shared, composer, hang, threads, settings: None })
     }
 
@@ -334,10 +342,17 @@ impl Agent {
         let timing = timing.spawn(move || measured.publish_until_over());
         let driver = Arc::clone(shared);
         let main_loop = std::thread::Builder::new().name("main loop".into());
+        let (changing, free) = channel::<()>();
         let started = match (&watchdog, &timing) {
             (Ok(_), Ok(_)) => {
                 let threads = composition.start_threads(shared);
-                threads.and_then(|()| main_loop.spawn(move || drive(&driver)).map(drop))
+                // It begins when the agent can be changed again: a cycle may have to look at what it is made of.
+                let begin = move || {
+                    // Nothing is ever sent.
+                    let _ = free.recv();
+                    drive(&driver);
+                };
+                threads.and_then(|()| main_loop.spawn(begin).map(drop))
             }
             (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
@@ -346,6 +361,7 @@ impl Agent {
             shared.put_token_down();
         }
         drop(composition);
+        drop(changing);
         let end = shared.wait();
         shared.threads().join();
         let panic = shared.close();
@@ -357,6 +373,10 @@ impl Agent {
         // SAFETY: the token was taken.
         unsafe { shared.core() }.observer = None;
         shared.give_token_back();
+        let watch = self.composer.composition().watch.clone();
+        if let Some(watch) = watch {
+            watch.wait();
+        }
         shared.logger.flush(LAST_LINES);
         if let Some(panic) = panic {
             std::panic::resume_unwind(panic);

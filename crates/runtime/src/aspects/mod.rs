@@ -28,7 +28,7 @@ use crate::synchronization::Synchronization;
 pub(crate) use main_loop::{PlacePolicy, PolicyPlace};
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
 pub(crate) use plugins::PluginControl;
-pub(crate) use threads::{Closed, ThreadKeeper};
+pub(crate) use threads::{Closed, Lingering, ThreadKeeper};
 pub(crate) use time_source::{PlaceTime, TimePlace};
 pub(crate) use transforms::followed;
 

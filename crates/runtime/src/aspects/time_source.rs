@@ -21,6 +21,18 @@ impl Default for TimePlace {
     }
 }
 
+impl TimePlace {
+    /// The time, if one was said.
+    pub fn get(&self) -> Option<u64> {
+        Some(self.0.load(Ordering::Acquire)).filter(|time| *time != NOTHING)
+    }
+
+    /// Sets it, or says that none was said.
+    pub fn set(&self, time: Option<u64>) {
+        self.0.store(time.unwrap_or(NOTHING), Ordering::Release);
+    }
+}
+
 /// What the loop asks.
 #[derive(Debug)]
 pub(crate) struct PlaceTime(pub Arc<TimePlace>);

@@ -42,6 +42,7 @@ mod problems;
 mod read;
 mod scope;
 mod set;
+mod snapshot;
 mod source;
 mod stages;
 mod value;
@@ -49,6 +50,7 @@ mod value;
 use std::path::{Path, PathBuf};
 
 use crate::main_loop::Schedule;
+use crate::snapshot::Trigger;
 pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 use files::Files;
@@ -97,6 +99,7 @@ pub struct Configuration {
     agent: model::Agent,
     time_source: Option<Spanned<String>>,
     mission: Option<Mission>,
+    snapshot: Option<Trigger>,
     log: Log,
     plugins: Vec<PluginEntry>,
     modules: Vec<Module>,
@@ -161,6 +164,11 @@ impl Configuration {
     /// What ends the run.
     pub fn mission(&self) -> Option<&Mission> {
         self.mission.as_ref()
+    }
+
+    /// When a snapshot is taken.
+    pub fn snapshot(&self) -> Option<&Trigger> {
+        self.snapshot.as_ref()
     }
 
     /// What is logged.

@@ -75,6 +75,7 @@ fn build(
     let log = build.log(&merged);
     let time_source = build.time_source(&merged);
     let mission = build.mission(&merged);
+    let snapshot = build.snapshot(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
     let plugins = build.plugins(&merged);
     let mut modules = build.modules(&merged);
@@ -92,6 +93,7 @@ fn build(
                 agent,
                 time_source,
                 mission,
+                snapshot,
                 plugins,
                 log,
                 modules,

@@ -40,6 +40,12 @@ impl Levels {
         }
     }
 
+    /// The levels by module, and that of all others under the empty name.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (&str, Level)> {
+        let named = self.named.iter().map(|(name, level)| (name.as_str(), *level));
+        std::iter::once(("", self.most)).chain(named)
+    }
+
     /// The level of a module.
     pub fn of(&self, module: &str) -> Level {
         let mut name = module;

@@ -131,6 +131,11 @@ impl Logger {
         modules.sources.values().for_each(|source| source.set_level(modules.levels.of(&source.name)));
     }
 
+    /// All levels.
+    pub(crate) fn levels(&self) -> Levels {
+        self.modules().levels.clone()
+    }
+
     /// Changes all levels, as [`set_level`](Logger::set_level) does for some.
     pub fn set_levels(&self, levels: Levels) {
         let mut modules = self.modules();

@@ -391,6 +391,11 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     {
         return Flow::Lost;
     }
+    if let Some(look) = shared.after_cycle.get()
+        && look(shared, turn.now) == Flow::Lost
+    {
+        return Flow::Lost;
+    }
     match control {
         Control::Continue => Flow::Next,
         Control::Stop => Flow::Stop,

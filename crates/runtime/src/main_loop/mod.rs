@@ -6,6 +6,7 @@
 
 mod cycle;
 mod driving;
+mod frozen;
 mod gauges;
 mod guest;
 mod jobs;
@@ -22,7 +23,7 @@ mod workers;
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use slate_blackboard::Board;
 
@@ -34,6 +35,7 @@ use crate::synchronization::{Emitter, Synchronization};
 
 pub(crate) use cycle::cycle;
 pub(crate) use driving::drive;
+pub(crate) use frozen::FrozenLoop;
 pub(crate) use gauges::Publication;
 pub(crate) use pace::Pace;
 pub use pace::Rate;
@@ -95,6 +97,9 @@ pub enum End {
         modules: Vec<String>,
     },
 }
+
+/// What is called between two cycles with the agent's time; [`Flow::Lost`] when it lost the token.
+pub(crate) type AfterCycle = Box<dyn Fn(&Shared, u64) -> Flow + Send + Sync>;
 
 /// How a cycle ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,6 +174,8 @@ pub(crate) struct Shared {
     ending: Mutex<Ending>,
     changed: Condvar,
     gauges: LoopGauges,
+    /// Looks at the end of each cycle whether there is something to do between two of them.
+    after_cycle: OnceLock<AfterCycle>,
     publisher: Mutex<Publisher>,
     cycle_start: Option<Emitter>,
     cycle_end: Option<Emitter>,
@@ -237,6 +244,7 @@ impl Shared {
             ending: Mutex::default(),
             changed: Condvar::new(),
             gauges: LoopGauges::default(),
+            after_cycle: OnceLock::new(),
             deadline: AtomicU64::new(0),
             shortest_timeout: AtomicU64::new(u64::MAX),
         }
@@ -274,6 +282,12 @@ impl Shared {
 
     fn parts(&self) -> MutexGuard<'_, Parts> {
         self.parts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Has this called at the end of each cycle with the agent's time, by who has the token. Only the first one counts.
+    pub fn watch_cycles(&self, look: AfterCycle) {
+        // An agent sets it when it is loaded.
+        let _ = self.after_cycle.set(look);
     }
 
     /// Takes the token for a single cycle.

@@ -282,6 +282,11 @@ impl Seat {
         true
     }
 
+    /// Goes on with another number of steps. Only for who has the seat.
+    pub fn set_ticks(&self, ticks: u64) {
+        self.ticks.store(ticks, Ordering::Relaxed);
+    }
+
     /// Steps begun.
     pub fn ticks(&self) -> u64 {
         self.ticks.load(Ordering::Relaxed)

@@ -11,7 +11,7 @@ use super::line::{self, Line};
 use super::place;
 use super::protocol::{
     Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry, Reading,
-    Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin, VERSION,
+    Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
 
@@ -276,6 +276,16 @@ impl Client {
     /// Writes what was changed at run time into the files.
     pub fn save(&mut self, to: SaveTo) -> Result<Saved, ClientError> {
         self.call(&Call::ConfigSave { to })
+    }
+
+    /// Takes a snapshot, into a file at an absolute path.
+    pub fn save_snapshot(&mut self, file: &Path) -> Result<SnapshotEntry, ClientError> {
+        self.call(&Call::SnapshotSave { file: file.into() })
+    }
+
+    /// Lets the agent go on from the snapshot at an absolute path.
+    pub fn load_snapshot(&mut self, file: &Path) -> Result<SnapshotEntry, ClientError> {
+        self.call(&Call::SnapshotLoad { file: file.into() })
     }
 
     /// The newest value of a property or a field; nothing before the first write.

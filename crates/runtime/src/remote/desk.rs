@@ -10,9 +10,10 @@ use slate_blackboard::{BoardError, Url};
 
 use super::protocol::{
     Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
-    Reading, Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin,
+    Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
 };
 use crate::configuration::{Change, Configuration, Database, Report, SaveTo, Value};
+use crate::snapshot::{Snapshot, SnapshotError};
 use crate::{Composer, Loaded, NewLink, PluginError, Reload};
 
 /// What calls act on.
@@ -102,6 +103,12 @@ impl Desk {
             Call::ConfigDiff {} => self.differences(),
             Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
             Call::ConfigSave { to } => self.save(to),
+            Call::SnapshotSave { file } => snapshot(&self.composer.save_snapshot(absolute(&file)?)?),
+            Call::SnapshotLoad { file } => {
+                let read = Snapshot::read(absolute(&file)?)?;
+                self.composer.restore(&read, self.database.as_ref())?;
+                snapshot(&read)
+            }
             Call::Read { url } => self.read(&url),
             Call::Stop { reason } => {
                 let reason = if reason.is_empty() { "by a tool" } else { &reason };
@@ -370,6 +377,11 @@ fn reloaded(reload: Reload) -> Done {
     })
 }
 
+fn snapshot(snapshot: &Snapshot) -> Done {
+    let agent = snapshot.agent().into();
+    result(SnapshotEntry { agent, time: snapshot.time(), cycle: snapshot.cycle() })
+}
+
 fn result(value: impl Serialize) -> Done {
     serde_json::to_value(value)
         .map_err(|error| refusal(format!("the answer can't be written: {error}"), "ask for less of it"))
@@ -413,6 +425,18 @@ impl From<PluginError> for Refusal {
     fn from(error: PluginError) -> Self {
         match error {
             PluginError::Unfit(report) => report.into(),
+            other => {
+                let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
+                refusal(other.to_string(), &help.unwrap_or_default())
+            }
+        }
+    }
+}
+
+impl From<SnapshotError> for Refusal {
+    fn from(error: SnapshotError) -> Self {
+        match error {
+            SnapshotError::Configuration(report) => report.into(),
             other => {
                 let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
                 refusal(other.to_string(), &help.unwrap_or_default())

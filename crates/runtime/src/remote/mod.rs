@@ -38,6 +38,7 @@ pub use client::{Client, ClientError};
 pub use place::agents;
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
-    ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, UnloadedPlugin, VERSION,
+    ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
+    VERSION,
 };
 pub use server::{OpenError, Server};

@@ -164,6 +164,18 @@ pub enum Call {
         #[serde(default)]
         to: SaveTo,
     },
+    /// Takes a snapshot: [`SnapshotEntry`].
+    #[serde(rename = "snapshot/save")]
+    SnapshotSave {
+        /// The file, by its absolute path.
+        file: PathBuf,
+    },
+    /// Goes on from a snapshot: [`SnapshotEntry`].
+    #[serde(rename = "snapshot/load")]
+    SnapshotLoad {
+        /// The file, by its absolute path.
+        file: PathBuf,
+    },
     /// The newest value of a property or a field: [`Reading`], or nothing before the first write.
     #[serde(rename = "read")]
     Read {
@@ -356,6 +368,17 @@ pub struct Different {
 pub struct Saved {
     /// Their paths.
     pub files: Vec<PathBuf>,
+}
+
+/// A snapshot.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SnapshotEntry {
+    /// The agent that it is of.
+    pub agent: String,
+    /// When it was taken, nanoseconds of the agent's time.
+    pub time: u64,
+    /// Cycles of the main loop until then.
+    pub cycle: u64,
 }
 
 /// The newest value of a property.

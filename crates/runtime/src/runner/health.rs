@@ -92,6 +92,20 @@ pub(crate) enum Condition {
 }
 
 impl Condition {
+    /// The condition of a number.
+    pub fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::Inactive,
+            1 => Self::Working,
+            2 => Self::Degraded,
+            3 => Self::Failed,
+            4 => Self::Late,
+            5 => Self::Faulted,
+            6 => Self::Unloaded,
+            _ => Self::Waiting,
+        }
+    }
+
     /// As [`ModuleCondition`] calls it.
     pub fn name(self) -> &'static str {
         ModuleCondition(self as u8).name()
@@ -123,16 +137,7 @@ impl Health {
     }
 
     pub fn condition(&self) -> Condition {
-        match self.condition.load(Ordering::Relaxed) {
-            0 => Condition::Inactive,
-            1 => Condition::Working,
-            2 => Condition::Degraded,
-            3 => Condition::Failed,
-            4 => Condition::Late,
-            5 => Condition::Faulted,
-            6 => Condition::Unloaded,
-            _ => Condition::Waiting,
-        }
+        Condition::from_number(self.condition.load(Ordering::Relaxed))
     }
 
     pub fn set(&self, condition: Condition) {

@@ -3,6 +3,7 @@
 
 mod commit;
 mod conversion;
+mod frozen;
 mod health;
 mod ports;
 mod prepare;
@@ -14,6 +15,7 @@ mod wiring;
 use std::cell::Cell;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use slate_blackboard::Settings;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::commit::CommitWord;
@@ -24,6 +26,7 @@ use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Tr
 use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
 pub(crate) use conversion::{Conversion, ConvertedSource, Wire};
+pub(crate) use frozen::FrozenRunner;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub(crate) use retired::{Patience, Retired};
@@ -139,7 +142,6 @@ pub(crate) struct Runner {
     pub patience: Patience,
     pub slots: Box<[PortSlot]>,
     /// Behind `frame.random`.
-    #[allow(dead_code, reason = "the frame points to it")]
     pub random: Box<Cell<Random>>,
     /// Behind `frame.host`.
     #[allow(dead_code, reason = "the frame points to it")]
@@ -157,7 +159,7 @@ pub(crate) struct Runner {
 pub(crate) type StepCode = unsafe extern "C" fn(*mut (), *const Frame) -> i32;
 
 /// What was measured since `/module/timing` was written last.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Measured {
     written: u64,
     period: u64,

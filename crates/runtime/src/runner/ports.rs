@@ -30,6 +30,13 @@ impl Memory {
         self.0.as_mut_ptr().cast()
     }
 
+    /// As [`bytes_mut`](Memory::bytes_mut), to be read.
+    pub fn bytes(&self, count: usize) -> &[u8] {
+        let count = count.min(size_of_val(&*self.0));
+        // SAFETY: the memory is initialised and has so many bytes.
+        unsafe { std::slice::from_raw_parts(self.as_ptr(), count) }
+    }
+
     /// The first `count` bytes; as many as there are, if there are fewer.
     pub fn bytes_mut(&mut self, count: usize) -> &mut [u8] {
         let count = count.min(size_of_val(&*self.0));

@@ -11,7 +11,7 @@ mod threads;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Board, BoardError, nearest_names};
@@ -120,6 +120,15 @@ impl Composer {
 
     pub(super) fn composition(&self) -> MutexGuard<'_, Composition> {
         self.composition.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What the agent is made of, unless somebody else has it now.
+    pub(super) fn try_composition(&self) -> Option<MutexGuard<'_, Composition>> {
+        match self.composition.try_lock() {
+            Ok(composition) => Some(composition),
+            Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
     }
 
     /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.

@@ -18,7 +18,7 @@ use crate::digest::Digest;
 use crate::log::Logger;
 use crate::synchronization::Synchronization;
 use keeper::Group;
-pub(crate) use keeper::{Closed, ThreadKeeper};
+pub(crate) use keeper::{Closed, Lingering, ThreadKeeper};
 use ring::{Inlet, Outlet, ring};
 use thread::{Body, Life, Thread, answer, room};
 

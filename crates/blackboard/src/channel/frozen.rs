@@ -1,0 +1,143 @@
+//! Values that outlive their channel: what a snapshot keeps of it, and how another channel goes on from there.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::queue::oldest;
+use super::{Channel, LinkError, Writer, slots};
+use crate::{Shape, Stamp, bytes};
+
+/// The values that a channel keeps, and who wrote them.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Frozen {
+    /// How many writers the channel has had.
+    pub generation: u64,
+    /// Oldest first, without a gap.
+    pub values: Vec<FrozenValue>,
+}
+
+/// A value with its stamp.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrozenValue {
+    /// The value.
+    #[serde(with = "bytes")]
+    pub bytes: Vec<u8>,
+    /// How many items its tail has.
+    pub items: usize,
+    /// When it was written, and by whom.
+    pub stamp: Stamp,
+}
+
+/// A frozen value that a channel has no room for, that has not the bytes of its interface, or is not the next one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "value {sequence}, of {bytes} bytes and {items} items in its tail, does not fit: there is room for {capacity} items"
+)]
+pub struct Misfit {
+    /// Its number.
+    pub sequence: u64,
+    /// Its bytes.
+    pub bytes: usize,
+    /// The items of its tail.
+    pub items: usize,
+    /// How many items the channel has room for.
+    pub capacity: usize,
+}
+
+impl Frozen {
+    /// How many values were published until then.
+    pub fn published(&self) -> u64 {
+        self.values.last().map_or(0, |value| value.stamp.sequence)
+    }
+
+    /// Whether a channel of that shape can go on with these values.
+    ///
+    /// # Errors
+    /// The first value that it has no room for.
+    pub fn fits(&self, shape: Shape) -> Result<(), Misfit> {
+        let mut before = None;
+        for value in &self.values {
+            let sequence = value.stamp.sequence;
+            let follows = sequence > 0 && before.is_none_or(|before| sequence - 1 == before);
+            if !follows || value.items > shape.capacity || value.bytes.len() != shape.bytes(value.items) {
+                let (bytes, items, capacity) = (value.bytes.len(), value.items, shape.capacity);
+                return Err(Misfit { sequence, bytes, items, capacity });
+            }
+            before = Some(sequence);
+        }
+        Ok(())
+    }
+}
+
+impl Channel {
+    /// Copies the values that it keeps, while its writer and readers go on.
+    ///
+    /// # Errors
+    /// When there is no slot for what this pins meanwhile.
+    pub fn freeze(&self) -> Result<Frozen, LinkError> {
+        // No other handle is given out meanwhile, so the one pin more is counted.
+        let desk = self.desk();
+        let readers = (usize::from(desk.latest), desk.queues_taken());
+        let count = slots(self.ring.len(), self.budget, readers.0, readers.1) + 1;
+        if count > self.pool.limit() || !self.pool.provide(count) {
+            return Err(LinkError::OutOfMemory { bytes: self.pool.slot_size() });
+        }
+        let tail = self.published();
+        let mut found = BTreeMap::new();
+        for sequence in oldest(tail, self.ring.len() as u64)..=tail {
+            let held = self.pool.pin(self.cell(sequence));
+            // SAFETY: the pin is given back after the copy.
+            let loan = unsafe { held.lend() };
+            let (bytes, items, stamp) = (loan.bytes().to_vec(), loan.items(), loan.stamp());
+            held.give_back();
+            // The writer may have come round; a value older than the cell stands for one that was lost.
+            if stamp.sequence >= sequence {
+                found.insert(stamp.sequence, FrozenValue { bytes, items, stamp });
+            }
+        }
+        drop(desk);
+        let mut values: Vec<FrozenValue> = Vec::new();
+        for value in found.into_values().rev() {
+            if values.last().is_none_or(|next| next.stamp.sequence == value.stamp.sequence + 1) {
+                values.push(value);
+            }
+        }
+        values.reverse();
+        Ok(Frozen { generation: self.generation(), values })
+    }
+
+    /// Goes on from frozen values, for a channel without a writer. Readers have to [resume](super::Latest::resume) too.
+    ///
+    /// # Errors
+    /// When it has a writer, whose [`thaw`](Writer::thaw) it is then, or no memory for one.
+    pub fn thaw(self: &Arc<Self>, frozen: &Frozen) -> Result<Result<(), Misfit>, LinkError> {
+        Ok(self.writer()?.thaw(frozen))
+    }
+}
+
+impl Writer {
+    /// Goes on from frozen values, as the writer that wrote them: with their stamps, and its generation. A reader that
+    /// is not told to [resume](super::Latest::resume) at a value of these sees nothing new until so many more were
+    /// written as it has seen.
+    ///
+    /// # Errors
+    /// When a value does not fit; nothing is changed then.
+    pub fn thaw(&mut self, frozen: &Frozen) -> Result<(), Misfit> {
+        frozen.fits(self.shape())?;
+        self.set_generation(frozen.generation);
+        let Some((first, tail)) = frozen.values.first().zip(frozen.values.last()) else {
+            self.forget_all();
+            return Ok(());
+        };
+        let tail = tail.stamp.sequence;
+        for sequence in oldest(tail, self.depth() as u64)..=tail {
+            // Where the queue was shorter, an older value says that the right one was lost.
+            let place = sequence.checked_sub(first.stamp.sequence).map_or(0, |place| place as usize);
+            let value = frozen.values.get(place).unwrap_or(first);
+            self.place(value, sequence);
+        }
+        Ok(())
+    }
+}

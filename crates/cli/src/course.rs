@@ -1,0 +1,84 @@
+//! What a run has shown of itself until now; it goes into snapshots, so that a report is whole when a run goes on from one.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::{Deserialize, Serialize};
+use slate::record::{Sample, Trajectory};
+use slate::runtime::Cycle;
+use slate::runtime::snapshot::{Keepsake, Snapshot};
+
+use crate::observation::Observation;
+
+/// The trajectory has a row this often, nanoseconds.
+const SAMPLE_PERIOD: u64 = 50_000_000;
+
+/// The name under which a snapshot has it.
+pub const NAME: &str = "run";
+
+/// Clones are handles of the same.
+#[derive(Clone, Debug)]
+pub struct Course(Arc<Mutex<State>>);
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct State {
+    /// What the run is called.
+    name: String,
+    /// Cycles made, and the time of the last one.
+    cycles: u64,
+    now: u64,
+    /// When the next row is due.
+    next: u64,
+    samples: Vec<Sample>,
+}
+
+impl Course {
+    /// At the start of a run of that name.
+    pub fn new(name: &str) -> Self {
+        Self(Arc::new(Mutex::new(State { name: name.into(), ..State::default() })))
+    }
+
+    /// What a run was called that a snapshot was taken of.
+    pub fn name_in(snapshot: &Snapshot) -> Option<String> {
+        serde_json::from_slice::<State>(snapshot.kept(NAME)?).ok().map(|state| state.name)
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        // What stays intact when another thread panicked while it held the lock.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// At the end of a cycle; with rows for the trajectory if those are wanted.
+    pub fn note(&self, cycle: &Cycle<'_>, observation: &Observation, (running, wanted): (bool, bool)) {
+        let mut state = self.state();
+        (state.cycles, state.now) = (cycle.number, cycle.now);
+        if wanted && (cycle.now >= state.next || !running) {
+            state.next += SAMPLE_PERIOD;
+            let samples = observation.robots.iter().filter_map(|robot| robot.sample(cycle.now));
+            state.samples.extend(samples);
+        }
+    }
+
+    /// Cycles made, and the time of the last one in nanoseconds.
+    pub fn cycles(&self) -> (u64, u64) {
+        let state = self.state();
+        (state.cycles, state.now)
+    }
+
+    /// Takes the trajectory out.
+    pub fn take_trajectory(&self) -> Trajectory {
+        Trajectory { samples: std::mem::take(&mut self.state().samples) }
+    }
+}
+
+impl Keepsake for Course {
+    fn save(&self) -> Vec<u8> {
+        // Numbers and text can be written.
+        serde_json::to_vec(&*self.state()).unwrap_or_default()
+    }
+
+    fn restore(&self, saved: &[u8]) -> Result<Box<dyn FnOnce() + Send>, String> {
+        let state: State = serde_json::from_slice(saved).map_err(|error| error.to_string())?;
+        let own = self.clone();
+        Ok(Box::new(move || *own.state() = state))
+    }
+}

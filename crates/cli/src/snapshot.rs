@@ -1,0 +1,107 @@
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use serde_json::json;
+use slate::runtime::remote::SnapshotEntry;
+use slate::runtime::snapshot::Snapshot;
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Subcommand)]
+pub enum SnapshotVerb {
+    /// Writes all of a running agent into a file, from which it, or another process, goes on.
+    Save {
+        /// The file.
+        file: PathBuf,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Lets a running agent go on from a snapshot of it. Real actuators are disarmed.
+    Load {
+        /// The file.
+        file: PathBuf,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Shows what is in a snapshot.
+    Info {
+        /// The file.
+        file: PathBuf,
+        /// Prints it as JSON.
+        #[arg(long, conflicts_with = "configuration")]
+        json: bool,
+        /// Prints the configuration that is in it.
+        #[arg(long)]
+        configuration: bool,
+    },
+}
+
+/// Does what is asked; true, as what is refused is a failure.
+pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
+    match verb {
+        SnapshotVerb::Save { file, agent } => {
+            let saved = agent.connect()?.save_snapshot(&absolute(file)?)?;
+            output::line(format_args!("{} has {}", file.display(), moment(&saved)));
+        }
+        SnapshotVerb::Load { file, agent } => {
+            let loaded = agent.connect()?.load_snapshot(&absolute(file)?)?;
+            output::line(format_args!("it goes on from {}", moment(&loaded)));
+        }
+        SnapshotVerb::Info { file, json, configuration } => {
+            let snapshot = Snapshot::read(file)?;
+            match (json, configuration) {
+                (_, true) => output::line(snapshot.configuration_text().trim_end()),
+                (true, _) => output::json(&value(&snapshot)),
+                _ => show(&snapshot),
+            }
+        }
+    }
+    Ok(true)
+}
+
+fn absolute(file: &Path) -> Result<PathBuf, Failure> {
+    std::path::absolute(file).map_err(|source| Failure::File { path: file.into(), source })
+}
+
+fn moment(entry: &SnapshotEntry) -> String {
+    let seconds = entry.time as f64 * 1e-9;
+    format!("agent {} at {seconds:.3} s, after cycle {}", entry.agent, entry.cycle)
+}
+
+fn value(snapshot: &Snapshot) -> serde_json::Value {
+    let plugins: Vec<_> = snapshot.plugins().iter().map(|plugin| json!(plugin)).collect();
+    let modules: Vec<_> = snapshot
+        .modules()
+        .map(|(name, kind, ticks)| json!({ "name": name, "kind": kind, "ticks": ticks }))
+        .collect();
+    json!({
+        "agent": snapshot.agent(),
+        "time": snapshot.time(),
+        "cycle": snapshot.cycle(),
+        "plugins": plugins,
+        "modules": modules,
+        "properties": snapshot.properties(),
+        "messages": snapshot.messages(),
+    })
+}
+
+fn show(snapshot: &Snapshot) {
+    let seconds = snapshot.time() as f64 * 1e-9;
+    output::line(format_args!("agent       {}", snapshot.agent()));
+    output::line(format_args!("time        {seconds:.3} s, after cycle {}", snapshot.cycle()));
+    output::line(format_args!("properties  {}", snapshot.properties()));
+    output::line(format_args!("messages    {} that wait", snapshot.messages()));
+    output::line("");
+    let head = ["plugin", "version", "hash", "library"].map(String::from);
+    let plugins = snapshot.plugins().iter().map(|plugin| {
+        let library = plugin.file.as_ref().map_or("linked in".into(), |file| file.display().to_string());
+        [plugin.name.clone(), plugin.version.clone(), format!("{:016x}", plugin.hash), library]
+    });
+    output::columns([head].into_iter().chain(plugins));
+    output::line("");
+    let head = ["module", "kind", "ticks"].map(String::from);
+    let modules = snapshot.modules().map(|(name, kind, ticks)| [name.into(), kind.into(), ticks.to_string()]);
+    output::columns([head].into_iter().chain(modules));
+}

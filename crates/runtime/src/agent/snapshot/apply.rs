@@ -1,0 +1,156 @@
+//! The exchange itself, between two cycles: nothing of it can fail that was not looked at before.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_blackboard::message::{FrozenMessage, Mailbox};
+use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
+
+use super::capture::Subject;
+use crate::aspects::TimePlace;
+use crate::main_loop::Shared;
+use crate::runner::Retired;
+use crate::snapshot::{Image, SnapshotError};
+
+/// All that an agent goes on with.
+pub(super) struct Ready {
+    pub image: Image,
+    /// By module; none for one that had no instance.
+    pub fresh: BTreeMap<String, Option<Retired>>,
+    /// Values of settings that hold whatever the snapshot says.
+    pub kept: BTreeMap<String, Vec<u8>>,
+    pub keepsakes: Vec<Box<dyn FnOnce() + Send>>,
+    pub time: Arc<TimePlace>,
+    /// Whether actuators are armed as they were.
+    pub rearm: bool,
+}
+
+pub(super) struct Thaw {
+    pub subjects: Vec<Subject>,
+    pub ready: Ready,
+}
+
+impl Thaw {
+    /// Does it, for who has the token, while modules with threads of their own are held. Returns the instances that were
+    /// there before.
+    pub fn apply(self, shared: &Shared) -> Result<Vec<Retired>, SnapshotError> {
+        let Self { subjects, ready } = self;
+        let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
+        for subject in subjects.iter().filter(|subject| !subject.own_thread) {
+            if !subject.seat.is_idle() && !subject.seat.readmit() {
+                let limit = std::time::Duration::ZERO;
+                return Err(SnapshotError::Busy { module: subject.name.clone(), limit });
+            }
+        }
+        // SAFETY: the caller has the token.
+        let core = unsafe { shared.core() };
+        if !shared.thaw_time_source(core, &image.main_loop) {
+            let problems = vec!["the time source does not go on from there".into()];
+            return Err(SnapshotError::Unfit { agent: shared.board.agent().into(), problems });
+        }
+        let now = image.clock.now;
+        shared.clock.resume(now);
+        time.set(image.next_time);
+        let mut old = Vec::new();
+        let board = &*shared.board;
+        for subject in &subjects {
+            // SAFETY: the seat is idle and the loop's, or held.
+            let runner = unsafe { subject.seat.runner() };
+            if let Some(instance) = fresh.remove(&subject.name) {
+                let (kind, instance) = match instance {
+                    Some(fresh) => fresh.into_parts(),
+                    None => (runner.kind.clone(), std::ptr::null_mut()),
+                };
+                old.push(runner.exchange(kind, instance));
+            }
+            // What fits was looked at, and who has the writer is known; a slot for it is there.
+            report(shared, runner.thaw_written(board, &image.properties));
+        }
+        for actuator in shared.actuators().iter() {
+            if let Some(frozen) = image.actuators.get(actuator.name()) {
+                report(shared, actuator.thaw(frozen, board, &image.properties, (rearm, now)));
+            }
+        }
+        for property in board.properties() {
+            let is_own = property.access() == Access::Setting || !property.has_writer();
+            if let Some(frozen) = image.properties.get(property.path()).filter(|_| is_own) {
+                report(shared, property.thaw(&frozen.values, None));
+            }
+        }
+        for subject in &subjects {
+            let Some(frozen) = image.modules.get(&subject.name) else { continue };
+            // SAFETY: as above.
+            unsafe { subject.seat.runner() }.thaw(&subject.ports, &frozen.runner);
+            subject.seat.set_ticks(frozen.runner.ticks);
+        }
+        messages(board, &subjects, &image);
+        for (path, bytes) in kept {
+            if let Some(property) = at(board, &path) {
+                report(shared, property.set_bytes(&bytes, now).map(drop));
+            }
+        }
+        shared.thaw(core, image.main_loop);
+        keepsakes.into_iter().for_each(|restore| restore());
+        Ok(old)
+    }
+}
+
+fn report(shared: &Shared, result: Result<(), BoardError>) {
+    if let Err(error) = result {
+        let text = format!("a property does not go on from the snapshot: {error}");
+        shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
+    }
+}
+
+/// The property at exactly that path.
+fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
+    board.get(path).map(|(property, _)| property).filter(|property| property.path() == path)
+}
+
+/// Sends the messages that waited once more, each as who has sent it.
+fn messages(board: &Board, subjects: &[Subject], image: &Image) {
+    let inboxes = image.modules.iter().flat_map(|(name, module)| {
+        module.runner.inboxes.iter().map(move |(port, frozen)| (format!("{name}/{port}"), frozen))
+    });
+    let others = image.mailboxes.iter().map(|(path, frozen)| (path.clone(), frozen));
+    let others: Vec<_> = others.collect();
+    for (path, frozen) in &others {
+        if let Some(Carrier::Mailbox(mailbox)) = at(board, path).map(|property| property.carrier().clone())
+            && let Ok(mut receiver) = mailbox.receiver()
+        {
+            receiver.resume(frozen.sequence);
+        }
+    }
+    for (path, frozen) in inboxes.chain(others) {
+        let Some(Carrier::Mailbox(mailbox)) = at(board, &path).map(|property| property.carrier().clone())
+        else {
+            continue;
+        };
+        for message in &frozen.messages {
+            send(&mailbox, message, subjects, image);
+        }
+    }
+}
+
+fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, subjects: &[Subject], image: &Image) {
+    for subject in subjects {
+        let Some(frozen) = image.modules.get(&subject.name) else { continue };
+        // SAFETY: as above.
+        let runner = unsafe { subject.seat.runner() };
+        for outbox in &mut runner.outboxes {
+            let name = &subject.ports[outbox.slot].name;
+            let was = frozen.runner.outboxes.get(name).and_then(|outbox| outbox.sender);
+            if let Some(sender) = outbox.sender.as_mut().filter(|sender| sender.is_of(mailbox))
+                && was == Some(message.sender)
+            {
+                // As many fit as fitted then.
+                let _ = sender.send(&message.bytes, message.items, message.time);
+                return;
+            }
+        }
+    }
+    // Of somebody who is no module, or not there any more.
+    if let Ok(mut sender) = mailbox.sender() {
+        let _ = sender.send(&message.bytes, message.items, message.time);
+    }
+}

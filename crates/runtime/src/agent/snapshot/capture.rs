@@ -1,0 +1,280 @@
+//! Copies all of an agent while it stands still.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_blackboard::message::Mailbox;
+use slate_blackboard::{Access, Board, Carrier, Property};
+use slate_module::{ModuleKind, PortDescription};
+
+use super::text;
+use crate::agent::Composer;
+use crate::agent::composition::Composition;
+use crate::aspects::TimePlace;
+use crate::clock::monotonic;
+use crate::main_loop::{Seat, Shared};
+use crate::snapshot::{
+    Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image, Keepsake, PluginMark,
+    Snapshot, SnapshotError,
+};
+
+/// How long modules with threads of their own are waited for.
+const LIMIT: Duration = Duration::from_secs(5);
+
+/// A module of the agent.
+#[derive(Clone)]
+pub(super) struct Subject {
+    pub name: String,
+    pub kind: String,
+    pub seat: Arc<Seat>,
+    pub own_thread: bool,
+    pub ports: Vec<PortDescription>,
+    pub params: u64,
+}
+
+/// All that is copied, and what is known of it without looking.
+pub(super) struct Subjects {
+    pub modules: Vec<Subject>,
+    configuration: String,
+    outputs: u32,
+    time: Arc<TimePlace>,
+    keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
+}
+
+/// Seats that are kept from stepping as long as this lives.
+pub(super) struct Held(Vec<Arc<Seat>>);
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        for seat in &self.0 {
+            seat.unclaim();
+            // What came meanwhile was told to a thread that could not do anything about it.
+            seat.wake.notify(1);
+        }
+    }
+}
+
+impl Held {
+    /// Holds the modules that have threads of their own, one after the other as each stands still.
+    pub fn of(modules: &[Subject]) -> Result<Self, SnapshotError> {
+        let mut held = Self(Vec::new());
+        let end = monotonic() + LIMIT.as_nanos() as u64;
+        for subject in modules.iter().filter(|subject| subject.own_thread) {
+            while !subject.seat.claim() {
+                if monotonic() > end || subject.seat.is_late() {
+                    return Err(SnapshotError::Busy { module: subject.name.clone(), limit: LIMIT });
+                }
+                if !subject.seat.readmit() {
+                    std::thread::sleep(Duration::from_micros(50));
+                }
+            }
+            held.0.push(Arc::clone(&subject.seat));
+        }
+        Ok(held)
+    }
+}
+
+impl Composer {
+    /// Copies all of the agent between two cycles, when no module is in a tick. It is copied and no more, so the loop
+    /// soon goes on; [`Snapshot::write`] writes it to a file, in any thread.
+    ///
+    /// # Errors
+    /// When a module does not stand still, or its state can't be saved.
+    pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
+        let composition = self.composition();
+        let subjects = Subjects::of(&composition, &self.shared)?;
+        let plugins = marks(&composition);
+        let held = Held::of(&subjects.modules)?;
+        let seats: Vec<_> = subjects.modules.iter().map(|subject| Arc::clone(&subject.seat)).collect();
+        let names: Vec<_> = subjects.modules.iter().map(|subject| subject.name.clone()).collect();
+        let image = self.shared.between_cycles(&seats, move |shared| subjects.capture(shared));
+        drop(held);
+        let image = image.map_err(|_| {
+            let late = seats.iter().zip(names).find(|(seat, _)| !seat.is_idle());
+            SnapshotError::Busy { module: late.map(|(_, name)| name).unwrap_or_default(), limit: LIMIT }
+        })??;
+        Ok(Snapshot::new(self.shared.board.agent(), plugins, image))
+    }
+}
+
+impl Subjects {
+    pub fn of(composition: &Composition, shared: &Shared) -> Result<Self, SnapshotError> {
+        if let Some(plugin) = composition.trials.keys().next() {
+            return Err(SnapshotError::Shadow { plugin: plugin.clone() });
+        }
+        let modules = composition.present.iter().map(|(name, present)| Subject {
+            name: name.clone(),
+            kind: present.kind.name().into(),
+            seat: Arc::clone(&present.seat),
+            own_thread: present.own_thread,
+            ports: present.description.ports.clone(),
+            params: present.description.params.hash,
+        });
+        Ok(Self {
+            modules: modules.collect(),
+            configuration: text::of(composition, shared.board.agent()),
+            outputs: composition.ground.index,
+            time: Arc::clone(&composition.ground.means.time),
+            keepsakes: composition.keepsakes.clone(),
+        })
+    }
+
+    /// Copies all; nothing when a module's save did not return. For who has the token, between two cycles, while modules
+    /// with threads of their own are held.
+    pub fn capture(&self, shared: &Shared) -> Option<Result<Image, SnapshotError>> {
+        for subject in self.modules.iter().filter(|subject| !subject.own_thread) {
+            if !subject.seat.is_idle() && !subject.seat.readmit() {
+                return Some(Err(SnapshotError::Busy {
+                    module: subject.name.clone(),
+                    limit: Duration::ZERO,
+                }));
+            }
+        }
+        let mut modules = BTreeMap::new();
+        let (mut written, mut receiving) = (BTreeSet::new(), BTreeSet::new());
+        for subject in &self.modules {
+            let state = match subject.state()? {
+                Ok(state) => state,
+                Err(reason) => {
+                    return Some(Err(SnapshotError::Save { module: subject.name.clone(), reason }));
+                }
+            };
+            // SAFETY: the seat is idle and the loop's, or held.
+            let runner = unsafe { subject.seat.runner() };
+            written.extend(runner.written());
+            let inboxes = runner.inboxes.iter().map(|inbox| &subject.ports[inbox.slot].name);
+            receiving.extend(inboxes.map(|port| format!("{}/{port}", subject.name)));
+            let mut frozen = runner.freeze(&subject.ports);
+            frozen.ticks = subject.seat.ticks();
+            let module = FrozenModule {
+                kind: subject.kind.clone(),
+                ports: subject.frozen_ports(),
+                params: subject.params,
+                state: state.map(Bytes),
+                runner: frozen,
+            };
+            modules.insert(subject.name.clone(), module);
+        }
+        let gates = shared.actuators();
+        for actuator in gates.iter() {
+            written.extend(["command", "gate"].map(|own| format!("{}/{own}", actuator.name())));
+        }
+        let properties = match properties(&shared.board, &written) {
+            Ok(properties) => properties,
+            Err(error) => return Some(Err(error)),
+        };
+        // SAFETY: the caller has the token.
+        let main_loop = shared.freeze(unsafe { shared.core() });
+        let levels = shared.logger.levels();
+        Some(Ok(Image {
+            configuration: self.configuration.clone(),
+            clock: FrozenClock { driven: shared.clock.is_driven(), now: shared.clock.now() },
+            main_loop,
+            outputs: self.outputs,
+            log_levels: levels.entries().map(|(name, level)| (name.to_owned(), level as u32)).collect(),
+            modules,
+            properties,
+            mailboxes: mailboxes(&shared.board, &receiving),
+            actuators: gates.iter().map(|actuator| (actuator.name().into(), actuator.freeze())).collect(),
+            next_time: self.time.get(),
+            keepsakes: self.keepsakes.iter().map(|(name, own)| (name.clone(), Bytes(own.save()))).collect(),
+        }))
+    }
+}
+
+/// A state, none when there is no instance, or why it can't be saved.
+type State = Result<Option<Vec<u8>>, String>;
+
+impl Subject {
+    /// The state of the instance; nothing when the call does not return.
+    fn state(&self) -> Option<State> {
+        let (kind, instance): (ModuleKind, _) = {
+            // SAFETY: the seat is idle and the loop's, or held; the reference ends before the module is called.
+            let runner = unsafe { self.seat.runner() };
+            (runner.kind.clone(), runner.instance)
+        };
+        if instance.is_null() {
+            return Some(Ok(None));
+        }
+        // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
+        let state = self.seat.call(self.own_thread, || unsafe { kind.save(instance) })?;
+        Some(state.map(Some).map_err(|refusal| refusal.0))
+    }
+
+    /// The ports as a snapshot has them.
+    pub fn frozen_ports(&self) -> Vec<FrozenPort> {
+        let port = |port: &PortDescription| FrozenPort {
+            name: port.name.clone(),
+            direction: port.direction as u32,
+            interface: port.descriptor.name.into(),
+            schema: port.descriptor.hash,
+        };
+        self.ports.iter().map(port).collect()
+    }
+}
+
+/// The values of the properties that somebody can write again: those that are `written` by what is frozen, those that
+/// the host sets, and those that nobody writes now. What is measured of the loop is left out.
+fn properties(
+    board: &Board,
+    written: &BTreeSet<String>,
+) -> Result<BTreeMap<String, FrozenProperty>, SnapshotError> {
+    let mut properties = BTreeMap::new();
+    for property in board.properties() {
+        if !is_kept(&property, written) {
+            continue;
+        }
+        if let Some(values) = property.freeze()? {
+            let descriptor = property.descriptor();
+            let frozen =
+                FrozenProperty { interface: descriptor.name.into(), schema: descriptor.hash, values };
+            properties.insert(property.path().to_owned(), frozen);
+        }
+    }
+    Ok(properties)
+}
+
+fn is_kept(property: &Property, written: &BTreeSet<String>) -> bool {
+    property.access() == Access::Setting || !property.has_writer() || written.contains(property.path())
+}
+
+/// The messages that wait for receivers which are not there.
+fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, FrozenMailbox> {
+    let frozen = |mailbox: &Arc<Mailbox>| {
+        let receiver = mailbox.receiver().ok()?;
+        Some(FrozenMailbox { sequence: receiver.sequence(), messages: receiver.waiting() })
+    };
+    let properties = board.properties();
+    let others = properties.iter().filter(|property| !receiving.contains(property.path()));
+    let mailboxes = others.filter_map(|property| match property.carrier() {
+        Carrier::Mailbox(mailbox) => Some((property.path().to_owned(), frozen(mailbox)?)),
+        Carrier::Channel(_) => None,
+    });
+    mailboxes.collect()
+}
+
+/// The plugins that are loaded, each with a hash over what its modules are.
+pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
+    let mark = |plugin: &slate_module::Plugin| {
+        let mut text = String::new();
+        for kind in plugin.kinds() {
+            text.push_str(&format!("{}\n", kind.name()));
+            for (name, present) in composition.present.iter().filter(|(_, present)| present.kind.is(kind)) {
+                let description = &present.description;
+                text.push_str(&format!("{name} {:016x}\n", description.params.hash));
+                for port in &description.ports {
+                    let (direction, schema) = (port.direction as u32, port.descriptor.hash);
+                    text.push_str(&format!("{} {direction} {schema:016x}\n", port.name));
+                }
+            }
+        }
+        PluginMark {
+            name: plugin.name().into(),
+            version: plugin.version_text().into(),
+            file: composition.origins.get(plugin.name()).map(|origin| origin.file.clone()),
+            hash: xxhash_rust::xxh3::xxh3_64(text.as_bytes()),
+        }
+    };
+    composition.catalogue.plugins.iter().map(mark).collect()
+}

@@ -1,0 +1,203 @@
+//! Whether an agent can go on from a snapshot, before anything is changed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use slate_blackboard::Board;
+
+use super::capture::{Subject, marks};
+use crate::agent::composition::Composition;
+use crate::configuration::{Configuration, Entry, Table, Value};
+use crate::main_loop::Shared;
+use crate::snapshot::{FrozenPort, Image, Snapshot};
+
+/// Everything that does not fit, in words.
+pub(super) fn problems(
+    composition: &Composition,
+    subjects: &[Subject],
+    snapshot: &Snapshot,
+    shared: &Shared,
+) -> Vec<String> {
+    let mut problems = Vec::new();
+    let own = shared.board.agent();
+    if own != snapshot.agent() {
+        return vec![format!("this is agent `{own}`")];
+    }
+    plugins(composition, snapshot, &mut problems);
+    modules(subjects, &snapshot.image, &mut problems);
+    properties(&shared.board, &snapshot.image, &mut problems);
+    if snapshot.image.clock.driven != shared.clock.is_driven() {
+        let clock = |driven| if driven { "a time source" } else { "the system's clock" };
+        let (then, now) = (clock(snapshot.image.clock.driven), clock(shared.clock.is_driven()));
+        problems.push(format!("it went by {then}, and this agent goes by {now}"));
+    }
+    let gates = shared.actuators();
+    let names: Vec<&str> = gates.iter().map(|actuator| actuator.name()).collect();
+    let frozen = &snapshot.image.actuators;
+    differing(names.iter().copied(), frozen.keys().map(String::as_str), "actuator", &mut problems);
+    for actuator in gates.iter() {
+        if frozen.get(actuator.name()).is_some_and(|frozen| !actuator.fits(frozen)) {
+            problems.push(format!("actuator `{}` has other commanders or limits", actuator.name()));
+        }
+    }
+    for (name, saved) in &snapshot.image.keepsakes {
+        if let Some(keepsake) = composition.keepsakes.get(name)
+            && let Err(error) = keepsake.restore(&saved.0)
+        {
+            problems.push(format!("what was kept as `{name}` can't be read: {error}"));
+        }
+    }
+    if let Some(report) = &composition.unlinked {
+        problems.push(format!("links could not be changed: {report}"));
+    }
+    problems
+}
+
+/// Names that only one of the two has.
+fn differing<'a>(
+    here: impl Iterator<Item = &'a str>,
+    there: impl Iterator<Item = &'a str>,
+    what: &str,
+    problems: &mut Vec<String>,
+) {
+    let (here, there): (BTreeSet<_>, BTreeSet<_>) = (here.collect(), there.collect());
+    problems.extend(there.difference(&here).map(|name| format!("{what} `{name}` is not here")));
+    problems.extend(here.difference(&there).map(|name| format!("{what} `{name}` is not in it")));
+}
+
+fn plugins(composition: &Composition, snapshot: &Snapshot, problems: &mut Vec<String>) {
+    let here = marks(composition);
+    for there in snapshot.plugins() {
+        match here.iter().find(|mark| mark.name == there.name) {
+            None => problems.push(format!("plugin `{}` is not loaded", there.name)),
+            Some(here) if here.version != there.version => problems.push(format!(
+                "plugin `{}` has version {} here and {} in it",
+                there.name, here.version, there.version
+            )),
+            _ => {}
+        }
+    }
+}
+
+fn modules(subjects: &[Subject], image: &Image, problems: &mut Vec<String>) {
+    let names = subjects.iter().map(|subject| subject.name.as_str());
+    differing(names, image.modules.keys().map(String::as_str), "module", problems);
+    for subject in subjects {
+        let Some(frozen) = image.modules.get(&subject.name) else { continue };
+        let name = &subject.name;
+        if frozen.kind != subject.kind {
+            problems.push(format!("module `{name}` is a {} here and a {} in it", subject.kind, frozen.kind));
+        }
+        if frozen.params != subject.params {
+            problems.push(format!("the parameters of module `{name}` have another schema"));
+        }
+        let own = subject.frozen_ports();
+        let by_name = |ports: &[FrozenPort]| -> BTreeMap<String, FrozenPort> {
+            ports.iter().map(|port| (port.name.clone(), port.clone())).collect()
+        };
+        let (here, there) = (by_name(&own), by_name(&frozen.ports));
+        let keys = |ports: &BTreeMap<String, FrozenPort>| -> Vec<String> {
+            ports.keys().map(|port| format!("{name}/{port}")).collect()
+        };
+        let (own_keys, its_keys) = (keys(&here), keys(&there));
+        differing(own_keys.iter().map(String::as_str), its_keys.iter().map(String::as_str), "port", problems);
+        for (port, here) in &here {
+            if let Some(there) = there.get(port).filter(|there| *there != here) {
+                problems.push(format!(
+                    "port `{name}/{port}` is {} {:016x} here and {} {:016x} in it",
+                    here.interface, here.schema, there.interface, there.schema
+                ));
+            }
+        }
+    }
+}
+
+fn properties(board: &Board, image: &Image, problems: &mut Vec<String>) {
+    for (path, frozen) in &image.properties {
+        let property = board.get(path).filter(|(property, _)| property.path() == path);
+        let Some((property, _)) = property else {
+            if frozen.values.published() > 0 {
+                problems.push(format!("there is no property /{path}"));
+            }
+            continue;
+        };
+        let own = property.descriptor();
+        if own.hash != frozen.schema {
+            problems.push(format!(
+                "/{path} is {} {:016x} here and {} {:016x} in it",
+                own.name, own.hash, frozen.interface, frozen.schema
+            ));
+        } else if let Some(channel) = property.channel()
+            && let Err(error) = frozen.values.fits(channel.shape())
+        {
+            problems.push(format!("/{path}: {error}"));
+        }
+    }
+}
+
+/// A setting of which an agent and a snapshot have different values, as `--set` takes them.
+#[derive(Clone, Debug)]
+pub(super) struct Different {
+    pub path: String,
+    pub here: Option<String>,
+    pub there: Option<String>,
+}
+
+impl Different {
+    /// What differs between two configurations that an agent's states depend on. The log, and what ends or reports a run,
+    /// is none of it.
+    pub fn between(here: &Configuration, there: &Configuration) -> Vec<Self> {
+        let settings = |configuration: &Configuration| -> BTreeMap<String, Value> {
+            let all = configuration.settings("").unwrap_or_default();
+            let counts = |path: &str| {
+                let top = path.split('.').next().unwrap_or_default();
+                matches!(top, "modules" | "actuators" | "time" | "world")
+                    || matches!(path, "agent.seed" | "loop.period")
+            };
+            let counting = all.into_iter().filter(|setting| counts(&setting.path));
+            let links = configuration.table("links").into_iter().flat_map(Table::iter);
+            let link = |(to, entry): (&str, &Entry)| {
+                (format!("links.{}", toml_edit::Key::new(to).display_repr()), entry.value.value.clone())
+            };
+            // One that was taken away is `false`.
+            let links = links.map(link).filter(|(_, value)| *value != Value::Bool(false));
+            counting.map(|setting| (setting.path, setting.value)).chain(links).collect()
+        };
+        let (here, there) = (settings(here), settings(there));
+        let paths: BTreeSet<&String> = here.keys().chain(there.keys()).collect();
+        let text = |value: Option<&Value>| value.map(ToString::to_string);
+        let all = paths.into_iter().map(|path| Self {
+            path: path.clone(),
+            here: text(here.get(path)),
+            there: text(there.get(path)),
+        });
+        // A table without settings is as good as none.
+        all.filter(|own| own.here != own.there && !own.is_empty_table()).collect()
+    }
+
+    fn is_empty_table(&self) -> bool {
+        [&self.here, &self.there].into_iter().all(|text| text.as_deref().is_none_or(|text| text == "{}"))
+    }
+
+    /// The property that the setting is a value of, if a snapshot has that in any case: parameters, `enabled`, an input.
+    pub fn property(&self) -> Option<String> {
+        let keys = toml_edit::Key::parse(&self.path).ok()?;
+        let names: Vec<&str> = keys.iter().map(toml_edit::Key::get).collect();
+        match names[..] {
+            ["modules", module, "params", ..] => Some(format!("{module}/params")),
+            ["modules", module, "enabled"] => Some(format!("{module}/enabled")),
+            ["modules", module, "inputs", port, ..] => Some(format!("{module}/{port}")),
+            _ => None,
+        }
+    }
+
+    /// Whether it is a link.
+    pub fn is_link(&self) -> bool {
+        self.path.starts_with("links.")
+    }
+
+    /// In words.
+    pub fn tell(&self) -> String {
+        let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "not set".into());
+        format!("{} is {} here and {} in it", self.path, text(&self.here), text(&self.there))
+    }
+}

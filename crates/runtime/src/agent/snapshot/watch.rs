@@ -1,0 +1,207 @@
+//! Takes snapshots when the configuration says so.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use slate_blackboard::channel::Latest;
+use slate_blackboard::interface::{Descriptor, FieldPath, Kind, Value, View, find};
+use slate_module::Level;
+
+use super::capture::{Subjects, marks};
+use crate::agent::Composer;
+use crate::agent::composer::WeakComposer;
+use crate::configuration::{Configuration, Report};
+use crate::main_loop::{Flow, Shared};
+use crate::snapshot::{Condition, Snapshot, SnapshotError};
+
+/// Looks at the end of each cycle whether a snapshot is due.
+pub(crate) struct Watch {
+    composer: WeakComposer,
+    at: Option<u64>,
+    file: PathBuf,
+    looked: Mutex<Looked>,
+    /// Whether one is due that could not be taken yet.
+    due: AtomicBool,
+    writing: Mutex<Option<JoinHandle<()>>>,
+}
+
+/// What the last look has found.
+struct Looked {
+    /// Whether the time had come.
+    late: bool,
+    /// Whether the condition was true.
+    held: bool,
+    field: Option<Field>,
+}
+
+/// The field of a condition.
+struct Field {
+    condition: Condition,
+    reader: Latest,
+    descriptor: &'static Descriptor,
+    path: FieldPath,
+}
+
+impl Field {
+    fn holds(&mut self) -> bool {
+        self.reader.refresh();
+        let value = self.reader.value().and_then(|loan| {
+            match View::new(self.descriptor, loan.bytes(), loan.items())?.at(&self.path)? {
+                Value::Bool(value) => Some(u8::from(value).into()),
+                value => value.as_f64(),
+            }
+        });
+        value.is_some_and(|value| self.condition.holds(value))
+    }
+}
+
+/// Whether values of a type can be compared with a number.
+fn is_number(kind: &Kind) -> bool {
+    matches!(
+        kind,
+        Kind::Bool
+            | Kind::U8
+            | Kind::U16
+            | Kind::U32
+            | Kind::U64
+            | Kind::I8
+            | Kind::I16
+            | Kind::I32
+            | Kind::I64
+            | Kind::F32
+            | Kind::F64
+    )
+}
+
+impl Watch {
+    /// What the configuration asks for, if it does.
+    pub fn of(
+        configuration: &Configuration,
+        shared: &Shared,
+        composer: &Composer,
+    ) -> Result<Option<Arc<Self>>, Report> {
+        let Some(trigger) = configuration.snapshot() else { return Ok(None) };
+        let field = match &trigger.when {
+            None => None,
+            Some(when) => {
+                let wrong = |message: String, help: &str| -> Report {
+                    configuration.diagnostic(when.span, message, Some(help.into())).into()
+                };
+                let condition = when.value.clone();
+                let found = shared.board.resolve(&condition.field);
+                let (property, field) =
+                    found.map_err(|error| wrong(error.to_string(), "name a property and a field of it"))?;
+                let descriptor = property.descriptor();
+                let path = find(descriptor, &field)
+                    .map_err(|error| wrong(error.to_string(), "name a field of the property"))?;
+                let reader = property.channel().and_then(|channel| channel.latest().ok());
+                let reader = reader.ok_or_else(|| {
+                    wrong(format!("/{} has no value to look at", property.path()), "name another property")
+                })?;
+                if !is_number(path.kind()) {
+                    let message = format!("`{}` is {}", condition.field, path.kind().describe());
+                    return Err(wrong(message, "name a field that is a number or a truth value"));
+                }
+                Some(Field { condition, reader, descriptor, path })
+            }
+        };
+        let looked = Looked { late: false, held: false, field };
+        Ok(Some(Arc::new(Self {
+            composer: composer.downgrade(),
+            at: trigger.at.as_ref().map(|at| at.value),
+            file: trigger.file.value.clone(),
+            looked: Mutex::new(looked),
+            due: AtomicBool::new(false),
+            writing: Mutex::new(None),
+        })))
+    }
+
+    fn looked(&self) -> MutexGuard<'_, Looked> {
+        self.looked.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins anew: what is so now was no change.
+    pub fn begin(&self, shared: &Shared) {
+        let mut looked = self.looked();
+        self.due.store(false, Ordering::Relaxed);
+        looked.late = self.at.is_some_and(|at| shared.clock.now() >= at);
+        if let Some(field) = &mut looked.field {
+            // It may have seen more values than there are now.
+            field.reader.resume(0);
+        }
+        looked.held = looked.field.as_mut().is_some_and(Field::holds);
+    }
+
+    /// After a cycle: a look takes some nanoseconds, and in lockstep the snapshot is taken here, so that it is always of
+    /// the same cycle; on the wall clock it is taken by a thread that is made for it.
+    pub fn look(self: &Arc<Self>, shared: &Shared, now: u64) -> Flow {
+        let is_due = {
+            let mut looked = self.looked();
+            let late = self.at.is_some_and(|at| now >= at);
+            let held = looked.field.as_mut().is_some_and(Field::holds);
+            let is_due = late && !looked.late || held && !looked.held;
+            (looked.late, looked.held) = (late, held);
+            is_due
+        };
+        if !is_due && !self.due.load(Ordering::Relaxed) {
+            return Flow::Next;
+        }
+        let Some(composer) = self.composer.upgrade() else { return Flow::Next };
+        if !shared.lockstep {
+            self.due.store(false, Ordering::Relaxed);
+            let own = Arc::clone(self);
+            self.write(shared, move || composer.save_snapshot(&own.file).map(drop));
+            return Flow::Next;
+        }
+        // Somebody else who changes the agent may wait for the loop; then it is the cycle after that.
+        let Some(composition) = composer.try_composition() else {
+            self.due.store(true, Ordering::Relaxed);
+            return Flow::Next;
+        };
+        self.due.store(false, Ordering::Relaxed);
+        let image = match Subjects::of(&composition, shared).map(|subjects| subjects.capture(shared)) {
+            Ok(None) => return Flow::Lost,
+            Ok(Some(image)) => image,
+            Err(error) => Err(error),
+        };
+        let snapshot = image.map(|image| Snapshot::new(shared.board.agent(), marks(&composition), image));
+        drop(composition);
+        let file = self.file.clone();
+        self.write(shared, move || snapshot.and_then(|snapshot| snapshot.write(file)));
+        Flow::Next
+    }
+
+    fn write(&self, shared: &Shared, write: impl FnOnce() -> Result<(), SnapshotError> + Send + 'static) {
+        // One after the other, as they go to one file.
+        self.wait();
+        let (logger, clock, file) =
+            (Arc::clone(&shared.logger), Arc::clone(&shared.clock), self.file.clone());
+        let thread = std::thread::Builder::new().name("snapshot".into()).spawn(move || {
+            let (level, text) = match write() {
+                Ok(()) => (Level::Info, format!("a snapshot is in {}", file.display())),
+                Err(error) => (Level::Error, format!("no snapshot was taken: {error}")),
+            };
+            logger.log(clock.now(), level, &text);
+        });
+        match thread {
+            Ok(thread) => {
+                *self.writing.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread);
+            }
+            Err(error) => {
+                let text = format!("no snapshot was taken: a thread can't be started: {error}");
+                shared.logger.log(shared.clock.now(), Level::Error, &text);
+            }
+        }
+    }
+
+    /// Waits until the last snapshot is written.
+    pub fn wait(&self) {
+        let thread = self.writing.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(thread) = thread {
+            // It has nothing that panics.
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The file: one CBOR document with a head that can be read without the rest.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+use super::{Bytes, Snapshot, SnapshotError};
+
+/// The version of the format.
+const VERSION: u64 = 1;
+
+/// A plugin that was loaded when a snapshot was taken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PluginMark {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// The library that its code came from; none when it was linked in.
+    pub file: Option<PathBuf>,
+    /// A hash over the kinds of modules that it brings, and the ports and parameters of those that were there.
+    pub hash: u64,
+}
+
+/// What is told of a snapshot before anything of it is used.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Head {
+    pub agent: String,
+    pub time: u64,
+    pub cycle: u64,
+    pub plugins: Vec<PluginMark>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    /// The version of the format.
+    slate_snapshot: u64,
+    head: Head,
+    /// Of the head and the image.
+    checksum: u64,
+    /// The image, as CBOR.
+    image: Bytes,
+}
+
+fn checksum(head: &Head, image: &[u8]) -> io::Result<u64> {
+    let mut bytes = Vec::new();
+    ciborium::into_writer(&(VERSION, head), &mut bytes).map_err(io::Error::other)?;
+    Ok(xxh3_64_with_seed(image, xxh3_64_with_seed(&bytes, 0)))
+}
+
+fn encode(snapshot: &Snapshot) -> io::Result<Vec<u8>> {
+    let mut image = Vec::new();
+    ciborium::into_writer(&snapshot.image, &mut image).map_err(io::Error::other)?;
+    let head = snapshot.head.clone();
+    let checksum = checksum(&head, &image)?;
+    let mut bytes = Vec::with_capacity(image.len() + 1024);
+    let document = Document { slate_snapshot: VERSION, head, checksum, image: Bytes(image) };
+    ciborium::into_writer(&document, &mut bytes).map_err(io::Error::other)?;
+    Ok(bytes)
+}
+
+pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotError> {
+    let failed = |source: io::Error| SnapshotError::File {
+        file: path.into(),
+        what: "written",
+        help: match source.kind() {
+            io::ErrorKind::StorageFull => "make room on the disk, or name a file on another one",
+            io::ErrorKind::NotFound => "name a file in a folder that exists",
+            io::ErrorKind::AlreadyExists => "another snapshot is just written there: wait for it",
+            _ => "name a file in a folder that can be written to",
+        },
+        source,
+    };
+    if path.is_dir() {
+        return Err(failed(io::ErrorKind::IsADirectory.into()));
+    }
+    let bytes = encode(snapshot).map_err(failed)?;
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    // Of two that write the same file at once, one is refused; what a process left that was killed is replaced.
+    let open = File::options().write(true).create(true).truncate(false).open(&part);
+    let written = open.and_then(|mut file| {
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(fs::TryLockError::WouldBlock) => return Err(io::ErrorKind::AlreadyExists.into()),
+            Err(fs::TryLockError::Error(error)) => return Err(error),
+        }
+        if file.metadata()?.len() > 0 {
+            file.set_len(0)?;
+        }
+        file.write_all(&bytes)?;
+        file.sync_all()?;
+        fs::rename(&part, path)
+    });
+    written.map_err(|error| {
+        if error.kind() != io::ErrorKind::AlreadyExists {
+            // It may not even have been made.
+            let _ = fs::remove_file(&part);
+        }
+        failed(error)
+    })
+}
+
+pub(super) fn read(path: &Path) -> Result<Snapshot, SnapshotError> {
+    let bytes = fs::read(path).map_err(|source| SnapshotError::File {
+        file: path.into(),
+        what: "read",
+        help: "name a file that `slate snapshot save` has written",
+        source,
+    })?;
+    decode(&bytes, path)
+}
+
+/// What is read first, whatever else a later version has.
+#[derive(Deserialize)]
+struct Beginning {
+    slate_snapshot: u64,
+}
+
+fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
+    let damaged = |problem: String| SnapshotError::Damaged { file: path.into(), problem };
+    let document: Document = match ciborium::from_reader(bytes) {
+        Ok(document) => document,
+        Err(error) => {
+            return Err(match ciborium::from_reader::<Beginning, _>(bytes) {
+                Ok(Beginning { slate_snapshot: found }) if found != VERSION => version(path, found),
+                _ => damaged(describe(error)),
+            });
+        }
+    };
+    if document.slate_snapshot != VERSION {
+        return Err(version(path, document.slate_snapshot));
+    }
+    // CBOR has several ways to write some values, so a change may be none of the values.
+    let mut again = Vec::with_capacity(bytes.len());
+    ciborium::into_writer(&document, &mut again).map_err(|error| damaged(error.to_string()))?;
+    let Document { head, checksum: said, image, .. } = document;
+    let found = checksum(&head, &image.0).map_err(|error| damaged(error.to_string()))?;
+    if found != said || again != bytes {
+        return Err(damaged("its checksum is another one".into()));
+    }
+    let image = ciborium::from_reader(&*image.0).map_err(|error| damaged(describe(error)))?;
+    Ok(Snapshot { head, image })
+}
+
+/// What is wrong with a document, in words.
+fn describe(error: ciborium::de::Error<io::Error>) -> String {
+    match error {
+        ciborium::de::Error::Io(_) => "it ends too early".into(),
+        ciborium::de::Error::Syntax(at) => format!("byte {at} is no CBOR"),
+        ciborium::de::Error::Semantic(_, problem) => problem,
+        ciborium::de::Error::RecursionLimitExceeded => "it is nested too deeply".into(),
+    }
+}
+
+fn version(path: &Path, found: u64) -> SnapshotError {
+    SnapshotError::Version { file: path.into(), found, expected: VERSION }
+}

@@ -1,0 +1,90 @@
+//! What is in a snapshot, by the names that the file has.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::bytes;
+use slate_blackboard::channel::Frozen;
+use slate_blackboard::message::FrozenMessage;
+use slate_safety::FrozenGate;
+
+use crate::main_loop::FrozenLoop;
+use crate::runner::FrozenRunner;
+
+/// Bytes that are written as such.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Bytes(#[serde(with = "bytes")] pub Vec<u8>);
+
+/// An agent but for its code.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Image {
+    /// The configuration as TOML.
+    pub configuration: String,
+    pub clock: FrozenClock,
+    pub main_loop: FrozenLoop,
+    /// How many outputs were counted for the digest.
+    pub outputs: u32,
+    /// Log levels by module; the empty name is for all others.
+    pub log_levels: BTreeMap<String, u32>,
+    pub modules: BTreeMap<String, FrozenModule>,
+    pub properties: BTreeMap<String, FrozenProperty>,
+    /// Those whose receiver is not there.
+    pub mailboxes: BTreeMap<String, FrozenMailbox>,
+    pub actuators: BTreeMap<String, FrozenActuator>,
+    /// The time of the next cycle, as a module has said.
+    pub next_time: Option<u64>,
+    /// What the application keeps beside the agent.
+    pub keepsakes: BTreeMap<String, Bytes>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FrozenClock {
+    /// Whether a time source drives it.
+    pub driven: bool,
+    pub now: u64,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FrozenModule {
+    pub kind: String,
+    pub ports: Vec<FrozenPort>,
+    /// The schema of its parameters.
+    pub params: u64,
+    /// Nothing when there was no instance.
+    pub state: Option<Bytes>,
+    pub runner: FrozenRunner,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct FrozenPort {
+    pub name: String,
+    pub direction: u32,
+    pub interface: String,
+    pub schema: u64,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FrozenProperty {
+    pub interface: String,
+    pub schema: u64,
+    pub values: Frozen,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FrozenMailbox {
+    /// How many messages were collected.
+    pub sequence: u64,
+    /// Oldest first.
+    pub messages: Vec<FrozenMessage>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct FrozenActuator {
+    pub commanders: Vec<String>,
+    /// Its place in the order of all outputs.
+    pub index: u32,
+    pub gate: FrozenGate,
+    /// What its state says, as it was written last.
+    pub shown: Option<Bytes>,
+    pub fresh: bool,
+}

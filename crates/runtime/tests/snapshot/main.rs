@@ -1,0 +1,11 @@
+//! Snapshots: an agent goes on from one as if nothing had happened, or is left as it was.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod damage;
+mod refusals;
+mod same;
+mod support;
+mod threads;
+mod trigger;

@@ -1,0 +1,125 @@
+use slate_module::Plugin;
+use slate_module::prelude::*;
+use slate_runtime::configuration::Database;
+use slate_runtime::snapshot::{Snapshot, SnapshotError};
+use slate_runtime::{Agent, StartError};
+
+use crate::common::{Number, plugins};
+use crate::support::{ROBOT, file, options, robot, seen, steps};
+
+fn snapshot() -> Snapshot {
+    let mut agent = robot(ROBOT);
+    steps(&mut agent, 9);
+    agent.composer().snapshot().unwrap()
+}
+
+/// An agent that is asked to go on from a snapshot which does not fit; what it says.
+fn refused(mut agent: Agent) -> String {
+    steps(&mut agent, 4);
+    let before = seen(&mut agent);
+    let error = agent.restore(&snapshot()).unwrap_err();
+    assert_eq!(seen(&mut agent), before, "nothing is changed");
+    steps(&mut agent, 4);
+    error.to_string()
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    for (what, with, words) in [
+        ("agent.name = \"robot\"", "agent.name = \"other\"", "this is agent `other`"),
+        ("[modules.dice]", "[modules.dice]\n[modules.more]\nplugin = \"dice\"", "module `more` is not in it"),
+        (
+            "[modules.sender]",
+            "[modules.sender]\nplugin = \"dice\"",
+            "module `sender` is a dice here and a sender in it",
+        ),
+        ("\"relay/input\" = \"counter/number\"", "\"relay/input\" = \"dice/number\"", "links.relay/input"),
+        (
+            "rate_limits = { value = 20.0 }",
+            "",
+            "actuators.wheel.rate_limits.value is not set here and 20.0 in it",
+        ),
+        (
+            "time.source = \"counter\"",
+            "time.source = \"counter\"\nagent.seed = 5",
+            "agent.seed is 5 here and 0 in it",
+        ),
+    ] {
+        assert!(ROBOT.contains(what), "{what}");
+        let mut text = ROBOT.replace(what, with);
+        if with.contains("sender]\nplugin") {
+            text = text.replace("\"sender/note\" = \"receiver/notes\"\n", "");
+        }
+        let agent = Agent::load(&crate::common::configuration(&text), &plugins(), options()).unwrap();
+        let said = refused(agent).replace('"', "");
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+#[ports]
+pub struct OtherIo {
+    #[safe(Number { value: -1.0 })]
+    number: Output<Number>,
+}
+
+/// A counter whose state is another one.
+struct OtherCounter;
+
+#[module(stage = SensorAcquire, name = "counter")]
+impl Module for OtherCounter {
+    type Io = OtherIo;
+    type Params = crate::common::CounterParams;
+    type State = Option<String>;
+
+    fn tick(_: &mut Option<String>, io: &OtherIo, _: &crate::common::CounterParams, _: &Tick) -> Outcome {
+        io.number.set(Number { value: 1.0 });
+        Outcome::Ok
+    }
+}
+
+fn with(counter: Option<Plugin>) -> Result<Agent, StartError> {
+    let others = plugins().into_iter().filter(|plugin| plugin.name() != "counter");
+    let database = Database::from_text("robot.toml", ROBOT, Default::default()).unwrap();
+    Agent::load_with(&database, &others.chain(counter).collect::<Vec<_>>(), options())
+}
+
+#[test]
+fn a_state_that_does_not_fit_leaves_all_as_it_was() {
+    let agent = with(Some(Plugin::linked::<OtherCounter>())).unwrap();
+    let said = refused(agent);
+    assert!(said.contains("module `counter`") && said.contains("does not take its state"), "{said}");
+}
+
+#[test]
+fn another_version_of_a_plugin_is_named() {
+    let agent = with(Some(Plugin::linked::<crate::common::Counter>().version("7.0.0"))).unwrap();
+    let said = refused(agent);
+    assert!(said.contains("plugin `counter` has version 7.0.0 here"), "{said}");
+}
+
+#[test]
+fn a_file_that_cannot_be_written_leaves_the_old_one() {
+    let snapshot = snapshot();
+    let missing = file("no").with_file_name("no-folder").join("a.snapshot");
+    let error = snapshot.write(&missing).unwrap_err();
+    assert!(matches!(&error, SnapshotError::File { file, .. } if *file == missing), "{error}");
+    let path = file("full");
+    snapshot.write(&path).unwrap();
+    let before = std::fs::read(&path).unwrap();
+    // The disk is full.
+    let part = path.with_file_name("full.snapshot.part");
+    std::os::unix::fs::symlink("/dev/full", &part).unwrap();
+    let error = snapshot.write(&path).unwrap_err();
+    let help = miette::Diagnostic::help(&error).unwrap().to_string();
+    assert!(help.contains("make room"), "{error}: {help}");
+    assert!(!part.exists(), "nothing is left of it");
+    // Somebody else writes it.
+    let other = std::fs::File::create(&part).unwrap();
+    other.lock().unwrap();
+    let error = snapshot.write(&path).unwrap_err();
+    assert!(miette::Diagnostic::help(&error).unwrap().to_string().contains("wait for it"), "{error}");
+    drop(other);
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+    snapshot.write(&path).unwrap();
+    assert!(!part.exists());
+}
