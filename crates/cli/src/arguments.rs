@@ -7,6 +7,7 @@ use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::module::ModuleVerb;
+use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
@@ -40,6 +41,8 @@ pub enum Verb {
     Link(LinkOptions),
     /// Takes the link of an input of a running agent away.
     Unlink(UnlinkOptions),
+    /// Lists the other agents that a running agent knows, and what goes to and fro.
+    Peers(PeersOptions),
     /// Records what the modules of a running agent do when, for Perfetto.
     Trace(TraceOptions),
     /// Takes snapshots of a running agent, lets it go on from one, and shows what is in one.
@@ -48,6 +51,26 @@ pub enum Verb {
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),
+    /// Reads a property of a running agent, or a field of one.
+    Get {
+        /// Its URL, such as `/loop/histogram` or `/r2/planner/state/ticks`.
+        url: String,
+        /// Prints value, sequence and time as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Lists the properties of a running agent.
+    List {
+        /// Which of them, such as `/r2/planner/*` or `/**/timing`; all unless given.
+        pattern: Option<String>,
+        /// Prints the list as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
     /// Stops all actuators of a running agent, until `reset` and `arm`. It is no emergency stop.
     Stop {
         /// Why; it is kept and shown.
@@ -103,8 +126,8 @@ pub struct RunOptions {
     #[arg(long)]
     pub headless: bool,
 
-    /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs go as fast as they
-    /// can.
+    /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs of a simulator go as
+    /// fast as they can. A robot without a simulator goes with the wall clock.
     #[arg(long, value_parser = parse_rate)]
     pub rate: Option<Rate>,
 

@@ -24,6 +24,8 @@ pub enum Failure {
     Report(#[from] slate::record::Error),
     #[error("{0}")]
     World(String),
+    #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
+    WallClock,
     #[error("no agent runs here")]
     NoAgent,
     #[error("several agents run here: {}", .running.join(", "))]
@@ -92,6 +94,9 @@ impl Failure {
         Some(match self {
             Self::Unknown { help, .. } => help.clone(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
+            Self::WallClock => {
+                "leave `--rate` out, or give the configuration a time source (`time.source`)".into()
+            }
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
                               XDG_RUNTIME_DIR"

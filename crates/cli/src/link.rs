@@ -39,6 +39,18 @@ pub struct LinkOptions {
     #[arg(long, value_name = "COUNT")]
     window: Option<u16>,
 
+    /// What carries the values of another agent, such as `local`.
+    #[arg(long)]
+    carrier: Option<String>,
+
+    /// Whether losses on the way from another agent are made good: `reliable` or `best-effort`.
+    #[arg(long)]
+    mode: Option<String>,
+
+    /// When values of another agent are sent: `on-change`, or a frequency or period such as `10Hz`.
+    #[arg(long)]
+    rate: Option<String>,
+
     /// Finds out whether it can be done, and does not do it.
     #[arg(long)]
     dry_run: bool,
@@ -79,6 +91,9 @@ impl LinkOptions {
             ("when", self.when.as_ref().map(text)),
             ("policy", self.policy.as_ref().map(text)),
             ("window", self.window.map(|window| window.to_string())),
+            ("carrier", self.carrier.as_ref().map(text)),
+            ("mode", self.mode.as_ref().map(text)),
+            ("rate", self.rate.as_ref().map(text)),
         ];
         options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
     }
@@ -96,7 +111,8 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
         let row = |link: slate::runtime::remote::LinkEntry| {
             let previous = if link.previous { "previous" } else { "" };
             let queue = link.queue.map_or(String::new(), |(lag, lost)| format!("{lag} waiting, {lost} lost"));
-            [link.to, "<-".into(), link.from, previous.into(), queue]
+            let trouble = link.trouble.map_or(String::new(), |trouble| format!("waits: {trouble}"));
+            [link.to, "<-".into(), link.from, previous.into(), queue, trouble]
         };
         output::columns(links.into_iter().map(row));
         return Ok(true);

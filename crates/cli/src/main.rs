@@ -13,7 +13,9 @@ mod mission;
 mod module;
 mod observation;
 mod output;
+mod peers;
 mod plugin;
+mod property;
 mod run;
 mod scene;
 mod snapshot;
@@ -46,7 +48,10 @@ fn main() -> ExitCode {
         Verb::Module(verb) => module::module(verb),
         Verb::Link(options) => link::link(options),
         Verb::Unlink(options) => link::unlink(options),
+        Verb::Peers(options) => peers::peers(options),
         Verb::Trace(options) => trace::trace(options),
+        Verb::Get { url, json, agent } => property::get(agent, url, *json),
+        Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),

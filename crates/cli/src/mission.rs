@@ -8,6 +8,7 @@ use slate::record::{Outcome, Scene, Summary, Trajectory};
 use slate::runtime::log::LogTarget;
 use slate::runtime::snapshot::Snapshot;
 use slate::runtime::{Agent, Control, Cycle, End, Options, Rate};
+use slate::share::agent::AgentSharing;
 
 use crate::arguments::ModeName;
 use crate::course::{self, Course};
@@ -55,6 +56,8 @@ impl Mission {
             workers: how.workers,
             log: how.log,
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
+            // Many runs at once would be several agents of one name.
+            sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
             armed: application.configuration.time_source().is_some(),
             ..Options::default()
         };

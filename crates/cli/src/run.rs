@@ -34,8 +34,14 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
             examples::find(name, defaults, sets, options.common.host.as_deref())?
         }
     };
-    // Nobody watches a headless run, so it need not go at the pace of the wall clock unless its threads do.
-    let default = if live || options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
+    let is_driven = application.configuration.time_source().is_some();
+    if !is_driven && options.rate.is_some_and(|rate| rate != Rate::REALTIME) {
+        return Err(Failure::WallClock);
+    }
+    // Nobody watches a headless run, so it need not go at the pace of the wall clock unless that, or its threads, are
+    // what it runs on.
+    let is_threaded = options.common.mode == ModeName::Threaded;
+    let default = if live || is_threaded || !is_driven { Rate::REALTIME } else { Rate::Max };
     let name = application.name.clone();
     let seed = application.configuration.seed().value;
     let directory =

@@ -107,3 +107,37 @@ fn output_that_is_lost_is_told() {
         assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()), "{arguments:?}");
     }
 }
+
+#[test]
+fn a_robot_without_a_simulator_goes_with_the_wall_clock() {
+    let mut running = Running::new("wall");
+    let file = running.folder().join("wall.toml");
+    std::fs::write(&file, "agent.name = \"wall\"\nloop.period = \"50ms\"\n").unwrap();
+    for rate in [&["--rate", "max"][..], &["--rate", "7"], &["--mode", "threaded", "--rate", "7"]] {
+        let run = [&["run", "wall.toml", "--headless"][..], rate].concat();
+        running.fails(2, &run, &["runs on the wall clock", "leave `--rate` out"]);
+    }
+    let start = std::time::Instant::now();
+    running.start("wall", &["run", "wall.toml", "--headless"]);
+    let count = || running.read("wall", "/loop/state")["cycles"].as_u64().unwrap();
+    while count() < 5 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let cycles = u128::from(count());
+    assert!(cycles <= start.elapsed().as_millis() / 50 + 1, "{cycles}");
+}
+
+#[test]
+fn properties_are_listed_and_read() {
+    let mut running = Running::new("properties");
+    running.start("exp1", &EXP1);
+    let list = running.done(&["list", "/loop/*"]);
+    assert!(list.contains("/loop/state") && !list.contains("/r2/"), "{list}");
+    assert!(running.done(&["list", "--json"]).contains("\"path\":\"r2/wheels/command\""));
+    assert_eq!(running.done(&["get", "/referee/enabled/value"]), "true\n");
+    let state = running.done(&["get", "/loop/state"]);
+    assert!(state.lines().any(|line| line.starts_with("cycles ")), "{state}");
+    assert!(running.done(&["get", "/loop/state", "--json"]).contains("\"sequence\""));
+    running.fails(1, &["get", "/loop/nothing"], &["nothing"]);
+    running.fails(1, &["list", "/a***b"], &["/**/timing"]);
+}

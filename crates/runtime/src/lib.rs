@@ -19,6 +19,7 @@ pub mod plugin;
 mod printable;
 pub mod remote;
 mod runner;
+pub mod sharing;
 pub mod snapshot;
 pub mod synchronization;
 pub mod timing;

@@ -11,6 +11,7 @@ mod common;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use common::{Number, Pair, number, plugins};
@@ -59,6 +60,64 @@ impl Module for Teller {
         io.apart.set(Number { value: *apart + io.input.value });
         Outcome::Ok
     }
+}
+
+/// Held while a door shall not come to be.
+static DOOR: Mutex<()> = Mutex::new(());
+
+/// Is made as soon as it may.
+struct Door;
+
+#[module(stage = Think)]
+impl Module for Door {
+    type Io = ();
+    type Params = ();
+    type State = ();
+
+    fn create(_: &Setup<'_>, (): &()) -> Result<(), slate_module::Refusal> {
+        drop(DOOR.lock());
+        Ok(())
+    }
+
+    fn tick((): &mut (), (): &(), (): &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[test]
+fn a_stop_waits_for_no_other_tool_and_who_is_gone_has_no_place() {
+    let text = format!("{TEXT}\n[modules.door]\n").replace("time.source", "loop.hang = \"60s\"\ntime.source");
+    let file = format!("{}.toml", name("places"));
+    let database = Database::from_text(&file, &text, configuration::Options::default()).unwrap();
+    let mut all = plugins();
+    all.extend([Plugin::linked::<Teller>(), Plugin::linked::<Door>()]);
+    let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
+    let agent = Agent::load_with(&database, &all, options).unwrap();
+    let server = Server::open(&agent).unwrap();
+    agent.composer().unload("door").unwrap();
+    let shut = DOOR.lock().unwrap();
+    let ask = || {
+        let mut stream = UnixStream::connect(server.socket()).unwrap();
+        stream.write_all(b"{\"call\":\"plugin/load\",\"name\":\"door\"}\n").unwrap();
+        let mut reader = BufReader::new(stream);
+        reader.read_line(&mut String::new()).unwrap();
+        reader
+    };
+    let waiting: Vec<_> = (0..32).map(|_| ask()).collect();
+    let is_full = || {
+        let mut client = Client::connect(server.name()).unwrap();
+        matches!(client.settings("modules"), Err(ClientError::Refused(refusal)) if refusal.message.contains("too many tools"))
+    };
+    eventually(is_full);
+    let mut client = Client::connect(server.name()).unwrap();
+    client.stop("by hand").unwrap();
+    assert!(client.reset().unwrap());
+    assert!(!client.modules().unwrap().iter().any(|module| module.name == "door"));
+    assert!(client.plugins().unwrap().iter().any(|plugin| plugin.name == "teller"));
+    drop(waiting);
+    eventually(|| !is_full());
+    drop(shut);
+    eventually(|| client.modules().unwrap().iter().any(|module| module.name == "door"));
 }
 
 const TEXT: &str = r#"

@@ -48,4 +48,6 @@ mod documents {
     mod aspects {}
     #[doc = include_str!("../../../book/src/13-team-knowledge.md")]
     mod team_knowledge {}
+    #[doc = include_str!("../../../book/src/14-sharing.md")]
+    mod sharing {}
 }

@@ -62,6 +62,11 @@ impl Running {
         &self.folder
     }
 
+    /// Where its sockets are.
+    pub fn sockets(&self) -> &Path {
+        &self.sockets
+    }
+
     /// Starts a run, and waits until its tools reach it.
     pub fn start(&mut self, agent: &str, arguments: &[&str]) {
         let mut command = self.command(arguments);

@@ -1,8 +1,11 @@
-//! Which plugins there are, and what they bring.
+//! Which plugins there are, and what they bring; and what is known of other agents.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use slate_blackboard::interface::Descriptor;
 use slate_module::{ModuleKind, Plugin};
+
+use crate::sharing::RemotePath;
 
 /// The plugins that are loaded, and kinds of modules whose plugin is known but not loaded.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +14,20 @@ pub(super) struct Catalogue {
     pub plugins: Vec<Plugin>,
     /// Kinds by name, with the plugin that brings them.
     pub dormant: BTreeMap<String, String>,
+    /// The properties of other agents that are on the board, by what links name.
+    pub remote: BTreeMap<RemotePath, RemoteProperty>,
+    /// Whether links may lead to other agents.
+    pub shares: bool,
+}
+
+/// A property of another agent, as it is on the board.
+#[derive(Clone, Debug)]
+pub(super) struct RemoteProperty {
+    /// Its path in the other agent.
+    pub path: String,
+    pub descriptor: &'static Descriptor,
+    /// Another one each time that it is put on the board.
+    pub epoch: u64,
 }
 
 impl Catalogue {

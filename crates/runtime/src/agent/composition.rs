@@ -13,6 +13,7 @@ use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial};
 use super::relinking::Leads;
+use super::sharing::Remotes;
 use super::snapshot::Watch;
 use super::survey::{Complaints, RESERVED, Survey, Surveyed, survey};
 use crate::aspects::{PlacePolicy, PlaceTime};
@@ -69,6 +70,7 @@ pub(super) struct Composition {
     pub unlinked: Option<Report>,
     /// What modules were that have left, to check their settings by while their code is away.
     pub last_known: BTreeMap<String, Description>,
+    pub remotes: Remotes,
     /// What the application takes into snapshots.
     pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
     /// What takes snapshots by itself.

@@ -9,6 +9,7 @@ mod looping;
 mod parameters;
 mod relinking;
 mod settings;
+mod sharing;
 mod snapshot;
 mod survey;
 
@@ -31,6 +32,7 @@ use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
+use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::WeakComposer;
@@ -38,6 +40,8 @@ pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginEr
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
+pub(crate) use sharing::Readers;
+use sharing::Remotes;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +75,8 @@ pub struct Options {
     /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
     /// first, with the same plugins. Nothing for this program.
     pub isolation_program: Option<PathBuf>,
+    /// What carries values to other agents and from them, if links or `[share]` want that.
+    pub sharing: Option<Box<dyn Sharing>>,
 }
 
 impl Default for Options {
@@ -86,6 +92,7 @@ impl Default for Options {
             time_source: None,
             calendar: None,
             isolation_program: None,
+            sharing: None,
         }
     }
 }
@@ -190,12 +197,13 @@ impl Agent {
             means,
             index: 0,
             gauges: BTreeMap::new(),
+            sharing_wake: Arc::default(),
             arenas: Arenas::new(options.isolation_program),
             kept: BTreeMap::new(),
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
-            catalogue: Catalogue::default(),
+            catalogue: Catalogue { shares: options.sharing.is_some(), ..Catalogue::default() },
             ground,
             present: BTreeMap::new(),
             linked: Vec::new(),
@@ -208,6 +216,7 @@ impl Agent {
             database: None,
             unlinked: None,
             last_known: BTreeMap::new(),
+            remotes: Remotes::new(options.sharing),
             keepsakes: BTreeMap::new(),
             watch: None,
         };
@@ -223,6 +232,7 @@ impl Agent {
             composer.composition().watch = Some(Arc::clone(&watch));
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
         }
+        composer.share().map_err(|message| sharing::refused(configuration, message))?;
         Ok(Self { shared, composer, hang, threads, settings: None })
     }
 
@@ -392,6 +402,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 impl Drop for Agent {
     fn drop(&mut self) {
         self.shared.finish(End::Stopped);
+        self.composer.end_sharing();
         self.threads.end();
         self.shared.logger.flush(LAST_LINES);
     }

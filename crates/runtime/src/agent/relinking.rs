@@ -39,6 +39,7 @@ impl Composition {
         if !complaints.diagnostics.is_empty() {
             return Err(Report::from(complaints.diagnostics));
         }
+        self.remotes.misfits.clone_from(&survey.misfits);
         let changed = self.changed(configuration, &survey);
         let new_listeners = listeners(&survey);
         let woken = self.woken(&new_listeners);

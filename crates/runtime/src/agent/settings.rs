@@ -233,6 +233,10 @@ impl Composer {
         complaints.diagnostics.iter().for_each(|complaint| self.log(Level::Error, &complaint.to_string()));
         drop(survey);
         composition.configuration = configuration;
+        drop(composition);
+        if let Err(error) = self.share() {
+            self.log(Level::Error, &format!("links to other agents bring nothing: {error}"));
+        }
     }
 
     fn apply_to(&self, surveyed: &Surveyed<'_>, change: &ModuleChange<'_>) -> Result<(), BoardError> {

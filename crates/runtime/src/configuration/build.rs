@@ -20,7 +20,7 @@ pub(super) struct Build<'a> {
 
 impl Build<'_> {
     pub(super) fn top(&mut self, root: &Table, extra: &[String]) {
-        let mut known = vec!["agent", "loop", "time", "mission", "log", "snapshot"];
+        let mut known = vec!["agent", "loop", "time", "mission", "log", "share", "snapshot"];
         known.extend(["plugins", "modules", "links", "actuators", "robots"]);
         known.extend(extra.iter().map(String::as_str));
         self.problems.unknown_keys(root, "at the top", &known);
@@ -53,7 +53,7 @@ impl Build<'_> {
         None
     }
 
-    fn agent_name(&mut self, name: &Spanned<String>) -> bool {
+    pub(super) fn agent_name(&mut self, name: &Spanned<String>) -> bool {
         let good = Url::parse(&format!("slate://{}/module", name.value)).is_ok();
         if !good {
             let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";

@@ -42,6 +42,7 @@ mod problems;
 mod read;
 mod scope;
 mod set;
+mod share;
 mod snapshot;
 mod source;
 mod stages;
@@ -56,7 +57,7 @@ pub use diagnostic::{Diagnostic, Report};
 use files::Files;
 pub use model::{
     Actuator, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets,
-    Mission, Module, PluginEntry, RateLimit, Transport,
+    Mission, Module, PluginEntry, RateLimit, Share, Transport,
 };
 use path::Prefix;
 use problems::Problems;
@@ -101,6 +102,7 @@ pub struct Configuration {
     mission: Option<Mission>,
     snapshot: Option<Trigger>,
     log: Log,
+    share: Option<Share>,
     plugins: Vec<PluginEntry>,
     modules: Vec<Module>,
     links: Vec<Link>,
@@ -174,6 +176,11 @@ impl Configuration {
     /// What is logged.
     pub fn log(&self) -> &Log {
         &self.log
+    }
+
+    /// How the agent shares; nothing when it says nothing of it, and then it is found by nobody.
+    pub fn share(&self) -> Option<&Share> {
+        self.share.as_ref()
     }
 
     /// The modules of the agent and of its robots, by name.

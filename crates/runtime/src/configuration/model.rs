@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -131,6 +132,15 @@ pub enum LinkRate {
     OnChange,
     /// Once in so many nanoseconds.
     Every(u64),
+}
+
+/// How the agent shares with others.
+#[derive(Clone, Debug)]
+pub struct Share {
+    /// Where others find it, such as `local:base`.
+    pub listen: Spanned<String>,
+    /// Where it finds others, by their names; `local:NAME` for those that are not named.
+    pub agents: BTreeMap<String, Spanned<String>>,
 }
 
 /// A gate in front of an actuator.

@@ -77,6 +77,7 @@ fn build(
     let mission = build.mission(&merged);
     let snapshot = build.snapshot(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
+    let share = build.share(&merged, name);
     let plugins = build.plugins(&merged);
     let mut modules = build.modules(&merged);
     let mut links = build.links(&merged, name);
@@ -96,6 +97,7 @@ fn build(
                 snapshot,
                 plugins,
                 log,
+                share,
                 modules,
                 links,
                 actuators,

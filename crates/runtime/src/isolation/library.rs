@@ -7,7 +7,7 @@ use std::sync::Arc;
 use slate_module::{Maker, ModuleKind, Refusal, Setup, decode, encode};
 
 use super::arena::length;
-use super::process::{Process, STARTING};
+use super::process::{Process, STARTING, WELL};
 use super::proxy::TABLE;
 use super::wire::{Asked, Begin, Code, KindText, Topic};
 
@@ -40,16 +40,49 @@ pub(crate) fn kinds(
     Ok(texts.into_iter().map(kind).collect())
 }
 
-/// Asks a process that is made for this.
-fn ask(program: Option<&Path>, file: &Path, topic: Topic, body: &[u8]) -> Result<Vec<u8>, Refusal> {
-    let begin = Begin {
+/// Lets a process that is made for this open a library, have its kinds described and close it, before the host opens it: what is
+/// damaged where no header shows it ends that process only. What the library refuses in words is no matter of this.
+///
+/// # Errors
+/// How the process ended.
+pub(crate) fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
+    // Where no process can be started, there is nothing to be found out.
+    let Ok(mut process) = Process::launch(program) else { return Ok(()) };
+    let asked = process.begin(&begin_with(file), &[]).and_then(|_| {
+        let kinds: Vec<KindText> = decode(process.ask(Topic::Kinds, &[], STARTING)?)?;
+        for kind in kinds {
+            let setup = Setup { name: &kind.name, seed: 0, period: 20_000_000, section: None };
+            let asked = encode(&Asked::new(&kind.name, &setup, &[], 0))?;
+            // It may refuse to be described so, and it may not end.
+            let described = process.ask(Topic::Describe, &asked, STARTING).map(drop);
+            if process.end().is_some() {
+                return described;
+            }
+        }
+        // There is no instance, so this only closes the library and ends.
+        let _ = process.ask(Topic::Destroy, &[], STARTING);
+        process.finish();
+        Ok(())
+    });
+    match process.end() {
+        Some(end) if asked.is_err() || end.starts_with("ended ") && end != WELL => Err(end.to_owned()),
+        _ => Ok(()),
+    }
+}
+
+fn begin_with(file: &Path) -> Begin {
+    Begin {
         name: "describe".into(),
         code: Code::Library(file.into()),
         memory: 0,
         arenas: Vec::new(),
         arena_length: length(),
-    };
-    let (mut process, _) = Process::start(program, &begin, &[])?;
+    }
+}
+
+/// Asks a process that is made for this.
+fn ask(program: Option<&Path>, file: &Path, topic: Topic, body: &[u8]) -> Result<Vec<u8>, Refusal> {
+    let (mut process, _) = Process::start(program, &begin_with(file), &[])?;
     process.ask(topic, body, STARTING).map(<[u8]>::to_vec)
 }
 

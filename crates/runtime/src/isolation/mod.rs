@@ -23,6 +23,6 @@ pub(crate) use arena::Arena;
 use arena::length;
 pub(crate) use arenas::Arenas;
 pub use child::enter;
-pub(crate) use library::kinds as kinds_outside;
+pub(crate) use library::{kinds as kinds_outside, probe};
 pub(crate) use proxy::{Isolation, Proxy};
 pub(crate) use supervisor::Supervisor;

@@ -22,6 +22,9 @@ pub(super) const STARTING: Duration = Duration::from_secs(10);
 /// How long one that shall end may take to do so.
 const ENDING: Duration = Duration::from_millis(500);
 
+/// How one ends that was asked to.
+pub(super) const WELL: &str = "ended with exit code 0";
+
 /// What takes lines of the log: level and text.
 pub(super) type Log<'a> = &'a mut dyn FnMut(i32, &[u8]);
 
@@ -45,13 +48,24 @@ impl Process {
         begin: &Begin,
         arenas: &[BorrowedFd<'_>],
     ) -> Result<(Self, Vec<usize>), Refusal> {
+        let mut process = Self::launch(program)?;
+        let addresses = process.begin(begin, arenas)?;
+        Ok((process, addresses))
+    }
+
+    /// Starts one that does nothing yet.
+    pub fn launch(program: Option<&Path>) -> Result<Self, Refusal> {
         let (child, stream) =
             launch(program).map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
-        let mut process = Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None };
+        Ok(Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None })
+    }
+
+    /// Lets it open its code and map those arenas; returns where it has them.
+    pub fn begin(&mut self, begin: &Begin, arenas: &[BorrowedFd<'_>]) -> Result<Vec<usize>, Refusal> {
         // It fails when the process has ended already, and then the first question says how.
-        let passed = process.pass(arenas);
-        if let Err(refusal) = process.ask(Topic::Begin, &encode(begin)?, STARTING).map(drop) {
-            return Err(match process.end() {
+        let passed = self.pass(arenas);
+        if let Err(refusal) = self.ask(Topic::Begin, &encode(begin)?, STARTING).map(drop) {
+            return Err(match self.end() {
                 Some(end) => format!("its process {end} before it was ready").into(),
                 None => passed.map_or_else(
                     |error| format!("its process can't be given its memory: {error}").into(),
@@ -59,11 +73,11 @@ impl Process {
                 ),
             });
         }
-        let addresses: Vec<u64> = decode(&process.body)?;
+        let addresses: Vec<u64> = decode(&self.body)?;
         if addresses.len() != arenas.len() {
             return Err("its process did not map its memory".into());
         }
-        Ok((process, addresses.into_iter().map(|address| address as usize).collect()))
+        Ok(addresses.into_iter().map(|address| address as usize).collect())
     }
 
     /// Passes the arenas' files on, with a byte, as they can't go alone.

@@ -368,6 +368,7 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     for actuator in &core.actuators {
         actuator.expire(turn.now, core.digest.as_mut());
     }
+    shared.wrote();
     if let Some(end) = shared.cycle_end.as_ref().filter(|end| end.is_wanted()) {
         end.emit();
     }

@@ -31,6 +31,7 @@ use crate::actuators::Actuator;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
+use crate::sharing::AfterTick;
 use crate::synchronization::{Emitter, Synchronization};
 
 pub(crate) use cycle::cycle;
@@ -183,6 +184,8 @@ pub(crate) struct Shared {
     deadline: AtomicU64,
     /// The shortest time-out of a stage, nanoseconds.
     shortest_timeout: AtomicU64,
+    /// What sends to other agents what was written.
+    pub after_tick: Arc<OnceLock<AfterTick>>,
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
@@ -247,6 +250,14 @@ impl Shared {
             after_cycle: OnceLock::new(),
             deadline: AtomicU64::new(0),
             shortest_timeout: AtomicU64::new(u64::MAX),
+            after_tick: Arc::default(),
+        }
+    }
+
+    /// Says that values were written.
+    pub fn wrote(&self) {
+        if let Some(call) = self.after_tick.get() {
+            call();
         }
     }
 

@@ -150,6 +150,7 @@ fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     seat.time(runner, Some(duration), 1);
     runner.commit(shared.clock.now(), code, None);
     seat.unclaim();
+    shared.wrote();
 }
 
 /// What Linux shows of a thread's name, bytes.

@@ -103,6 +103,12 @@ pub(crate) fn load_for(
         })?;
         make(file, kinds, &outline)?
     } else {
+        isolation::probe(program, &library.copy).map_err(|end| {
+            refuse(
+                format!("can't be opened: a process that tried it first {end}"),
+                "build or copy it again; or see what it does when it is opened or describes its modules",
+            )
+        })?;
         open(file, library, &outline)?
     };
     Ok((plugin, outline, residence))

@@ -10,8 +10,8 @@ use serde::de::DeserializeOwned;
 use super::line::{self, Line};
 use super::place;
 use super::protocol::{
-    Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry, Reading,
-    Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin, VERSION,
+    Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
+    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
 
@@ -134,6 +134,12 @@ impl Client {
             Ok(Line::End) => {
                 Err(self.lost(std::io::Error::new(ErrorKind::UnexpectedEof, "it has closed the connection")))
             }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                let limit = self.stream.read_timeout().ok().flatten().unwrap_or(ANSWER);
+                let said =
+                    format!("no answer within {} s; it may go on with what it was asked", limit.as_secs());
+                Err(self.lost(std::io::Error::new(ErrorKind::TimedOut, said)))
+            }
             Err(error) => Err(self.lost(error)),
         }
     }
@@ -232,6 +238,11 @@ impl Client {
         self.call(&Call::LinkList {})
     }
 
+    /// The other agents that are known.
+    pub fn peers(&mut self) -> Result<Vec<super::PeerEntry>, ClientError> {
+        self.call(&Call::Peers {})
+    }
+
     /// Links an input, or only finds out whether that can be done; options are keys and values of the link's table.
     pub fn link(
         &mut self,
@@ -276,6 +287,11 @@ impl Client {
     /// Writes what was changed at run time into the files.
     pub fn save(&mut self, to: SaveTo) -> Result<Saved, ClientError> {
         self.call(&Call::ConfigSave { to })
+    }
+
+    /// The properties that a pattern such as `/**/timing` is of; all without one.
+    pub fn properties(&mut self, pattern: Option<&str>) -> Result<Vec<PropertyEntry>, ClientError> {
+        self.call(&Call::PropertyList { pattern: pattern.map(Into::into) })
     }
 
     /// Takes a snapshot, into a file at an absolute path.

@@ -3,14 +3,15 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::Serialize;
 use slate_blackboard::interface;
-use slate_blackboard::{BoardError, Url};
+use slate_blackboard::{BoardError, Pattern, Property, Url};
 
 use super::protocol::{
     Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
-    Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
+    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
 };
 use crate::configuration::{Change, Configuration, Database, Report, SaveTo, Value};
 use crate::snapshot::{Snapshot, SnapshotError};
@@ -24,16 +25,20 @@ pub(super) struct Desk {
 
 type Done = Result<serde_json::Value, Refusal>;
 
+/// What a line asks for.
+pub(super) fn read(line: &[u8]) -> Result<Call, Refusal> {
+    serde_json::from_slice(line).map_err(|error| {
+        refusal(
+            format!("the line is no call: {error}"),
+            r#"send a call a line, such as {"call":"plugin/list"}"#,
+        )
+    })
+}
+
 impl Desk {
-    /// Answers a line.
-    pub fn answer(&self, line: &[u8]) -> Answer {
-        let call = serde_json::from_slice(line).map_err(|error| {
-            refusal(
-                format!("the line is no call: {error}"),
-                r#"send a call a line, such as {"call":"plugin/list"}"#,
-            )
-        });
-        match call.and_then(|call| self.call(call)) {
+    /// Answers a call.
+    pub fn answer(&self, call: Call) -> Answer {
+        match self.call(call) {
             Ok(result) => Answer::Result(result),
             Err(refusal) => Answer::Error(refusal),
         }
@@ -94,15 +99,18 @@ impl Desk {
                     previous: link.previous,
                     stale: link.stale,
                     queue: link.queue,
+                    trouble: link.trouble,
                 };
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
             }
+            Call::Peers {} => result(super::peers::peers(&self.composer)),
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
             Call::ConfigRevert { path } => self.revert(&path),
             Call::ConfigDiff {} => self.differences(),
             Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
             Call::ConfigSave { to } => self.save(to),
+            Call::PropertyList { pattern } => self.properties(pattern.as_deref()),
             Call::SnapshotSave { file } => snapshot(&self.composer.save_snapshot(absolute(&file)?)?),
             Call::SnapshotLoad { file } => {
                 let read = Snapshot::read(absolute(&file)?)?;
@@ -340,6 +348,24 @@ impl Desk {
 
     fn save(&self, to: SaveTo) -> Done {
         result(Saved { files: self.database()?.save(to)? })
+    }
+
+    fn properties(&self, pattern: Option<&str>) -> Done {
+        let pattern = pattern.map(Pattern::parse).transpose();
+        let pattern =
+            pattern.map_err(|error| refusal(error.to_string(), "such as /r2/planner/* or /**/timing"))?;
+        let entry = |property: &Arc<Property>| PropertyEntry {
+            path: property.path().into(),
+            interface: property.descriptor().name.to_string(),
+            doc: property.doc().to_string(),
+        };
+        let properties = self.composer.board().properties();
+        let wanted = properties
+            .iter()
+            .filter(|property| pattern.as_ref().is_none_or(|pattern| pattern.matches(property.path())));
+        let mut entries: Vec<_> = wanted.map(entry).collect();
+        entries.sort_unstable_by(|a, b| a.path.cmp(&b.path));
+        result(entries)
     }
 
     fn read(&self, url: &str) -> Done {

@@ -30,15 +30,17 @@
 mod client;
 mod desk;
 mod line;
+mod peers;
 mod place;
 mod protocol;
 mod server;
 
 pub use client::{Client, ClientError};
+pub use peers::{PeerEntry, ReadEntry, ServedEntry};
 pub use place::agents;
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
-    ModuleEntry, PluginEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
-    VERSION,
+    ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry,
+    UnloadedPlugin, VERSION,
 };
 pub use server::{OpenError, Server};

@@ -131,6 +131,9 @@ pub enum Call {
     /// All links: a list of [`LinkEntry`].
     #[serde(rename = "link/list")]
     LinkList {},
+    /// The other agents that are known: a list of [`PeerEntry`](super::PeerEntry).
+    #[serde(rename = "peers")]
+    Peers {},
     /// The settings at a path and below it: a list of [`SettingEntry`].
     #[serde(rename = "config/get")]
     ConfigGet {
@@ -163,6 +166,13 @@ pub enum Call {
         /// Which files.
         #[serde(default)]
         to: SaveTo,
+    },
+    /// The properties: a list of [`PropertyEntry`].
+    #[serde(rename = "property/list")]
+    PropertyList {
+        /// Which of them, such as `/r2/**/timing`; all unless given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pattern: Option<String>,
     },
     /// Takes a snapshot: [`SnapshotEntry`].
     #[serde(rename = "snapshot/save")]
@@ -318,6 +328,9 @@ pub struct LinkEntry {
     pub stale: Option<u64>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
+    /// Why it brings nothing, when it leads to another agent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trouble: Option<String>,
 }
 
 /// A setting.
@@ -390,4 +403,15 @@ pub struct Reading {
     pub sequence: u64,
     /// When it was written, nanoseconds of the agent's time.
     pub time: u64,
+}
+
+/// A property.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PropertyEntry {
+    /// Its path, such as `r2/planner/timing`.
+    pub path: String,
+    /// What its values are.
+    pub interface: String,
+    /// What it is for.
+    pub doc: String,
 }

@@ -7,20 +7,30 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Serialize;
 
-use super::desk::{Desk, refusal};
+use super::desk::{self, Desk, refusal};
 use super::line::{self, Line};
 use super::place::Place;
-use super::protocol::{Answer, Greeting, LINE_LIMIT, VERSION};
+use super::protocol::{Answer, Call, Greeting, LINE_LIMIT, Refusal, VERSION};
 use crate::Agent;
 
 /// How many tools may be connected; for one more, the one that was silent for the longest is let go.
-const GUESTS: usize = 32;
+const GUESTS: usize = WORKING + 8;
+
+/// How many of them may be at work with what can take long. The other places are for what never does: a stop above all.
+const WORKING: usize = 32;
+
+/// How long a change waits for the one before it; less than tools wait for an answer.
+const TURN: Duration = Duration::from_secs(50);
+
+/// How often who waits looks whether its tool is still there.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// How long a tool may take to receive an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -53,6 +63,9 @@ struct Hall {
     name: String,
     closed: AtomicBool,
     guests: Mutex<Guests>,
+    /// What is being changed by a tool, and notice of its end.
+    change: Mutex<Option<&'static str>>,
+    changed: Condvar,
 }
 
 #[derive(Default)]
@@ -66,7 +79,10 @@ struct Guest {
     stream: UnixStream,
     /// The count at its last call.
     last: u64,
+    /// Whether it is at work.
     busy: bool,
+    /// Whether that may take long.
+    works: bool,
 }
 
 impl Server {
@@ -82,6 +98,8 @@ impl Server {
             name: place.name.clone(),
             closed: AtomicBool::new(false),
             guests: Mutex::default(),
+            change: Mutex::default(),
+            changed: Condvar::new(),
         });
         let handle = UnixStream::from(OwnedFd::from(listener.try_clone()?));
         let shared = Arc::clone(&hall);
@@ -135,7 +153,7 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
     let _ = stream.set_write_timeout(Some(PATIENCE));
     let Ok(clone) = stream.try_clone() else { return };
     let Some(number) = hall.guests().admit(clone) else {
-        let answer = Answer::Error(refusal("too many tools are at work with this agent", "try again later"));
+        let answer = Answer::Error(too_many());
         let _ = send(&mut stream, &answer);
         return;
     };
@@ -161,10 +179,12 @@ fn serve(mut stream: UnixStream, hall: &Hall, number: u64) -> std::io::Result<()
                 "send less at once",
             )),
             Line::Whole(line) => {
-                hall.guests().begin(number);
-                let answer = hall.desk.answer(&line);
+                let answer = hall.answer(&line, &stream, number);
                 hall.guests().end(number);
-                answer
+                match answer {
+                    Some(answer) => answer,
+                    None => return Ok(()),
+                }
             }
         };
         send(&mut stream, &answer)?;
@@ -177,10 +197,103 @@ fn send(stream: &mut UnixStream, value: &impl Serialize) -> std::io::Result<()> 
     stream.write_all(&text)
 }
 
+/// Whether the tool at the other end is gone; one that only says no more still waits for its answer.
+fn is_gone(stream: &UnixStream) -> bool {
+    let mut polled = [PollFd::new(stream, PollFlags::empty())];
+    poll(&mut polled, Some(&Timespec { tv_sec: 0, tv_nsec: 0 })).is_ok_and(|count| count > 0)
+}
+
 impl Hall {
+    /// The answer to a line; nothing when the tool is gone before it is its turn.
+    fn answer(&self, line: &[u8], stream: &UnixStream, number: u64) -> Option<Answer> {
+        let call = match desk::read(line) {
+            Ok(call) => call,
+            Err(refusal) => return Some(Answer::Error(refusal)),
+        };
+        let manner = Manner::of(&call);
+        if !self.guests().begin(number, manner != Manner::Prompt) {
+            return Some(Answer::Error(too_many()));
+        }
+        let Manner::Change(name) = manner else { return Some(self.desk.answer(call)) };
+        match self.turn(name, stream)? {
+            Ok(_turn) => Some(self.desk.answer(call)),
+            Err(refusal) => Some(Answer::Error(refusal)),
+        }
+    }
+
+    /// Waits until no other tool changes the agent; nothing when this one is gone meanwhile.
+    #[allow(clippy::disallowed_methods, reason = "tools wait on the wall clock")]
+    fn turn(&self, name: &'static str, stream: &UnixStream) -> Option<Result<Turn<'_>, Refusal>> {
+        let start = Instant::now();
+        let mut change = self.change.lock().unwrap_or_else(PoisonError::into_inner);
+        while let Some(other) = *change {
+            if is_gone(stream) {
+                return None;
+            }
+            if start.elapsed() > TURN {
+                let message = format!("another tool's `{other}` has not ended within {} s", TURN.as_secs());
+                return Some(Err(refusal(message, "see the log for the module that it waits for")));
+            }
+            let waited = self.changed.wait_timeout(change, LOOK);
+            change = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        *change = Some(name);
+        Some(Ok(Turn(self)))
+    }
+
     fn guests(&self) -> MutexGuard<'_, Guests> {
         self.guests.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// The right to change the agent; others wait until it is dropped.
+struct Turn<'h>(&'h Hall);
+
+impl Drop for Turn<'_> {
+    fn drop(&mut self) {
+        *self.0.change.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        self.0.changed.notify_one();
+    }
+}
+
+/// How a call is answered.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Manner {
+    /// At once, as it runs no module's code and waits for nobody who does.
+    Prompt,
+    /// It may take a while.
+    Slow,
+    /// It may run modules' code, and one such call is made at a time.
+    Change(&'static str),
+}
+
+impl Manner {
+    fn of(call: &Call) -> Self {
+        match call {
+            Call::Stop { .. } | Call::Reset {} | Call::Arm { .. } | Call::Read { .. } => Self::Prompt,
+            Call::PluginList {} | Call::ModuleList {} => Self::Prompt,
+            Call::PluginLoad { .. } => Self::Change("plugin/load"),
+            Call::PluginUnload { .. } => Self::Change("plugin/unload"),
+            Call::PluginReload { .. } => Self::Change("plugin/reload"),
+            Call::PluginShadow { .. } => Self::Change("plugin/shadow"),
+            Call::PluginEndShadow { .. } => Self::Change("plugin/end_shadow"),
+            Call::PluginPromote { .. } => Self::Change("plugin/promote"),
+            Call::ModuleEnable { .. } => Self::Change("module/enable"),
+            Call::ModuleDisable { .. } => Self::Change("module/disable"),
+            Call::Link { .. } => Self::Change("link"),
+            Call::Unlink { .. } => Self::Change("unlink"),
+            Call::LinkList {} => Self::Change("link/list"),
+            Call::ConfigSet { .. } => Self::Change("config/set"),
+            Call::ConfigSave { .. } => Self::Change("config/save"),
+            Call::SnapshotSave { .. } => Self::Change("snapshot/save"),
+            Call::SnapshotLoad { .. } => Self::Change("snapshot/load"),
+            _ => Self::Slow,
+        }
+    }
+}
+
+fn too_many() -> Refusal {
+    refusal("too many tools are at work with this agent", "try again later")
 }
 
 impl Guests {
@@ -192,20 +305,25 @@ impl Guests {
             self.present.remove(&number)?.let_go();
         }
         self.count += 1;
-        self.present.insert(self.count, Guest { stream, last: self.count, busy: false });
+        self.present.insert(self.count, Guest { stream, last: self.count, busy: false, works: false });
         Some(self.count)
     }
 
-    fn begin(&mut self, number: u64) {
+    /// Notes a call; false when it may take long, and as many of those as may be are under way.
+    fn begin(&mut self, number: u64, works: bool) -> bool {
         self.count += 1;
-        if let Some(guest) = self.present.get_mut(&number) {
-            (guest.last, guest.busy) = (self.count, true);
+        if works && self.present.values().filter(|guest| guest.works).count() >= WORKING {
+            return false;
         }
+        if let Some(guest) = self.present.get_mut(&number) {
+            (guest.last, guest.busy, guest.works) = (self.count, true, works);
+        }
+        true
     }
 
     fn end(&mut self, number: u64) {
         if let Some(guest) = self.present.get_mut(&number) {
-            guest.busy = false;
+            (guest.busy, guest.works) = (false, false);
         }
     }
 }

@@ -179,7 +179,10 @@ impl Runner {
             if !conversion.sources.iter().all(ConvertedSource::is_working) {
                 flags = flags & !Flags::ALIVE | Flags::STALE;
             }
-            if conversion.is_pending || conversion.sources.iter().any(|source| source.is_stale(now)) {
+            if conversion.is_pending {
+                flags = flags & !Flags::ALIVE | Flags::STALE;
+            }
+            if conversion.sources.iter().any(|source| source.is_stale(now)) {
                 flags |= Flags::STALE;
             }
             slot.flags.set(flags);

@@ -29,7 +29,7 @@ pub(crate) use conversion::{Conversion, ConvertedSource, Wire};
 pub(crate) use frozen::FrozenRunner;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
 pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort};
-pub(crate) use retired::{Patience, Retired};
+pub(crate) use retired::{Patience, Retired, describe};
 pub(crate) use shadow::{Shadow, ShadowState};
 
 pub(crate) use supervision::Supervised;
@@ -303,6 +303,15 @@ impl Runner {
         };
         // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
         let _ = self.state.write(View::of(&state).bytes(), 0, now);
+    }
+
+    /// As [`create`](Runner::create), in a thread that is not waited for without end.
+    pub fn create_patiently(&mut self) -> Result<*mut (), Refusal> {
+        self.params.refresh();
+        self.params_changed = true;
+        let params = self.params.value();
+        let bytes = params.as_ref().map_or(&[][..], |loan| loan.bytes());
+        self.patience.create(&self.kind, &self.setup, bytes)
     }
 
     /// A fresh instance with the present parameters.

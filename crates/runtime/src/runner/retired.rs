@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use slate_module::{Frame, Level, ModuleKind, Refusal};
+use slate_module::{Description, Frame, Level, ModuleKind, Refusal};
 
+use super::OwnSetup;
 use crate::clock::Clock;
 use crate::log::Logger;
 use crate::main_loop::thread_name;
@@ -20,20 +21,84 @@ pub(crate) struct Patience {
     pub clock: Arc<Clock>,
 }
 
+/// How many times as long a module may take to be described or made as for its other calls: it may load what it needs.
+const CREATION: u32 = 10;
+
+/// Describes a kind, in a thread that is waited for `CREATION` times `hang`. What is linked in is the program's own
+/// code, which is not watched.
+///
+/// # Errors
+/// The module's refusal, or that the call does not return.
+pub(crate) fn describe(kind: &ModuleKind, setup: &OwnSetup, hang: Duration) -> Result<Description, Refusal> {
+    if kind.library().is_none() {
+        return setup.with(|setup| kind.describe(setup));
+    }
+    let (name, limit) = (thread_name(&setup.name), hang * CREATION);
+    let (kind, setup) = (kind.clone(), setup.clone());
+    match within(name, limit, move || setup.with(|setup| kind.describe(setup))) {
+        Ok(described) => described,
+        Err(why) => Err(format!("{}; its library stays open", why.of("describe", limit)).into()),
+    }
+}
+
+/// Why there is no result of a call.
+enum Lost {
+    Late,
+    NoThread(std::io::Error),
+}
+
+impl Lost {
+    fn of(&self, call: &str, limit: Duration) -> String {
+        match self {
+            Self::Late => format!("has not returned from its {call} within {} ms", limit.as_millis()),
+            Self::NoThread(error) => format!("can't make its {call}: {error}"),
+        }
+    }
+}
+
+/// Does `work` in a thread, which keeps all that `work` has, and waits for it.
+fn within<R: Send + 'static>(
+    thread: String,
+    limit: Duration,
+    work: impl FnOnce() -> R + Send + 'static,
+) -> Result<R, Lost> {
+    let (sender, receiver) = channel();
+    let thread = std::thread::Builder::new().name(thread).spawn(move || {
+        // Who asked has given up waiting, if it can't be sent; the result ends here then.
+        let _ = sender.send(work());
+    });
+    thread.map_err(Lost::NoThread)?;
+    receiver.recv_timeout(limit).map_err(|_| Lost::Late)
+}
+
 impl Patience {
+    /// Makes an instance, in a thread that is waited for longer than for other calls.
+    ///
+    /// # Errors
+    /// The module's refusal, or that the call does not return.
+    pub fn create(&self, kind: &ModuleKind, setup: &OwnSetup, params: &[u8]) -> Result<*mut (), Refusal> {
+        let Some(limit) = self.limit.map(|limit| limit * CREATION) else {
+            return setup.with(|setup| kind.create(setup, params));
+        };
+        let (kind, setup, params) = (kind.clone(), setup.clone(), params.to_vec());
+        let longer = Self { limit: Some(limit), ..self.clone() };
+        let made = longer.wait("create", move || {
+            let instance = setup.with(|setup| kind.create(setup, &params))?;
+            // One that comes too late ends with this.
+            Ok::<_, Refusal>(Owned { kind, instance })
+        });
+        let late = || Refusal(format!("its create has not returned within {} ms", limit.as_millis()));
+        let mut owned = made.ok_or_else(late)??;
+        Ok(std::mem::replace(&mut owned.instance, std::ptr::null_mut()))
+    }
+
     /// Does `work` in a thread of its own, and waits for it; nothing when it has not returned by then. The thread keeps
     /// all that `work` has, the library too.
     fn wait<R: Send + 'static>(&self, call: &str, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
         let Some(limit) = self.limit else { return Some(work()) };
-        let (sender, receiver) = channel();
-        let thread = std::thread::Builder::new().name(thread_name(&self.module)).spawn(move || {
-            // Who asked has given up waiting, if it can't be sent; the result ends here then.
-            let _ = sender.send(work());
-        });
-        let why = match thread.map(|_| receiver.recv_timeout(limit)) {
-            Ok(Ok(result)) => return Some(result),
-            Ok(Err(_)) => format!("has not returned from its {call} within {} ms", limit.as_millis()),
-            Err(error) => format!("can't make its {call}: {error}"),
+        let why = match within(thread_name(&self.module), limit, work) {
+            Ok(result) => return Some(result),
+            Err(why) => why.of(call, limit),
         };
         let text = format!("{} {why}; it is waited for no more, and its library stays open", self.module);
         self.logger.log(self.clock.now(), Level::Error, &text);

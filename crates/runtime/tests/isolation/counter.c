@@ -26,6 +26,15 @@ typedef struct {
 } Module;
 typedef struct { uint32_t abi, module_size; const Module *modules; size_t module_count; } Plugin;
 
+#ifndef PANIC
+#define PANIC "abort"
+#endif
+
+/* What is done when it is opened, if anything. */
+#ifdef OPENED
+__attribute__((constructor)) static void opened(void) { OPENED; }
+#endif
+
 #define TEXT(text) { (const uint8_t *)text, sizeof(text) - 1 }
 
 static int32_t describe(const void *setup, const Sink *sink) {
@@ -70,4 +79,4 @@ const Plugin slate_plugin_c_counter = { 1, sizeof(Module), &MODULE, 1 };
 
 __attribute__((section(".slate"), used)) static const char OUTLINE[] =
     "{\"abi\": 1, \"symbol\": \"slate_plugin_c_counter\", \"name\": \"c_counter\", \"version\": \"" VERSION "\","
-    " \"panic\": \"abort\", \"modules\": [{\"name\": \"c_counter\"}]}";
+    " \"panic\": \"" PANIC "\", \"modules\": [{\"name\": \"c_counter\"}]}";

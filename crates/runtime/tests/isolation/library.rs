@@ -1,29 +1,37 @@
 //! Libraries of isolated modules: the process of a module opens its library, and one that was built with
 //! `panic = "abort"` the host does not open at all.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use object::{Object, ObjectSection};
+use slate_runtime::plugin;
 use slate_runtime::{Agent, Options, PluginError, Rate, StartError};
 
 use crate::Test;
 use crate::common::{configuration, number};
 use crate::modules::plugins;
 
-pub const TESTS: [Test; 3] = [
+pub const TESTS: [Test; 4] = [
     ("a library that aborts is refused unless it is isolated", refused_in_the_host),
     ("a library is opened by the process of its module", opened_elsewhere),
+    ("a library that ends who opens it ends no host", tried_first),
     ("an isolated module is reloaded, vetoes and is unloaded", reloaded_and_unloaded),
 ];
 
 /// Builds the plugin in a folder of this run.
 fn build(version: u32) -> PathBuf {
+    build_with(&format!("c_counter_{version}.so"), version, &[])
+}
+
+fn build_with(name: &str, version: u32, more: &[&str]) -> PathBuf {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("isolation");
     std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join(format!("c_counter_{version}.so"));
+    let file = folder.join(name);
     let built = Command::new("cc")
         .args(["-shared", "-fPIC", "-o"])
         .arg(&file)
+        .args(more)
         .arg(format!("-DSTEP={version}"))
         .arg(format!("-DVERSION=\"{version}\""))
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/isolation/counter.c"))
@@ -48,6 +56,46 @@ fn is_mapped() -> bool {
 fn refused_in_the_host() {
     let error = load(false).unwrap_err().to_string();
     assert!(error.contains("panic = \"abort\""), "{error}");
+}
+
+/// That it can't be opened, and why.
+fn refusal(file: &Path) -> String {
+    let refusal = plugin::load(file).expect_err("it ends who opens it");
+    assert!(refusal.to_string().contains(&file.display().to_string()), "{refusal}");
+    refusal.problem
+}
+
+fn tried_first() {
+    let unwind = "-DPANIC=\"unwind\"";
+    let deeds = [
+        ("exit(0)", "ended with exit code 0"),
+        ("abort()", "ended by signal 6 (abort)"),
+        ("*(volatile int *)8 = 0", "ended by signal 11 (segmentation fault)"),
+    ];
+    for (deed, end) in deeds {
+        let file = build_with("ends.so", 1, &[unwind, &format!("-DOPENED={deed}")]);
+        let problem = refusal(&file);
+        assert!(problem.contains("a process that tried it first") && problem.contains(end), "{problem}");
+    }
+    let whole = build_with("whole.so", 1, &[unwind]);
+    assert!(plugin::load(&whole).is_ok());
+    let bytes = std::fs::read(&whole).unwrap();
+    let parsed = object::read::elf::ElfFile64::<object::Endianness>::parse(&*bytes).unwrap();
+    let mut ended = 0;
+    for name in [".gnu.hash", ".dynamic"] {
+        let (start, length) = parsed.section_by_name(name).unwrap().file_range().unwrap();
+        // The upper half of a word makes an address that no process has.
+        for at in (start + 4..start + length).step_by(8).map(|at| at as usize) {
+            let mut damaged = bytes.clone();
+            damaged[at..at + 4].fill(0x7f);
+            let file = whole.with_file_name("damaged.so");
+            std::fs::write(&file, damaged).unwrap();
+            let loaded = plugin::load(&file);
+            ended +=
+                usize::from(loaded.is_err_and(|error| error.problem.contains("tried it first ended by")));
+        }
+    }
+    assert!(ended > 0);
 }
 
 fn opened_elsewhere() {

@@ -9,6 +9,7 @@ use crate::support::*;
 const SAVE_HANGS: u32 = 6;
 const DESTROY_HANGS: u32 = 7;
 const RESTORE_HANGS: u32 = 8;
+const CREATE_HANGS: u32 = 9;
 /// Longer than any test waits, milliseconds.
 const FOR_EVER: u64 = 600_000;
 
@@ -156,6 +157,34 @@ fn a_save_or_restore_that_hangs_while_ports_change_costs_the_state_and_nothing_e
         let (_, _, samples) = running.stop();
         assert!(samples.windows(2).all(|rows| rows[1][0] == rows[0][0] + 1), "{call}");
     }
+}
+
+#[test]
+fn a_create_that_hangs_is_given_up_and_lists_do_not_wait_for_it() {
+    let running =
+        Running::start(&robot_with(&format!("hang = {FOR_EVER}")), Mode::Staged, &["beat/count/value"]);
+    running.board.write("counter/params/fault", &Value::Integer(CREATE_HANGS.into()), 0).unwrap();
+    std::thread::scope(|scope| {
+        let reload = scope.spawn(|| running.composer.reload("counter", Some(&libraries().counter("more"))));
+        while !reload.is_finished() {
+            let start = std::time::Instant::now();
+            assert!(running.composer.plugins().iter().any(|plugin| plugin.name == "counter"));
+            assert!(running.composer.modules().iter().any(|module| module.name == "counter"));
+            // The limit of a create is ten times the time after which a step hangs.
+            assert!(start.elapsed() < std::time::Duration::from_secs(2));
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        let refusal = reload.join().unwrap().unwrap_err();
+        let said = ["module `counter`", "its create has not returned within 2500 ms"];
+        assert_says(&complaint(&refusal), &said);
+    });
+    let said = "counter has not returned from its create within 2500 ms";
+    assert!(running.log.lines().iter().any(|line| line.text.contains(said)));
+    let count = running.value("counter/count/value");
+    until("the old code goes on", || running.value("counter/count/value") > count);
+    assert_eq!(running.value("counter/count/version"), 1);
+    let (_, _, samples) = running.stop();
+    assert!(samples.windows(2).all(|rows| rows[1][0] == rows[0][0] + 1));
 }
 
 #[test]

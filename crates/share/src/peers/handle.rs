@@ -31,6 +31,8 @@ pub struct Setup {
     pub identity: Identity,
     /// Its clock.
     pub clock: Clock,
+    /// The clock that its values go by, if that is another one, as in a simulation.
+    pub time: Option<Clock>,
     /// What a session takes at most.
     pub limits: Limits,
     /// Where it listens; nothing when it only dials.
@@ -52,6 +54,7 @@ impl Setup {
         Self {
             identity,
             clock,
+            time: None,
             limits: Limits::default(),
             listen: None,
             carriers: BTreeMap::new(),
@@ -79,6 +82,7 @@ pub(super) struct Common {
     pub board: Arc<Board>,
     pub identity: Identity,
     clock: Clock,
+    time: Option<Clock>,
     limits: Limits,
     carriers: BTreeMap<String, Arc<dyn Carrier>>,
     pub poll: Option<u64>,
@@ -105,6 +109,12 @@ const AGENTS: usize = 256;
 impl Common {
     pub fn now(&self) -> u64 {
         (self.clock)()
+    }
+
+    /// What the clock of the values shows more than the agent's, nanoseconds.
+    pub fn lead(&self) -> i64 {
+        let lead = |time: &Clock| time().cast_signed().wrapping_sub(self.now().cast_signed());
+        self.time.as_ref().map_or(0, lead)
     }
 
     pub fn limits(&self) -> Limits {
@@ -167,7 +177,10 @@ impl Common {
             }
             !idle
         });
-        if lines.len() >= AGENTS || self.ended.load(Ordering::Acquire) {
+        if self.ended.load(Ordering::Acquire) {
+            return Err(io::Error::other("the agent ends"));
+        }
+        if lines.len() >= AGENTS {
             return Err(io::Error::other(format!("no more than {AGENTS} agents are connected")));
         }
         let wake = Arc::new(Wake::new());
@@ -271,6 +284,7 @@ impl Peers {
             board: Arc::clone(board),
             identity: setup.identity,
             clock: setup.clock,
+            time: setup.time,
             limits: setup.limits,
             carriers,
             poll: setup.poll,

@@ -76,8 +76,9 @@ impl Import {
         capacity: usize,
         depth: usize,
     ) -> Result<(), String> {
-        let budget = Budget { latest: 16, queues: 8, window: 64 };
-        let store = Store { capacity, depth: depth.clamp(1, 4096), budget };
+        let depth = depth.clamp(1, 4096);
+        let window = u16::try_from(depth / 2).unwrap_or(u16::MAX).max(64);
+        let store = Store { capacity, depth, budget: Budget { latest: 16, queues: 8, window } };
         let property = board
             .add_channel(&self.place, doc, descriptor, store, Access::Output)
             .map_err(|error| error.to_string())?;
@@ -137,7 +138,7 @@ impl Import {
         sample: &Sample,
         content: &[u8],
         memory: Option<&dyn SharedMemory>,
-        clock: Option<Estimate>,
+        clock: (Option<Estimate>, i64),
     ) -> bool {
         let length = sample.length as usize;
         let shown = self.mirror.as_mut().is_some_and(|mirror| match sample.encoding {
@@ -161,7 +162,7 @@ impl Mirror {
         }
     }
 
-    fn write(&mut self, sample: &Sample, bytes: &[u8], clock: Option<Estimate>) -> bool {
+    fn write(&mut self, sample: &Sample, bytes: &[u8], clock: (Option<Estimate>, i64)) -> bool {
         let descriptor = self.property.descriptor();
         let Some(channel) = self.property.channel() else { return false };
         let items = sample.items as usize;
@@ -177,7 +178,9 @@ impl Mirror {
         }
         self.take_writer();
         let Some(writer) = &mut self.writer else { return false };
-        let time = clock.map_or(sample.stamp.time, |clock| clock.here(sample.stamp.time));
+        let (estimate, lead) = clock;
+        let time = estimate.map_or(sample.stamp.time, |clock| clock.here(sample.stamp.time));
+        let time = time.saturating_add_signed(lead);
         // A better estimate of the clocks must not turn back the time.
         self.time = self.time.max(time);
         let written = writer.write(bytes, items, self.time).is_ok();

@@ -128,6 +128,7 @@ impl Line {
             old.close();
             peer.disconnect(now, "it is connected anew");
         }
+        peer.set_lead(common.lead());
         peer.receive(now, packet, link.memory());
         *current = Current { link: Some(link), dialled: false, since: now };
         drop((peer, current));
@@ -224,6 +225,7 @@ impl Line {
         loop {
             if !*unsent {
                 let mut peer = locked(&self.peer);
+                peer.set_lead(common.lead());
                 if !peer.outgoing(common.now(), link.largest(), packet, link.memory()) {
                     return Ok(true);
                 }
@@ -249,6 +251,7 @@ impl Line {
                 Ok(Some(length)) => {
                     let mut peer = locked(&self.peer);
                     let now = common.now();
+                    peer.set_lead(common.lead());
                     peer.receive(now, &packet[..length], link.memory());
                     if peer.take_shown()
                         && let Some(updated) = &common.updated

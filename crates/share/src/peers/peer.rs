@@ -55,6 +55,8 @@ pub(super) struct Desk {
     pub imports: BTreeMap<u32, Import>,
     events: VecDeque<Event>,
     estimate: Option<Estimate>,
+    /// What the clock of the values shows more than the agent's, nanoseconds.
+    lead: i64,
     /// Whether a mirror was written since it was asked.
     shown: bool,
 }
@@ -71,9 +73,9 @@ impl Application for Work<'_> {
     }
 
     fn sample(&mut self, id: u32, sample: &Sample, content: &[u8]) {
-        let estimate = self.desk.estimate;
+        let (estimate, lead) = (self.desk.estimate, self.desk.lead);
         if let Some(import) = self.desk.imports.get_mut(&id) {
-            self.desk.shown |= import.show(sample, content, self.memory, estimate);
+            self.desk.shown |= import.show(sample, content, self.memory, (estimate, lead));
         }
     }
 
@@ -94,7 +96,9 @@ impl Application for Work<'_> {
     fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
         let export = self.desk.exports.get_mut(&id)?;
         let compression = export.options.compression;
-        export.source.as_mut()?.take(compression, self.memory, content)
+        let mut sample = export.source.as_mut()?.take(compression, self.memory, content)?;
+        sample.stamp.time = sample.stamp.time.saturating_add_signed(self.desk.lead.saturating_neg());
+        Some(sample)
     }
 }
 
@@ -113,6 +117,7 @@ impl Peer {
                 imports: BTreeMap::new(),
                 events: VecDeque::new(),
                 estimate: None,
+                lead: 0,
                 shown: false,
             },
             questions: BTreeMap::new(),
@@ -211,6 +216,11 @@ impl Peer {
     /// Whether a mirror was written since this was asked last.
     pub fn take_shown(&mut self) -> bool {
         std::mem::take(&mut self.desk.shown)
+    }
+
+    /// The values' clock shows so much more than the one that `now` is of, nanoseconds.
+    pub fn set_lead(&mut self, lead: i64) {
+        self.desk.lead = lead;
     }
 
     /// Takes a packet that came at `now`.
@@ -333,7 +343,8 @@ impl Peer {
             }
             Event::Message { ticket, path, schema, items, bytes } => {
                 let message = Incoming { ticket, path, schema, items, bytes };
-                self.messages.deliver(&self.desk.board, &message, now, &mut self.session);
+                let time = now.saturating_add_signed(self.desk.lead);
+                self.messages.deliver(&self.desk.board, &message, time, &mut self.session);
                 self.desk.shown = true;
             }
             Event::Answered { ticket, answer } => self.happen(Happening::Answered { ticket, answer }),

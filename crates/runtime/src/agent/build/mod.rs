@@ -57,6 +57,8 @@ pub(super) struct Ground {
     pub index: u32,
     /// How queue inputs keep up, by the path of the port.
     pub gauges: BTreeMap<String, Arc<QueueGauge>>,
+    /// Wakes who sends messages to other agents.
+    pub sharing_wake: Arc<Wake>,
     /// Memory that isolated modules see.
     pub arenas: Arenas,
     /// What was set in modules that are away for a moment, by path.

@@ -61,6 +61,10 @@ impl Builder<'_, '_> {
 
     /// What a link leads to, if that is of a module which is not there yet.
     pub(super) fn absent(&mut self, m: usize, target: Target, port: &PortDescription) -> Result<(), Failed> {
+        if matches!(target, Target::Remote(_)) && port.direction == Direction::Outbox {
+            // What is sent waits there until it goes to the other agent.
+            return self.mailbox(m, &self.target_path(target), port);
+        }
         let Target::Absent(absent) = target else { return Ok(()) };
         let path = self.survey.absent[absent].path.clone();
         if port.direction == Direction::Outbox {

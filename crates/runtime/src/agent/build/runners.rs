@@ -166,7 +166,7 @@ impl Builder<'_, '_> {
         runner.rewire(wiring);
         // It is not news that it has links.
         runner.rewired = false;
-        match runner.create() {
+        match runner.create_patiently() {
             Ok(instance) => {
                 runner.instance = instance;
                 runner.show_process(0, true);

@@ -96,6 +96,8 @@ impl Builder<'_, '_> {
                 Some(self.name(module).into())
             }
             Target::Absent(absent) => Some(self.survey.absent[absent].module.clone()),
+            // Whether its values come is known like the condition of a module.
+            Target::Remote(remote) => Some(self.survey.remote[remote].path.to_string()),
             Target::Port(..) | Target::Command(_) | Target::Implied(..) => None,
         };
         Some((property, writer))
@@ -220,6 +222,8 @@ impl Builder<'_, '_> {
         match &joint.way {
             Way::Plain => None,
             Way::Converted(program) => Some(Arc::clone(program)),
+            // It may be on the board by now; it is linked anew when it is known to be there.
+            Way::Pending(_) if matches!(joint.target, Target::Remote(_)) => None,
             Way::Pending(place) => {
                 let property = self.property(&self.target_path(joint.target))?;
                 // What does not fit is said when the plugin is loaded.
@@ -334,7 +338,7 @@ impl Builder<'_, '_> {
 
     fn outbox_wiring(&mut self, m: usize, p: usize) -> Option<OutboxWiring> {
         let target = self.joint(m, Wire::Port(p)).map(|joint| joint.target);
-        let Some(target @ (Target::Port(..) | Target::Absent(_))) = target else {
+        let Some(target @ (Target::Port(..) | Target::Absent(_) | Target::Remote(_))) = target else {
             return Some(OutboxWiring { slot: p, sender: None, wake: None });
         };
         let property = self.property(&self.target_path(target))?;
@@ -343,6 +347,10 @@ impl Builder<'_, '_> {
         let receiver = match target {
             Target::Port(module, _) => self.name(module).to_owned(),
             Target::Absent(absent) => self.survey.absent[absent].module.clone(),
+            Target::Remote(_) => {
+                let wake = Some(Arc::clone(&self.ground.sharing_wake));
+                return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
+            }
             Target::Command(_) | Target::Implied(..) => return None,
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.wake_of(&receiver) })

@@ -76,6 +76,8 @@ pub struct LinkStatus {
     pub stale: Option<u64>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
+    /// Why it brings nothing, when it leads to another agent.
+    pub trouble: Option<String>,
 }
 
 impl Composer {
@@ -92,6 +94,7 @@ impl Composer {
             from: link.from.value.to_string(),
             previous: link.previous,
             stale: link.stale.as_ref().map(|stale| stale.value),
+            trouble: composition.remotes.trouble(&composition.configuration, link),
         };
         composition.configuration.links().iter().map(status).collect()
     }

@@ -4,14 +4,14 @@ mod error;
 mod exchange;
 mod gather;
 mod links;
+mod overview;
 mod reload;
 mod shadow;
 mod threads;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Board, BoardError, nearest_names};
@@ -24,6 +24,7 @@ use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
 pub use links::{LinkStatus, NewLink};
+use overview::{Held, Overview};
 pub use reload::Reload;
 pub(super) use shadow::Trial;
 
@@ -32,6 +33,7 @@ pub(super) use shadow::Trial;
 pub struct Composer {
     pub(super) shared: Arc<Shared>,
     composition: Arc<Mutex<Composition>>,
+    overview: Arc<Mutex<Overview>>,
 }
 
 impl std::fmt::Debug for Composer {
@@ -97,38 +99,52 @@ pub(super) struct Origin {
 }
 
 /// A composer that does not keep its agent.
+#[derive(Clone)]
 pub(crate) struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
+    overview: Weak<Mutex<Overview>>,
 }
 
 impl WeakComposer {
     /// The composer, as long as the agent is there.
     pub fn upgrade(&self) -> Option<Composer> {
-        Some(Composer { shared: self.shared.upgrade()?, composition: self.composition.upgrade()? })
+        Some(Composer {
+            shared: self.shared.upgrade()?,
+            composition: self.composition.upgrade()?,
+            overview: self.overview.upgrade()?,
+        })
     }
 }
 
 impl Composer {
     pub(super) fn downgrade(&self) -> WeakComposer {
-        WeakComposer { shared: Arc::downgrade(&self.shared), composition: Arc::downgrade(&self.composition) }
+        WeakComposer {
+            shared: Arc::downgrade(&self.shared),
+            composition: Arc::downgrade(&self.composition),
+            overview: Arc::downgrade(&self.overview),
+        }
     }
 
     pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
-        Self { shared, composition: Arc::new(Mutex::new(composition)) }
+        let overview = Arc::new(Mutex::new(Overview::of(&composition)));
+        Self { shared, composition: Arc::new(Mutex::new(composition)), overview }
     }
 
-    pub(super) fn composition(&self) -> MutexGuard<'_, Composition> {
-        self.composition.lock().unwrap_or_else(PoisonError::into_inner)
+    /// What the agent is made of, for one change at a time; what came of it is shown when it is let go.
+    pub(super) fn composition(&self) -> Held<'_> {
+        let composition = self.composition.lock().unwrap_or_else(PoisonError::into_inner);
+        Held { composition, overview: &self.overview }
     }
 
     /// What the agent is made of, unless somebody else has it now.
-    pub(super) fn try_composition(&self) -> Option<MutexGuard<'_, Composition>> {
-        match self.composition.try_lock() {
-            Ok(composition) => Some(composition),
-            Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
-            Err(TryLockError::WouldBlock) => None,
-        }
+    pub(super) fn try_composition(&self) -> Option<Held<'_>> {
+        let composition = match self.composition.try_lock() {
+            Ok(composition) => composition,
+            Err(TryLockError::Poisoned(error)) => error.into_inner(),
+            Err(TryLockError::WouldBlock) => return None,
+        };
+        Some(Held { composition, overview: &self.overview })
     }
 
     /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
@@ -308,69 +324,6 @@ impl Composer {
         parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
     }
 
-    /// Whether a module is the agent's clock.
-    pub(crate) fn is_time_source(&self, module: &str) -> bool {
-        self.composition().configuration.time_source().is_some_and(|source| source.value == module)
-    }
-
-    /// The plugins that are loaded, and those of the configuration that are not.
-    pub fn plugins(&self) -> Vec<PluginStatus> {
-        let composition = self.composition();
-        let loaded = composition.catalogue.plugins.iter().map(|plugin| PluginStatus {
-            name: plugin.name().into(),
-            version: plugin.version_text().into(),
-            file: composition.origins.get(plugin.name()).map(|origin| origin.file.clone()),
-            loaded: true,
-            kinds: plugin.kinds().iter().map(|kind| kind.name().into()).collect(),
-            modules: composition.modules_of(&[plugin.name().to_owned()]),
-            shadow: composition.trials.get(plugin.name()).map(|trial| trial.origin.file.clone()),
-        });
-        let known: BTreeMap<&str, Vec<String>> =
-            composition.catalogue.dormant.iter().fold(BTreeMap::new(), |mut known, (kind, plugin)| {
-                known.entry(plugin.as_str()).or_default().push(kind.clone());
-                known
-            });
-        // A plugin of the configuration is loaded rather than one of its name that is linked in.
-        let entries = composition.configuration.plugins();
-        let file = |name: &str| {
-            let entry = entries.iter().find(|entry| entry.name.value == name)?;
-            entry.file.as_ref().map(|file| file.value.clone())
-        };
-        let dormant = known.into_iter().map(|(name, kinds)| PluginStatus {
-            name: name.into(),
-            version: String::new(),
-            file: file(name),
-            loaded: false,
-            kinds,
-            modules: Vec::new(),
-            shadow: None,
-        });
-        loaded.chain(dormant).collect()
-    }
-
-    /// The modules that there are.
-    pub fn modules(&self) -> Vec<ModuleStatus> {
-        let composition = self.composition();
-        let status = |(name, present): (&String, &super::composition::Present)| {
-            let health = &present.seat.health;
-            ModuleStatus {
-                name: name.clone(),
-                kind: present.kind.name().into(),
-                plugin: composition
-                    .catalogue
-                    .plugin_of(&present.kind)
-                    .map(|p| p.name().into())
-                    .unwrap_or_default(),
-                condition: health.condition().name(),
-                ticks: present.seat.ticks(),
-                misses: health.misses.load(Ordering::Relaxed),
-                panics: health.panics.load(Ordering::Relaxed),
-                has_shadow: composition.trials.values().any(|trial| trial.modules.contains(name)),
-            }
-        };
-        composition.present.iter().map(status).collect()
-    }
-
     /// Everything that the robot knows.
     pub fn board(&self) -> &Arc<Board> {
         &self.shared.board
@@ -426,7 +379,7 @@ impl Composer {
         self.shared.logger.set_levels(levels);
     }
 
-    pub(super) fn log(&self, level: Level, text: &str) {
+    pub(crate) fn log(&self, level: Level, text: &str) {
         self.shared.logger.log(self.now(), level, text);
     }
 }

@@ -145,11 +145,12 @@ impl Composer {
         // It runs where the module does: here, or apart.
         let present = composition.present.get(module);
         let kind = present.map_or_else(|| fitting.kind.clone(), |present| present.placed(&fitting.kind));
-        let made = fitting.setup.with(|setup| kind.create(setup, params));
-        let instance =
-            made.map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
         let is_isolated = present.is_some_and(|present| present.isolation.is_some());
-        Ok(Retired::new(kind, instance, composition.ground.patience(&Arc::from(module), is_isolated)))
+        let patience = composition.ground.patience(&Arc::from(module), is_isolated);
+        let instance = patience
+            .create(&kind, &fitting.setup, params)
+            .map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
+        Ok(Retired::new(kind, instance, patience))
     }
 
     /// Takes modules out whose ports are other ones with the new code, and puts them in again.

@@ -50,7 +50,8 @@ impl Composer {
             let reason = format!("module `{module}` is isolated, and its new code would run in the agent");
             return Err(instead(name, &reason));
         }
-        let (new, _, residence) = plugin::load(file)?;
+        let program = composition.ground.arenas.program.as_deref();
+        let (new, _, residence) = plugin::load_for(file, program, |_| false)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }

@@ -236,7 +236,14 @@ fn properties(
 }
 
 fn is_kept(property: &Property, written: &BTreeSet<String>) -> bool {
-    property.access() == Access::Setting || !property.has_writer() || written.contains(property.path())
+    let kept =
+        property.access() == Access::Setting || !property.has_writer() || written.contains(property.path());
+    kept && !is_remote(property.path())
+}
+
+/// Whether it is of other agents, which know better what it is when the snapshot is resumed.
+fn is_remote(path: &str) -> bool {
+    path.starts_with("agents/") || path.starts_with("peers/")
 }
 
 /// The messages that wait for receivers which are not there.
@@ -246,7 +253,9 @@ fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, Fr
         Some(FrozenMailbox { sequence: receiver.sequence(), messages: receiver.waiting() })
     };
     let properties = board.properties();
-    let others = properties.iter().filter(|property| !receiving.contains(property.path()));
+    let others = properties
+        .iter()
+        .filter(|property| !receiving.contains(property.path()) && !is_remote(property.path()));
     let mailboxes = others.filter_map(|property| match property.carrier() {
         Carrier::Mailbox(mailbox) => Some((property.path().to_owned(), frozen(mailbox)?)),
         Carrier::Channel(_) => None,

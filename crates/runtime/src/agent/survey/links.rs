@@ -1,28 +1,35 @@
 //! Which ports are joined, and what becomes of values on the way.
 
 mod fit;
+mod remote;
 mod sinks;
 mod sources;
 
 use slate_module::PortDescription;
 
 use super::{Complaints, Joint, Survey, Surveyed, Wire};
+use crate::agent::catalogue::Catalogue;
 use crate::configuration::Configuration;
+pub(in crate::agent) use remote::path as remote_path;
 use sinks::Sink;
 use sources::Sources;
 
 pub(super) fn survey_links<'a>(
     configuration: &'a Configuration,
     dormant: &[&'a str],
+    catalogue: &Catalogue,
     survey: &mut Survey<'a>,
     complaints: &mut Complaints<'a>,
 ) {
     let own: Vec<Option<Sink>> =
         configuration.links().iter().map(|link| sinks::sink(survey, dormant, link, complaints)).collect();
     check_overlaps(configuration, &own, survey, complaints);
+    survey.remote = remote::all(configuration, catalogue);
     let mut sources = Sources::new(configuration, dormant, survey, &own, complaints);
     let joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
-    survey.absent = sources.absent;
+    let Sources { absent, misfits, .. } = sources;
+    survey.absent = absent;
+    survey.misfits = misfits;
     survey.joints = joints;
 }
 

@@ -12,11 +12,13 @@ use std::sync::Arc;
 use slate_blackboard::nearest_names;
 use slate_module::{Description, ModuleKind, Stage, Trigger};
 
-use super::catalogue::Catalogue;
+use super::catalogue::{Catalogue, RemoteProperty};
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 use crate::link::{Filter, Place, Program};
 use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
+use crate::sharing::RemotePath;
+pub(super) use links::remote_path;
 
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
@@ -78,6 +80,33 @@ pub(super) enum Target {
     Command(usize),
     /// A property of a module whose plugin is not loaded; an index of [`Survey::absent`].
     Absent(usize),
+    /// A property of another agent; an index of [`Survey::remote`].
+    Remote(usize),
+}
+
+/// What a link to another agent leads to.
+#[derive(Clone, Debug)]
+pub(super) struct Remote {
+    pub path: RemotePath,
+    /// What stands for it on the board, if anything does.
+    pub property: Option<RemoteProperty>,
+}
+
+impl Remote {
+    /// The path on the board.
+    pub fn place(&self) -> String {
+        match &self.property {
+            Some(found) => RemotePath { path: found.path.clone(), ..self.path.clone() }.place(),
+            None => self.path.place(),
+        }
+    }
+}
+
+/// A link to another agent that does not fit what is there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Misfit {
+    pub message: String,
+    pub help: String,
 }
 
 /// A property that every module has beside its ports.
@@ -123,6 +152,10 @@ pub(super) struct Survey<'a> {
     pub joints: Vec<Joint<'a>>,
     /// What links lead to that is not there.
     pub absent: Vec<Absent>,
+    /// What links lead to of other agents.
+    pub remote: Vec<Remote>,
+    /// The links to other agents that don't fit what is there, by what they fill; they wait until it is another.
+    pub misfits: BTreeMap<String, Misfit>,
     /// Who provides a service to a port: a port of another module, or the host.
     pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
@@ -140,6 +173,8 @@ pub(super) struct Lead {
     field: String,
     /// Whether the port has a property of its own, and whether it waits for what the link leads to.
     kind: (bool, bool),
+    /// Which property it is that stands for one of another agent.
+    epoch: u64,
     /// Whether what it leads to is itself written by links.
     is_written: bool,
     previous: bool,
@@ -165,6 +200,7 @@ impl<'a> Survey<'a> {
                 format!("{}/command", configuration.actuators()[actuator].name.value)
             }
             Target::Absent(absent) => self.absent[absent].path.clone(),
+            Target::Remote(remote) => self.remote[remote].place(),
         }
     }
 
@@ -183,6 +219,12 @@ impl<'a> Survey<'a> {
                 from: joint.from.clone(),
                 field: joint.field.clone(),
                 kind: (!joint.is_plain(), is_pending),
+                epoch: match joint.target {
+                    Target::Remote(remote) => {
+                        self.remote[remote].property.as_ref().map_or(0, |property| property.epoch)
+                    }
+                    _ => 0,
+                },
                 is_written: self.is_written(joint.target),
                 previous: link.previous,
                 delayed: joint.delayed,
@@ -286,13 +328,15 @@ pub(super) fn survey<'a>(
         modules,
         joints: Vec::new(),
         absent: Vec::new(),
+        remote: Vec::new(),
+        misfits: BTreeMap::new(),
         services,
         order: Vec::new(),
         listeners: BTreeMap::new(),
     };
     // Links can only be judged when every module is known.
     if survey.modules.len() + dormant.len() == configuration.modules().len() {
-        links::survey_links(configuration, &dormant, &mut survey, complaints);
+        links::survey_links(configuration, &dormant, catalogue, &mut survey, complaints);
         survey.listen(configuration);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
     }

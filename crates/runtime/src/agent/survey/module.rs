@@ -1,6 +1,7 @@
 //! A module of the configuration and the kind that it is of.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use slate_blackboard::interface::Value;
 use slate_module::{Direction, ModuleKind, Trigger};
@@ -9,7 +10,7 @@ use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::parameters;
 use crate::configuration::{Configuration, Module};
-use crate::runner::OwnSetup;
+use crate::runner::{OwnSetup, describe};
 
 pub(super) fn survey_module<'a>(
     configuration: &'a Configuration,
@@ -41,7 +42,7 @@ pub(super) fn survey_module<'a>(
         period: configuration.period().value,
         section,
     };
-    let description = match setup.with(|setup| kind.describe(setup)) {
+    let description = match describe(kind, &setup, Duration::from_nanos(configuration.hang().value)) {
         Ok(description) => description,
         Err(refusal) => {
             complaints.add(

@@ -37,6 +37,7 @@ fn interface_of(
             Some(ports.iter().find(|port| port.name == name)?.descriptor)
         }),
         Target::Absent(_) => None,
+        Target::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
     }
 }
 
@@ -72,7 +73,8 @@ pub(super) fn fit<'a>(
         Target::Port(module, port) => {
             survey.modules[module].description.ports[port].direction == Direction::Inbox
         }
-        Target::Absent(_) => direction == Direction::Outbox,
+        // What it is there is known when it is.
+        Target::Absent(_) | Target::Remote(_) => direction == Direction::Outbox,
         Target::Command(_) | Target::Implied(..) => false,
     };
     if (direction == Direction::Outbox) != is_inbox {
@@ -119,7 +121,12 @@ pub(super) fn fit<'a>(
     }
     let is_whole = sink.field.is_empty() && from.is_empty() && sink.wire != Wire::Params;
     let known = interface.is_none_or(|interface| interface.hash == own.hash);
-    let is_plain = is_whole && known && (filter.is_none() || direction == Direction::Queue);
+    // The process of an isolated module does not see what stands for a property of another agent.
+    let is_apart = surveyed.module.isolated.value && matches!(target, Target::Remote(_));
+    let is_plain = is_whole
+        && known
+        && (filter.is_none() || direction == Direction::Queue)
+        && !(is_apart && direction != Direction::Outbox && sink.wire != Wire::Enabled);
     if !is_plain && matches!(direction, Direction::Queue | Direction::Outbox) {
         let (message, help) = match interface {
             Some(interface) if is_whole => (
@@ -154,7 +161,9 @@ pub(super) fn fit<'a>(
             }
         };
         match interface {
-            None if matches!(target, Target::Absent(_)) => Way::Pending(Arc::new(sink_place)),
+            None if matches!(target, Target::Absent(_) | Target::Remote(_)) => {
+                Way::Pending(Arc::new(sink_place))
+            }
             None => {
                 return refuse(format!("the type of `/{name}` is not known"), "link to the whole command");
             }

@@ -1,10 +1,14 @@
 //! What a link leads to, through the links of what it leads to.
 
+use std::collections::BTreeMap;
+
 use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
-use super::{SERVICE, fit, is_service, join, owner, split_module, split_port, wire_name};
-use crate::agent::survey::{Absent, Complaints, Implied, Joint, Survey, Surveyed, Target, Wire, suggest};
+use super::{SERVICE, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
+use crate::agent::survey::{
+    Absent, Complaints, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
+};
 use crate::configuration::{Configuration, Link};
 
 pub(super) struct Sources<'s, 'a> {
@@ -17,6 +21,7 @@ pub(super) struct Sources<'s, 'a> {
     /// The links that are being followed, from the outermost.
     open: Vec<usize>,
     pub absent: Vec<Absent>,
+    pub misfits: BTreeMap<String, Misfit>,
 }
 
 #[derive(Clone)]
@@ -50,6 +55,7 @@ impl<'s, 'a> Sources<'s, 'a> {
             found,
             open: Vec::new(),
             absent: Vec::new(),
+            misfits: BTreeMap::new(),
         }
     }
 
@@ -94,6 +100,11 @@ impl<'s, 'a> Sources<'s, 'a> {
     fn new_joint(&mut self, link: usize) -> Option<Joint<'a>> {
         let sink = self.sinks[link].as_ref()?;
         let link = &self.configuration.links()[link];
+        if remote::agent(self.configuration, link).is_some() {
+            let (joint, misfit) = remote::joint(self.configuration, self.survey, link, sink, self.complaints);
+            self.misfits.extend(misfit.map(|misfit| (link.to.value.clone(), misfit)));
+            return joint;
+        }
         if !self.is_own(link) {
             return None;
         }
@@ -101,18 +112,8 @@ impl<'s, 'a> Sources<'s, 'a> {
         fit::fit(self.configuration, self.survey, &self.absent, link, sink, source, self.complaints)
     }
 
-    /// Whether it is a link inside of this agent, as it is meant.
+    /// Whether nothing is said of a link inside of this agent that is for others.
     fn is_own(&mut self, link: &Link) -> bool {
-        let own = self.configuration.agent_name();
-        if let Some(agent) = link.from.value.agent().filter(|agent| *agent != own) {
-            let message = format!("`{}` belongs to agent `{agent}`", link.from.value);
-            self.complaints.add(
-                link.from.span,
-                message,
-                format!("this agent is `{own}`; links join its own ports"),
-            );
-            return false;
-        }
         let transport = &link.transport;
         let said = [
             transport.carrier.as_ref().map(|said| ("carrier", said.span)),
@@ -235,6 +236,7 @@ pub(super) fn target_name(
 ) -> String {
     match target {
         Target::Absent(index) => absent[index].path.clone(),
+        Target::Remote(index) => survey.remote[index].name(),
         other => survey.path(configuration, other),
     }
 }

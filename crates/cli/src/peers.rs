@@ -1,0 +1,64 @@
+//! The other agents that a running agent knows.
+
+use std::time::Duration;
+
+use clap::Args;
+use slate::runtime::remote::PeerEntry;
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Args)]
+pub struct PeersOptions {
+    /// Prints the list as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+/// Lists them, with what is read of them and what they read.
+pub fn peers(options: &PeersOptions) -> Result<bool, Failure> {
+    let peers = options.agent.connect()?.peers()?;
+    if options.json {
+        output::json(&peers);
+        return Ok(true);
+    }
+    let head = ["agent", "endpoint", "connected", "round trip", "offset"].map(String::from);
+    output::columns([head].into_iter().chain(peers.iter().map(row)));
+    for peer in &peers {
+        if peer.connected.is_none() && !peer.reason.is_empty() {
+            output::line(format_args!("{}: {}", peer.agent, peer.reason));
+        }
+        for read in &peer.reads {
+            let state = if read.served { "" } else { ", waits" };
+            let reason = if read.reason.is_empty() { String::new() } else { format!(": {}", read.reason) };
+            output::line(format_args!(
+                "reads slate://{}/{}: {} came, {} lost{state}{reason}",
+                peer.agent, read.path, read.received, read.lost
+            ));
+        }
+        for served in &peer.serves {
+            output::line(format_args!(
+                "{} reads /{}: {} sent, {} waiting",
+                peer.agent, served.path, served.sent, served.lag
+            ));
+        }
+    }
+    Ok(true)
+}
+
+fn row(peer: &PeerEntry) -> [String; 5] {
+    let micros = |nanoseconds: i64| format!("{:.1} us", nanoseconds as f64 / 1e3);
+    let connected = peer.connected.map(|time| format!("{:.1} s", Duration::from_nanos(time).as_secs_f64()));
+    let is_there = peer.connected.is_some();
+    [
+        peer.agent.clone(),
+        peer.endpoint.clone().unwrap_or_else(|| "it dials".into()),
+        connected.unwrap_or_else(|| "no".into()),
+        if is_there { micros(peer.round_trip.cast_signed()) } else { String::new() },
+        if is_there { micros(peer.offset) } else { String::new() },
+    ]
+}

@@ -1,0 +1,183 @@
+//! Agents that share, as processes of their own.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::time::Duration;
+
+use common::Running;
+use serde_json::Value;
+
+/// A robot in its simulator, which does not end by itself.
+const ROBOT: &str = r#"
+[time]
+source = "simulator"
+[modules.simulator]
+[world]
+arena = "rocs_arena"
+layout = "start"
+goal = [0.0, 0.0]
+robots.r2 = { model = "pioneer_p3dx" }
+layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
+[share]
+"#;
+
+/// A referee of another agent's robot.
+const WATCHER: &str = r#"
+[modules.referee]
+params = { robot = "r2", tolerance = 0.1, time_limit = 1e6 }
+[links]
+"referee/truth" = "slate://robot/simulator/r2/truth"
+"referee/contacts" = "slate://robot/simulator/contacts"
+[world]
+arena = "rocs_arena"
+layout = "start"
+goal = [0.0, 0.0]
+robots.r2 = { model = "pioneer_p3dx" }
+layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
+"#;
+
+fn agents(name: &str) -> Running {
+    let running = Running::new(name);
+    std::fs::write(running.folder().join("robot.toml"), ROBOT).unwrap();
+    std::fs::write(running.folder().join("watcher.toml"), WATCHER).unwrap();
+    running
+}
+
+fn run(running: &mut Running, agent: &str) {
+    let file = format!("{agent}.toml");
+    running.start(agent, &["run", &file, "--headless", "--rate", "realtime"]);
+}
+
+fn links(running: &Running) -> Vec<Value> {
+    serde_json::from_str(&running.done(&["link", "--agent", "watcher", "--json"])).unwrap()
+}
+
+/// Why a link of the watcher brings nothing.
+fn trouble(running: &Running, to: &str) -> Option<String> {
+    let link = links(running).into_iter().find(|link| link["to"] == to).unwrap();
+    link["trouble"].as_str().map(ToOwned::to_owned)
+}
+
+fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+    for _ in 0..400 {
+        if is_so() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("{what}: not within 20 s");
+}
+
+fn wait_for_values(running: &Running, to: &str) {
+    wait_for("values", || trouble(running, to).is_none());
+}
+
+/// How many values of the robot's truth the watcher got.
+fn received(running: &Running) -> u64 {
+    let state = running.read("watcher", "/peers/robot/reads/simulator/r2/truth/received");
+    state.as_u64().unwrap_or(0)
+}
+
+#[test]
+fn two_agents_share_in_either_order_and_when_one_is_killed_and_comes_again() {
+    let mut running = agents("share-order");
+    run(&mut running, "robot");
+    run(&mut running, "watcher");
+    wait_for_values(&running, "referee/truth");
+    wait_for("the robot's place", || running.read("watcher", "/referee/truth/x") == 0.6);
+
+    // The robot is the first of the runs; it has no chance to say that it goes.
+    running.kill();
+    wait_for("its absence", || {
+        trouble(&running, "referee/truth").is_some_and(|trouble| trouble.contains("`robot` is not there"))
+    });
+    run(&mut running, "robot");
+    wait_for_values(&running, "referee/truth");
+    let before = received(&running);
+    wait_for("values of the new one", || received(&running) > before);
+
+    // Now the watcher is the first, and the robot stays.
+    running.kill();
+    run(&mut running, "watcher");
+    wait_for_values(&running, "referee/truth");
+    wait_for("the robot's place", || running.read("watcher", "/referee/truth/x") == 0.6);
+
+    // What tools see follows a little later.
+    wait_for("the robot among the peers", || {
+        let peers = running.done(&["peers", "--agent", "watcher", "--json"]);
+        let peers: Vec<Value> = serde_json::from_str(&peers).unwrap();
+        let robot = peers.iter().find(|peer| peer["agent"] == "robot").unwrap();
+        assert_eq!(robot["endpoint"], "local:robot");
+        robot["connected"].as_u64() > Some(0) && robot["reads"][1]["path"] == "simulator/r2/truth"
+    });
+    wait_for("the watcher among the peers", || {
+        running.done(&["peers", "--agent", "robot"]).contains("watcher reads /simulator/r2/truth")
+    });
+}
+
+#[test]
+fn links_to_another_agent_are_made_and_ended_at_run_time_and_tell_what_is_wrong() {
+    let mut running = agents("share-links");
+    run(&mut running, "watcher");
+    run(&mut running, "robot");
+    wait_for_values(&running, "referee/truth");
+    let link = |from: &str| {
+        running.done(&["link", "--agent", "watcher", "referee/truth", &format!("slate://robot/{from}")])
+    };
+    let said = |words: &[&str]| {
+        wait_for("the words", || {
+            let trouble = trouble(&running, "referee/truth").unwrap_or_default();
+            words.iter().all(|word| trouble.contains(word))
+        });
+    };
+    link("simulator/r2/trut");
+    said(&["no property at /simulator/r2/trut", "simulator/r2/truth"]);
+    link("simulator/r2/sonar");
+    said(&["`referee/truth`", "/robot/simulator/r2/sonar"]);
+    link("simulator/r2/truth");
+    wait_for_values(&running, "referee/truth");
+
+    // A field of it, beside values that are set.
+    running.done(&["unlink", "--agent", "watcher", "referee/truth"]);
+    wait_for("the end of the subscription", || {
+        !running.done(&["peers", "--agent", "robot"]).contains("/simulator/r2/truth")
+    });
+    let field = "referee/truth/y";
+    running.done(&["link", "--agent", "watcher", field, "slate://robot/simulator/r2/truth/x"]);
+    wait_for_values(&running, field);
+    wait_for("the field", || running.read("watcher", "/referee/truth/y") == 0.6);
+    assert_eq!(running.read("watcher", "/referee/truth/x"), 0.0);
+    // Another field of the same property, over the same subscription.
+    let also = "referee/truth/x";
+    running.done(&["link", "--agent", "watcher", also, "slate://robot/simulator/r2/truth/y"]);
+    wait_for_values(&running, also);
+    wait_for("the other field", || running.read("watcher", "/referee/truth/x") == 0.8);
+    running.done(&["link", "--agent", "watcher", field, "slate://robot/simulator/r2/truth/z"]);
+    wait_for("the fields that there are", || {
+        trouble(&running, field)
+            .is_some_and(|wrong| wrong.contains("no field `z`") && wrong.contains("did you mean"))
+    });
+    running.done(&["link", "--agent", "watcher", field, "slate://nobody/a/b"]);
+    wait_for("the name", || trouble(&running, field).is_some_and(|trouble| trouble.contains("`nobody`")));
+}
+
+#[test]
+fn who_shares_nothing_opens_nothing_and_an_endpoint_is_for_one() {
+    let mut running = agents("share-none");
+    std::fs::write(running.folder().join("alone.toml"), ROBOT.replace("[share]", "")).unwrap();
+    run(&mut running, "alone");
+    let sockets = running.sockets().join("slate");
+    let names = || -> Vec<_> {
+        let names = std::fs::read_dir(&sockets).unwrap();
+        names.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect()
+    };
+    assert!(!names().iter().any(|name| name.contains("share")), "{:?}", names());
+    run(&mut running, "robot");
+    let other = ROBOT.replace("[share]", "[share]\nlisten = \"local:robot\"");
+    std::fs::write(running.folder().join("other.toml"), other).unwrap();
+    let arguments = ["run", "other.toml", "--headless", "--rate", "realtime"];
+    running.fails(2, &arguments, &["local:robot", "in use"]);
+    std::fs::write(running.folder().join("bad.toml"), "[share]\nlisten = \"robot\"\n").unwrap();
+    running.fails(2, &["run", "bad.toml", "--headless"], &["`robot` is no endpoint", "local:base"]);
+}

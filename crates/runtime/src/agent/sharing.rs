@@ -1,0 +1,289 @@
+//! What links want of other agents, and what becomes of that while they come and go.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use slate_blackboard::wake::Wake;
+use slate_module::{Direction, Level};
+
+use super::catalogue::RemoteProperty;
+use super::composer::Composer;
+use super::composition::Composition;
+use super::survey::{Misfit, remote_path};
+use crate::configuration::{Configuration, Link, LinkMode, LinkRate, Report};
+use crate::runner::Condition;
+use crate::sharing::{RemotePath, Sharing, SharingHost, Site, Standing, Want, clocks};
+
+/// The threads that wait for values of other agents.
+pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
+
+/// How the agent stands with others.
+#[derive(Default)]
+pub(super) struct Remotes {
+    /// What carries values; nothing when the program has nothing of that kind.
+    pub sharing: Option<Box<dyn Sharing>>,
+    started: bool,
+    wants: BTreeMap<RemotePath, Want>,
+    standing: BTreeMap<RemotePath, Standing>,
+    /// The links that don't fit what is there, as of the last survey, and those that were told.
+    pub misfits: BTreeMap<String, Misfit>,
+    told: BTreeMap<String, Misfit>,
+    readers: Readers,
+    epoch: u64,
+}
+
+impl Remotes {
+    pub fn new(sharing: Option<Box<dyn Sharing>>) -> Self {
+        Self { sharing, ..Self::default() }
+    }
+
+    /// Why a link brings nothing, if it leads to another agent and does not.
+    pub fn trouble(&self, configuration: &Configuration, link: &Link) -> Option<String> {
+        let path = remote_path(configuration, link)?;
+        if let Some(misfit) = self.misfits.get(&link.to.value) {
+            return Some(format!("{} ({})", misfit.message, misfit.help));
+        }
+        match self.standing.get(&path) {
+            Some(Standing::Served { .. }) => None,
+            Some(Standing::Absent { reason } | Standing::Silent { reason, .. }) => Some(reason.clone()),
+            None => Some("the other agent has not answered".into()),
+        }
+    }
+}
+
+/// What the links of a configuration want of other agents. Links to one property share what is the most that one of
+/// them wants.
+fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
+    let configuration = &composition.configuration;
+    let mut wants: BTreeMap<RemotePath, Want> = BTreeMap::new();
+    for link in configuration.links() {
+        let Some(path) = remote_path(configuration, link) else { continue };
+        let port = composition.present.iter().find_map(|(name, present)| {
+            let rest = link.to.value.strip_prefix(name.as_str())?.strip_prefix('/')?;
+            present.description.ports.iter().find(|port| port.name == rest)
+        });
+        let want = match port.map(|port| port.direction) {
+            Some(Direction::Outbox) => Want::Messages,
+            direction => Want::Values {
+                carrier: link.transport.carrier.as_ref().map(|carrier| carrier.value.clone()),
+                reliable: link.transport.mode.as_ref().is_none_or(|mode| mode.value == LinkMode::Reliable),
+                period: link.transport.rate.as_ref().and_then(|rate| match rate.value {
+                    LinkRate::OnChange => None,
+                    LinkRate::Every(period) => Some(period),
+                }),
+                every: port.filter(|_| direction == Some(Direction::Queue)).map(|port| {
+                    let said = link.window.as_ref().map(|window| usize::from(window.value));
+                    2 * said.unwrap_or(port.window).max(16)
+                }),
+            },
+        };
+        match wants.get_mut(&path) {
+            None => drop(wants.insert(path, want)),
+            Some(known) => *known = both(known, want),
+        }
+    }
+    // A path and what lies below it are of one property.
+    let is_below = |path: &RemotePath, whole: &RemotePath| {
+        path.agent == whole.agent
+            && path.path.strip_prefix(whole.path.as_str()).is_some_and(|rest| rest.starts_with('/'))
+    };
+    let related = wants.clone();
+    for (path, want) in &mut wants {
+        let others = related.iter().filter(|(other, _)| is_below(other, path) || is_below(path, other));
+        *want = others.fold(want.clone(), |want, (_, other)| both(&want, other.clone()));
+    }
+    wants
+}
+
+fn both(one: &Want, other: Want) -> Want {
+    match (one.clone(), other) {
+        (
+            Want::Values { carrier, reliable, period, every },
+            Want::Values { carrier: also, reliable: is_reliable, period: other_period, every: all },
+        ) => Want::Values {
+            carrier: carrier.or(also),
+            reliable: reliable || is_reliable,
+            period: period.zip(other_period).map(|(one, other)| one.min(other)),
+            every: every.max(all),
+        },
+        (Want::Messages, other) => other,
+        (one, Want::Messages) => one,
+    }
+}
+
+impl Composer {
+    /// Tells whoever shares what the links want, and starts it when that is the first.
+    pub(super) fn share(&self) -> Result<(), String> {
+        let mut composition = self.composition();
+        let wants = wants(&composition);
+        if !composition.remotes.started {
+            let share = composition.configuration.share();
+            if share.is_none() && wants.is_empty() {
+                return Ok(());
+            }
+            let [time, steady] = clocks(&self.shared.clock);
+            let named = share.map(|share| share.agents.iter());
+            let site = Site {
+                board: Arc::clone(self.board()),
+                listen: share.map(|share| share.listen.value.clone()),
+                agents: named
+                    .into_iter()
+                    .flatten()
+                    .map(|(name, at)| (name.clone(), at.value.clone()))
+                    .collect(),
+                time,
+                steady,
+                wake: Arc::clone(&composition.ground.sharing_wake),
+                host: SharingHost::new(
+                    self.downgrade(),
+                    Arc::clone(&self.shared.after_tick),
+                    Arc::clone(&composition.remotes.readers),
+                ),
+            };
+            let Some(sharing) = composition.remotes.sharing.as_mut() else {
+                return Err(
+                    "this program was built without anything that carries values between agents".into()
+                );
+            };
+            sharing.start(site)?;
+            composition.remotes.started = true;
+        }
+        if wants != composition.remotes.wants {
+            // What is wanted otherwise is put on the board anew.
+            let before = composition.catalogue.remote.len();
+            composition.catalogue.remote = std::mem::take(&mut composition.catalogue.remote)
+                .into_iter()
+                .filter(|(path, _)| wants.get(path) == composition.remotes.wants.get(path))
+                .collect();
+            composition.remotes.standing.retain(|path, _| wants.contains_key(path));
+            if composition.catalogue.remote.len() < before {
+                self.relink_remote(&mut composition);
+            }
+            composition.remotes.wants.clone_from(&wants);
+            if let Some(sharing) = composition.remotes.sharing.as_mut() {
+                sharing.want(wants);
+            }
+        }
+        composition.note_readers();
+        self.tell_misfits(&mut composition);
+        Ok(())
+    }
+
+    /// Something that links lead to stands otherwise.
+    pub(crate) fn remote_stands(&self, path: &RemotePath, standing: Standing) {
+        let mut composition = self.composition();
+        let Some(want) = composition.remotes.wants.get(path) else { return };
+        if composition.remotes.standing.get(path) == Some(&standing) {
+            return;
+        }
+        let is_values = matches!(want, Want::Values { .. });
+        match &standing {
+            Standing::Served { .. } => self.log(Level::Info, &format!("{path} is there")),
+            Standing::Absent { reason } | Standing::Silent { reason, .. } => {
+                self.log(Level::Warn, &format!("{path} is not there: {reason}"));
+            }
+        }
+        if is_values {
+            let health = composition.ground.post(&path.to_string()).health;
+            health.set(match &standing {
+                Standing::Served { .. } => Condition::Working,
+                Standing::Absent { .. } | Standing::Silent { .. } => Condition::Unloaded,
+            });
+            let changed = match &standing {
+                Standing::Absent { .. } => composition.catalogue.remote.remove(path).is_some(),
+                Standing::Served { property } | Standing::Silent { property, .. } => {
+                    composition.found(path, property)
+                }
+            };
+            if changed {
+                self.relink_remote(&mut composition);
+                composition.note_readers();
+            }
+        }
+        composition.remotes.standing.insert(path.clone(), standing);
+        self.tell_misfits(&mut composition);
+    }
+
+    /// Where another agent is dialled, if a link leads there.
+    pub(crate) fn endpoint_of(&self, agent: &str) -> Option<String> {
+        let composition = self.composition();
+        composition.remotes.wants.keys().find(|path| path.agent == agent)?;
+        let named = composition.configuration.share().and_then(|share| share.agents.get(agent));
+        Some(named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone()))
+    }
+
+    /// The time of the clock by which the agent shares.
+    pub(crate) fn steady_now(&self) -> u64 {
+        clocks(&self.shared.clock)[1]()
+    }
+
+    fn relink_remote(&self, composition: &mut Composition) {
+        let configuration = Arc::clone(&composition.configuration);
+        let relinked = composition.relink(&configuration, &self.shared);
+        if let Err(report) = &relinked {
+            self.log(Level::Error, &format!("links could not be changed: {report}"));
+        }
+        composition.unlinked = relinked.err();
+    }
+
+    fn tell_misfits(&self, composition: &mut Composition) {
+        let Composition { remotes, .. } = composition;
+        for (to, misfit) in &remotes.misfits {
+            if remotes.told.get(to) != Some(misfit) {
+                let text = format!("{to} waits for another property: {} ({})", misfit.message, misfit.help);
+                self.log(Level::Error, &text);
+            }
+        }
+        remotes.told.clone_from(&remotes.misfits);
+    }
+
+    /// Ends what shares; its threads may be waiting for this composer.
+    pub(super) fn end_sharing(&self) {
+        let sharing = self.composition().remotes.sharing.take();
+        drop(sharing);
+    }
+}
+
+impl Composition {
+    /// A property of another agent is on the board; says whether links lead to another one now.
+    fn found(&mut self, path: &RemotePath, property: &str) -> bool {
+        if self.catalogue.remote.get(path).is_some_and(|known| known.path == property) {
+            return false;
+        }
+        let place = RemotePath { path: property.into(), ..path.clone() }.place();
+        let Some((found, field)) = self.ground.board.get(&place) else { return false };
+        if !field.is_empty() {
+            return false;
+        }
+        self.remotes.epoch += 1;
+        let (descriptor, epoch) = (found.descriptor(), self.remotes.epoch);
+        let found = RemoteProperty { path: property.into(), descriptor, epoch };
+        self.catalogue.remote.insert(path.clone(), found);
+        true
+    }
+
+    /// Finds the threads that wait for values of other agents.
+    fn note_readers(&mut self) {
+        let own = |path: &&String| path.starts_with("agents/");
+        let names: BTreeSet<String> = self
+            .listeners
+            .iter()
+            .filter(|(path, _)| own(path))
+            .flat_map(|(_, names)| names.clone())
+            .collect();
+        let threaded =
+            names.into_iter().filter(|name| self.present.get(name).is_some_and(|present| present.own_thread));
+        let threaded: Vec<String> = threaded.collect();
+        let wakes = threaded.iter().map(|name| self.ground.post(name).wake).collect();
+        *self.remotes.readers.lock().unwrap_or_else(PoisonError::into_inner) = wakes;
+    }
+}
+
+/// A configuration that names what this program can't do.
+pub(super) fn refused(configuration: &Configuration, message: String) -> Report {
+    let help = Some("another agent may have that name, or the endpoint is in use".to_owned());
+    match configuration.share() {
+        Some(share) => configuration.diagnostic(share.listen.span, message, help).into(),
+        None => crate::configuration::Diagnostic::without_place(message, help).into(),
+    }
+}

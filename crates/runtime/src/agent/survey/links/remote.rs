@@ -1,0 +1,128 @@
+//! Links to other agents: what is there is known only when they are, so what does not fit waits, and is no mistake.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use slate_module::Direction;
+
+use super::fit;
+use super::sinks::Sink;
+use super::sources::Source;
+use crate::agent::catalogue::Catalogue;
+use crate::agent::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
+use crate::configuration::{Configuration, Link};
+use crate::link::Place;
+use crate::sharing::RemotePath;
+
+/// The other agent that a link leads to, if it does.
+pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option<&'a str> {
+    link.from.value.agent().filter(|agent| *agent != configuration.agent_name())
+}
+
+/// What a link of another agent leads to.
+pub(in crate::agent) fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
+    let agent = agent(configuration, link)?;
+    Some(RemotePath { agent: agent.into(), path: link.from.value.path_in("") })
+}
+
+/// What links lead to of other agents.
+pub(super) fn all(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Remote> {
+    if !catalogue.shares {
+        return Vec::new();
+    }
+    let paths: BTreeSet<_> =
+        configuration.links().iter().filter_map(|link| path(configuration, link)).collect();
+    let remote = |path: RemotePath| Remote { property: catalogue.remote.get(&path).cloned(), path };
+    paths.into_iter().map(remote).collect()
+}
+
+impl Remote {
+    /// How messages call the property.
+    pub fn name(&self) -> String {
+        let path = self.property.as_ref().map_or(&self.path.path, |found| &found.path);
+        format!("/{}/{path}", self.path.agent)
+    }
+
+    /// The field of the property that the link means.
+    fn field(&self) -> Option<&str> {
+        let rest = self.path.path.strip_prefix(self.property.as_ref()?.path.as_str())?;
+        Some(rest.trim_start_matches('/'))
+    }
+}
+
+/// What becomes of a link; what of it does not fit what is there makes it wait.
+pub(super) fn joint<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    link: &'a Link,
+    sink: &Sink,
+    complaints: &mut Complaints<'a>,
+) -> (Option<Joint<'a>>, Option<Misfit>) {
+    let Some(wanted) = path(configuration, link) else { return (None, None) };
+    let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
+        let message = format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent);
+        let help = format!(
+            "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
+            configuration.agent_name()
+        );
+        complaints.add(link.from.span, message, help);
+        return (None, None);
+    };
+    let target = Target::Remote(index);
+    let direction = match sink.wire {
+        Wire::Port(port) => survey.modules[sink.module].description.ports[port].direction,
+        Wire::Enabled | Wire::Params => Direction::Input,
+    };
+    let remote = &survey.remote[index];
+    let field = remote.field().unwrap_or_default().to_owned();
+    let is_known = remote.property.is_some();
+    let waits = || -> Option<Joint<'a>> {
+        let descriptor = match sink.wire {
+            Wire::Port(port) => survey.modules[sink.module].description.ports[port].descriptor,
+            Wire::Enabled => crate::agent::parameters::enabled_descriptor(),
+            Wire::Params => survey.modules[sink.module].description.params,
+        };
+        let field = if sink.wire == Wire::Enabled { "value" } else { &sink.field };
+        let place = Place::find(descriptor, field).ok()?;
+        Some(Joint {
+            link,
+            port: (sink.module, sink.wire),
+            target,
+            from: String::new(),
+            field: sink.field.clone(),
+            way: Way::Pending(Arc::new(place)),
+            filter: None,
+            delayed: false,
+        })
+    };
+    match direction {
+        // A queue without a link gets nothing, which is what a queue gets that waits for one.
+        Direction::Queue if !is_known => (None, None),
+        Direction::Outbox => {
+            let source = Source { target, field: String::new() };
+            (fit::fit(configuration, survey, &[], link, sink, source, complaints), None)
+        }
+        // What is wrong at this end is a mistake whatever is at the other one.
+        _ if !is_known || waits().is_none() => {
+            let source = Source { target, field: String::new() };
+            let joint = fit::fit(configuration, survey, &[], link, sink, source, complaints);
+            (joint.and_then(|_| waits()), None)
+        }
+        _ => {
+            let before = complaints.diagnostics.len();
+            let source = Source { target, field };
+            match fit::fit(configuration, survey, &[], link, sink, source, complaints) {
+                Some(joint) => (Some(joint), None),
+                None => {
+                    let said: Vec<_> = complaints.diagnostics.drain(before..).collect();
+                    let misfit = said.first().map(|diagnostic| Misfit {
+                        message: diagnostic.message().replace("`//", "`slate://"),
+                        help: diagnostic.help_text().unwrap_or_default().to_owned(),
+                    });
+                    let joint = if direction == Direction::Queue { None } else { waits() };
+                    (joint, misfit)
+                }
+            }
+        }
+    }
+}

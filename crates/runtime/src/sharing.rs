@@ -1,0 +1,173 @@
+//! The seam to what carries values and messages between agents: the runtime says what is wanted, and is told what is
+//! there.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock, PoisonError};
+
+use slate_blackboard::Board;
+use slate_blackboard::wake::Wake;
+use slate_module::Level;
+
+use crate::agent::{Readers, WeakComposer};
+use crate::clock::{Clock, monotonic};
+
+/// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
+/// and dropping it ends them.
+pub trait Sharing: Send {
+    /// Begins to share; it is called once, before anything else, and not for agents that share nothing.
+    ///
+    /// # Errors
+    /// In words, when the endpoint can't be listened at.
+    fn start(&mut self, site: Site) -> Result<(), String>;
+
+    /// What this agent wants of others from now on; what is not among it is wanted no longer.
+    fn want(&mut self, wants: BTreeMap<RemotePath, Want>);
+}
+
+/// A property of another agent, or a field of one, or a mailbox, as a link names it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct RemotePath {
+    /// The other agent.
+    pub agent: String,
+    /// The path in it.
+    pub path: String,
+}
+
+impl RemotePath {
+    /// The path on this agent's board of what stands for it.
+    pub fn place(&self) -> String {
+        format!("agents/{}/{}", self.agent, self.path)
+    }
+}
+
+impl std::fmt::Display for RemotePath {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "slate://{}/{}", self.agent, self.path)
+    }
+}
+
+/// What is wanted of another agent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Want {
+    /// The values of a property: a property of the same interface is to be at `agents/AGENT/PROPERTY` of the board.
+    Values {
+        /// What has to carry them, such as `tcp`; whatever there is unless said.
+        carrier: Option<String>,
+        /// Whether losses on the way are made good.
+        reliable: bool,
+        /// One value in so many nanoseconds; each when it is there unless said.
+        period: Option<u64>,
+        /// How many values are kept at least, if every value is wanted; nothing when the newest is.
+        every: Option<usize>,
+    },
+    /// Messages that come into the mailbox at [`RemotePath::place`] of the board are to be sent there.
+    Messages,
+}
+
+/// How something that is wanted stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// There is no property of it on the board yet, or no longer.
+    Absent {
+        /// Why, in words.
+        reason: String,
+    },
+    /// Its values come, or its messages go.
+    Served {
+        /// The path of the property in the other agent; what the link names beyond it is a field.
+        property: String,
+    },
+    /// The property is on the board, and its values have ceased to come.
+    Silent {
+        /// The path of the property in the other agent.
+        property: String,
+        /// Why, in words.
+        reason: String,
+    },
+}
+
+/// What sharing gets from its agent.
+pub struct Site {
+    /// The agent's board.
+    pub board: Arc<Board>,
+    /// Where others find this agent; nowhere unless said.
+    pub listen: Option<String>,
+    /// Where other agents are found, if not at `local:NAME`.
+    pub agents: BTreeMap<String, String>,
+    /// The time that the agent's values carry, nanoseconds; in lockstep it goes by the simulation.
+    pub time: Arc<dyn Fn() -> u64 + Send + Sync>,
+    /// A clock that goes on steadily, nanoseconds; the same as `time` when the agent is not in lockstep.
+    pub steady: Arc<dyn Fn() -> u64 + Send + Sync>,
+    /// Is notified when messages are in a mailbox; whoever shares notifies it when values came.
+    pub wake: Arc<Wake>,
+    /// Who is told what is there.
+    pub host: SharingHost,
+}
+
+impl std::fmt::Debug for Site {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Site")
+            .field("listen", &self.listen)
+            .field("agents", &self.agents)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Is called after each cycle, and after each tick of a module with a thread: it must not wait for anything.
+pub type AfterTick = Box<dyn Fn() + Send + Sync>;
+
+/// The agent, for whoever shares for it.
+#[derive(Clone)]
+pub struct SharingHost {
+    composer: WeakComposer,
+    after_tick: Arc<OnceLock<AfterTick>>,
+    readers: Readers,
+}
+
+impl std::fmt::Debug for SharingHost {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("SharingHost")
+    }
+}
+
+impl SharingHost {
+    pub(crate) fn new(
+        composer: WeakComposer,
+        after_tick: Arc<OnceLock<AfterTick>>,
+        readers: Readers,
+    ) -> Self {
+        Self { composer, after_tick, readers }
+    }
+
+    /// Sets what is called when the agent has written values. The first one stays.
+    pub fn after_tick(&self, call: AfterTick) {
+        let _ = self.after_tick.set(call);
+    }
+
+    /// Says how something that is wanted stands; modules are linked to it, or wait for it. This waits for the main loop,
+    /// so it is for a thread that nobody waits for.
+    pub fn report(&self, path: &RemotePath, standing: Standing) {
+        if let Some(composer) = self.composer.upgrade() {
+            composer.remote_stands(path, standing);
+        }
+    }
+
+    /// Values came: wakes the modules with threads that read some of another agent.
+    pub fn news(&self) {
+        let readers = self.readers.lock().unwrap_or_else(PoisonError::into_inner);
+        readers.iter().for_each(|wake| wake.notify(1));
+    }
+
+    /// Logs a line.
+    pub fn log(&self, level: Level, text: &str) {
+        if let Some(composer) = self.composer.upgrade() {
+            composer.log(level, text);
+        }
+    }
+}
+
+/// The clocks that an agent shares by: that of its values, and a steady one.
+pub(crate) fn clocks(clock: &Arc<Clock>) -> [Arc<dyn Fn() -> u64 + Send + Sync>; 2] {
+    let (time, steady) = (Arc::clone(clock), Arc::clone(clock));
+    [Arc::new(move || time.now()), Arc::new(move || steady.at(monotonic()))]
+}

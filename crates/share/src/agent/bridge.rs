@@ -1,0 +1,150 @@
+//! The thread between an agent and its peers: it subscribes to what links want, and tells the agent how that stands.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
+
+use super::outbox::Outbox;
+use super::reading::Reading;
+use super::subscriptions::Subscriptions;
+use super::{CHANGE, NEWS, Post, Reasons, Wants, locked};
+use crate::peers::Peers;
+
+/// How often it is looked at what has not come yet, and at the rest.
+const SOON: Duration = Duration::from_millis(10);
+const SELDOM: Duration = Duration::from_millis(200);
+/// How often answers to messages are looked for.
+const ANSWERS: Duration = Duration::from_millis(2);
+
+pub(super) struct Bridge {
+    subscriptions: Subscriptions,
+    site: Site,
+    reasons: Reasons,
+    readings: BTreeMap<RemotePath, Reading>,
+    outboxes: BTreeMap<RemotePath, Outbox>,
+    /// Which endpoint each agent is dialled at, or why it can't be.
+    dialled: BTreeMap<String, Result<String, String>>,
+}
+
+impl Bridge {
+    pub fn new(peers: Peers, site: Site, reasons: Reasons) -> Self {
+        Self {
+            subscriptions: Subscriptions::new(peers),
+            site,
+            reasons,
+            readings: BTreeMap::new(),
+            outboxes: BTreeMap::new(),
+            dialled: BTreeMap::new(),
+        }
+    }
+
+    pub fn run(&mut self, post: &Post) {
+        let mut looked = 0;
+        while !post.ended.load(Ordering::Acquire) {
+            let wants = locked(&post.wants).take();
+            if let Some(wants) = wants {
+                self.want(wants);
+                looked = 0;
+            }
+            let now = (self.site.steady)();
+            let settled = self.readings.values().all(Reading::is_settled);
+            let pause = if settled { SELDOM } else { SOON };
+            if now.saturating_sub(looked) >= pause.as_nanos() as u64 || looked == 0 {
+                looked = now.max(1);
+                self.look(now);
+            }
+            let mut waits = false;
+            for outbox in self.outboxes.values_mut() {
+                waits |= outbox.forward(&self.subscriptions.peers, &self.site, now);
+            }
+            let bits = post.wake.wait_timeout(if waits { ANSWERS } else { pause });
+            if bits & NEWS != 0 {
+                self.site.host.news();
+            }
+            if bits & CHANGE != 0 {
+                looked = 0;
+            }
+        }
+    }
+
+    /// Begins and ends subscriptions.
+    fn want(&mut self, wants: Wants) {
+        let stays = |path: &RemotePath, own: &Want| wants.get(path) == Some(own);
+        let subscriptions = &mut self.subscriptions;
+        self.readings.retain(|path, reading| {
+            let stays = stays(path, &reading.want);
+            if !stays {
+                reading.end(subscriptions);
+            }
+            stays
+        });
+        self.outboxes.retain(|path, _| wants.get(path) == Some(&Want::Messages));
+        for (path, want) in wants {
+            self.dial(&path.agent);
+            match want {
+                Want::Messages => {
+                    self.outboxes.entry(path.clone()).or_insert_with(|| Outbox::new(path));
+                }
+                Want::Values { .. } => {
+                    self.readings.entry(path.clone()).or_insert_with(|| Reading::new(path, want));
+                }
+            }
+        }
+    }
+
+    fn dial(&mut self, agent: &str) {
+        if !self.dialled.contains_key(agent) {
+            let usual = || format!("local:{agent}");
+            let endpoint = self.site.agents.get(agent).cloned().unwrap_or_else(usual);
+            let dialled =
+                self.subscriptions.peers.connect(agent, &endpoint).map_err(|error| error.to_string());
+            self.dialled.insert(agent.into(), dialled.map(|()| endpoint));
+        }
+    }
+
+    /// Looks how everything stands, and tells the agent what has changed.
+    fn look(&mut self, now: u64) {
+        for (path, reading) in &mut self.readings {
+            let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
+            let carrier = match (&reading.want, self.dialled.get(&path.agent)) {
+                (Want::Values { carrier: Some(carrier), .. }, Some(Ok(endpoint))) => endpoint
+                    .split(':')
+                    .next()
+                    .filter(|used| used != carrier)
+                    .map(|_| format!("agent `{}` is at {endpoint}, and not by `{carrier}`", path.agent)),
+                _ => None,
+            };
+            if let Some(reason) = carrier {
+                reading.tell(&self.site.host, Standing::Absent { reason });
+                reading.settle();
+                continue;
+            }
+            reading.look(&mut self.subscriptions, &self.site.host, absence, now);
+        }
+        for (path, outbox) in &mut self.outboxes {
+            let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
+            outbox.look(&self.site.host, absence);
+        }
+    }
+}
+
+/// Why an agent is not there; nothing when it is.
+fn absence(
+    peers: &Peers,
+    reasons: &Reasons,
+    dialled: &BTreeMap<String, Result<String, String>>,
+    agent: &str,
+) -> Option<String> {
+    if peers.is_connected(agent) {
+        return None;
+    }
+    let at = match dialled.get(agent) {
+        Some(Ok(endpoint)) => format!("agent `{agent}` is not there, at {endpoint}"),
+        Some(Err(error)) => return Some(error.clone()),
+        None => format!("agent `{agent}` is not there"),
+    };
+    let reason = locked(reasons).get(agent).filter(|reason| !reason.is_empty()).cloned();
+    Some(reason.map_or_else(|| at.clone(), |reason| format!("{at}: {reason}")))
+}

@@ -1,0 +1,140 @@
+//! An agent of the runtime that shares: links to other agents become subscriptions and messages.
+//!
+//! ```
+//! use slate_runtime::Options;
+//! use slate_share::agent::AgentSharing;
+//!
+//! let options = Options { sharing: Some(Box::new(AgentSharing::default())), ..Options::default() };
+//! ```
+
+mod bridge;
+mod outbox;
+mod reading;
+mod subscriptions;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use slate_blackboard::wake::Wake;
+use slate_runtime::sharing::{RemotePath, Sharing, Site, Want};
+
+use crate::carrier::Carrier;
+use crate::peers::{Happening, Notice, Peers, Setup};
+use crate::session::{Identity, Limits};
+use bridge::Bridge;
+
+/// What is wanted, by its path.
+type Wants = BTreeMap<RemotePath, Want>;
+
+/// Why agents are not there, by their names.
+type Reasons = Arc<Mutex<BTreeMap<String, String>>>;
+
+/// Shares for an agent: it is given to the agent's options.
+#[derive(Default)]
+pub struct AgentSharing {
+    /// What a session takes at most.
+    pub limits: Limits,
+    /// Carriers beside `local`, by the beginnings of their endpoints.
+    pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
+    running: Option<Running>,
+}
+
+/// The thread that does it.
+struct Running {
+    post: Arc<Post>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the thread is told.
+struct Post {
+    wake: Arc<Wake>,
+    wants: Mutex<Option<Wants>>,
+    ended: AtomicBool,
+}
+
+/// Values or messages came.
+const NEWS: u64 = 1;
+/// Something else happened.
+const CHANGE: u64 = 2;
+
+impl std::fmt::Debug for AgentSharing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AgentSharing").field("limits", &self.limits).finish_non_exhaustive()
+    }
+}
+
+impl Sharing for AgentSharing {
+    fn start(&mut self, site: Site) -> Result<(), String> {
+        let reasons = Reasons::default();
+        let notice: Notice = {
+            let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
+            Arc::new(move |agent, happening| {
+                let reason = match happening {
+                    Happening::Connected { .. } => "",
+                    Happening::Disconnected { reason } | Happening::Refused { reason } => reason,
+                    Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
+                        return wake.notify(CHANGE);
+                    }
+                };
+                locked(&reasons).insert(agent.into(), reason.into());
+                wake.notify(CHANGE);
+            })
+        };
+        let identity = Identity { agent: site.board.agent().into(), instance: instance() };
+        let setup = Setup {
+            limits: self.limits,
+            listen: site.listen.clone(),
+            carriers: self.carriers.clone(),
+            poll: None,
+            time: Some(Arc::clone(&site.time)),
+            updated: Some(Arc::clone(&site.wake)),
+            notice: Some(notice),
+            ..Setup::new(identity, Arc::clone(&site.steady))
+        };
+        let peers = Peers::start(&site.board, setup).map_err(|error| error.to_string())?;
+        let notifier = peers.notifier();
+        site.host.after_tick(Box::new(move || notifier.notify()));
+        let post = Arc::new(Post {
+            wake: Arc::clone(&site.wake),
+            wants: Mutex::default(),
+            ended: AtomicBool::new(false),
+        });
+        let mut bridge = Bridge::new(peers, site, reasons);
+        let mail = Arc::clone(&post);
+        let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
+        let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
+        self.running = Some(Running { post, thread });
+        Ok(())
+    }
+
+    fn want(&mut self, wants: Wants) {
+        if let Some(running) = &self.running {
+            *locked(&running.post.wants) = Some(wants);
+            running.post.wake.notify(CHANGE);
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.post.ended.store(true, Ordering::Release);
+        self.post.wake.notify(CHANGE);
+        // One that panicked has ended, too.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// A number that the agent has not had before: the time of its start.
+#[allow(clippy::disallowed_methods, reason = "no clock of the agent tells two of its starts apart")]
+fn instance() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX) ^ u64::from(std::process::id())
+}
+
+/// What stays intact when another thread panicked while it held the lock.
+fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}

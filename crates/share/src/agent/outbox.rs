@@ -1,0 +1,100 @@
+//! Messages of this agent's modules to a mailbox of another agent.
+
+use std::sync::mpsc::{Receiver as Answers, TryRecvError};
+
+use slate_blackboard::Carrier;
+use slate_blackboard::message::{ABANDONED, Answer as Reply, Receiver};
+use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing};
+
+use crate::peers::Peers;
+use crate::session::Answer;
+
+/// How long the answers to messages are waited for, nanoseconds. Those that come later wait behind them.
+const PATIENCE: u64 = 1_000_000_000;
+
+pub(super) struct Outbox {
+    path: RemotePath,
+    /// Takes what modules send.
+    receiver: Option<(u64, Receiver)>,
+    /// Messages that are under way, by their places.
+    open: Vec<(usize, Answers<Answer>)>,
+    since: u64,
+    /// Why the last message was not delivered.
+    trouble: Option<String>,
+    told: Option<Standing>,
+}
+
+impl Outbox {
+    pub fn new(path: RemotePath) -> Self {
+        Self { path, receiver: None, open: Vec::new(), since: 0, trouble: None, told: None }
+    }
+
+    pub fn look(&mut self, host: &SharingHost, absence: Option<String>) {
+        let standing = match absence.or_else(|| self.trouble.clone()) {
+            Some(reason) => Standing::Absent { reason },
+            None => Standing::Served { property: self.path.path.clone() },
+        };
+        if self.told.as_ref() != Some(&standing) {
+            self.told = Some(standing.clone());
+            host.report(&self.path, standing);
+        }
+    }
+
+    /// Sends what waits, and passes answers on; true while some are waited for.
+    pub fn forward(&mut self, peers: &Peers, site: &Site, now: u64) -> bool {
+        if self.receiver.is_none() {
+            let found = site.board.get(&self.path.place()).filter(|(_, field)| field.is_empty());
+            self.receiver = found.and_then(|(property, _)| match property.carrier() {
+                Carrier::Mailbox(mailbox) => Some((property.descriptor().hash, mailbox.receiver().ok()?)),
+                _ => None,
+            });
+        }
+        let Some((schema, receiver)) = &mut self.receiver else { return false };
+        if self.open.is_empty() {
+            if receiver.collect() == 0 {
+                return false;
+            }
+            self.since = now;
+            let mut refused = Vec::new();
+            for (place, message) in receiver.messages().enumerate() {
+                match peers.send(&self.path.agent, &self.path.path, *schema, message.items(), message.bytes())
+                {
+                    Ok(answers) => self.open.push((place, answers)),
+                    Err(error) => {
+                        self.trouble = Some(error.to_string());
+                        refused.push(place);
+                    }
+                }
+            }
+            refused.into_iter().for_each(|place| receiver.answer(place, Reply::Refused(ABANDONED)));
+        }
+        let late = now.saturating_sub(self.since) > PATIENCE;
+        let trouble = &mut self.trouble;
+        let path = &self.path;
+        self.open.retain(|(place, answers)| {
+            let reply = loop {
+                match answers.try_recv() {
+                    Ok(Answer::Accepted) => *trouble = None,
+                    Ok(Answer::Done) => break Reply::Done,
+                    Ok(Answer::Refused(code)) => break Reply::Refused(code),
+                    Ok(Answer::NoMailbox) => {
+                        *trouble =
+                            Some(format!("agent `{}` has no such mailbox at /{}", path.agent, path.path));
+                        break Reply::Refused(ABANDONED);
+                    }
+                    Ok(Answer::Full | Answer::Vanished) | Err(TryRecvError::Disconnected) => {
+                        break Reply::Refused(ABANDONED);
+                    }
+                    Err(TryRecvError::Empty) if late => break Reply::Refused(ABANDONED),
+                    Err(TryRecvError::Empty) => return true,
+                }
+            };
+            receiver.answer(*place, reply);
+            false
+        });
+        if self.open.is_empty() {
+            receiver.release();
+        }
+        !self.open.is_empty()
+    }
+}

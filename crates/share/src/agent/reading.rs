@@ -1,0 +1,164 @@
+//! A property of another agent that links read, or a field of one: which of both it is turns out when the other agent
+//! answers.
+
+use slate_runtime::sharing::{RemotePath, SharingHost, Standing, Want as Wanted};
+
+use super::subscriptions::Subscriptions;
+use crate::peers::{Status, Want};
+use crate::session::Options;
+
+/// How long it waits after a refusal, nanoseconds.
+const AGAIN: u64 = 1_000_000_000;
+
+pub(super) struct Reading {
+    path: RemotePath,
+    pub want: Wanted,
+    /// What is subscribed to: the path, or the beginning of it.
+    property: String,
+    is_open: bool,
+    /// Whether the property was on the board since it was subscribed to.
+    was_served: bool,
+    /// What the other agent said of the whole path.
+    refusal: Option<String>,
+    not_before: u64,
+    told: Option<Standing>,
+    settled: bool,
+}
+
+impl Reading {
+    pub fn new(path: RemotePath, want: Wanted) -> Self {
+        Self {
+            property: path.path.clone(),
+            path,
+            want,
+            is_open: false,
+            was_served: false,
+            refusal: None,
+            not_before: 0,
+            told: None,
+            settled: false,
+        }
+    }
+
+    /// Whether nothing is under way.
+    pub fn is_settled(&self) -> bool {
+        self.settled
+    }
+
+    /// Nothing is expected.
+    pub fn settle(&mut self) {
+        self.settled = true;
+    }
+
+    /// Ends the subscription; the property goes off the board with it.
+    pub fn end(&mut self, subscriptions: &mut Subscriptions) {
+        if std::mem::take(&mut self.is_open) {
+            subscriptions.end(&self.path.agent, &self.property);
+        }
+        self.was_served = false;
+    }
+
+    pub fn tell(&mut self, host: &SharingHost, standing: Standing) {
+        if self.told.as_ref() != Some(&standing) {
+            self.told = Some(standing.clone());
+            host.report(&self.path, standing);
+        }
+    }
+
+    /// Looks how it stands, and does the next step.
+    pub fn look(
+        &mut self,
+        subscriptions: &mut Subscriptions,
+        host: &SharingHost,
+        absence: Option<String>,
+        now: u64,
+    ) {
+        self.settled = false;
+        if !self.is_open {
+            if now < self.not_before {
+                return;
+            }
+            match subscriptions.begin(&self.path.agent, self.wanted()) {
+                Ok(()) => self.is_open = true,
+                Err(error) => {
+                    self.not_before = now + AGAIN;
+                    return self.tell(host, Standing::Absent { reason: error.to_string() });
+                }
+            }
+        }
+        let status = subscriptions.status(&self.path.agent, &self.property);
+        match (absence, status) {
+            (Some(reason), _) => {
+                // The other agent may be another one when it is back.
+                if !self.was_served && self.property != self.path.path {
+                    self.restart(subscriptions, 0);
+                }
+                self.settled = true;
+                self.missing(host, reason);
+            }
+            (None, None) => self.is_open = false,
+            (None, Some(Status::Unanswered)) => {}
+            (None, Some(Status::Served)) => {
+                (self.was_served, self.settled, self.refusal) = (true, true, None);
+                let property = self.property.clone();
+                self.tell(host, Standing::Served { property });
+            }
+            (None, Some(Status::Waiting(reason))) => {
+                self.settled = self.property == self.path.path;
+                let reason = self.refusal.clone().unwrap_or(reason);
+                self.missing(host, reason);
+                if !self.settled && !self.was_served {
+                    self.restart(subscriptions, now + AGAIN);
+                }
+            }
+            (None, Some(Status::Refused(reason))) if self.was_served => {
+                // It is another property than it was: nobody may read it when it leaves the board.
+                self.was_served = false;
+                self.missing(host, reason);
+                self.restart(subscriptions, 0);
+            }
+            (None, Some(Status::Refused(reason))) => {
+                let reason = self.refusal.get_or_insert(reason).clone();
+                // What is refused may be a field; a property is at least the module's and its name.
+                match self.property.rsplit_once('/') {
+                    Some((shorter, _)) if shorter.contains('/') => {
+                        let shorter = shorter.to_owned();
+                        self.end(subscriptions);
+                        self.property = shorter;
+                    }
+                    _ => {
+                        self.missing(host, reason);
+                        self.restart(subscriptions, now + AGAIN);
+                    }
+                }
+            }
+        }
+    }
+
+    fn missing(&mut self, host: &SharingHost, reason: String) {
+        let standing = if self.was_served {
+            Standing::Silent { property: self.property.clone(), reason }
+        } else {
+            Standing::Absent { reason }
+        };
+        self.tell(host, standing);
+    }
+
+    /// Subscribes to the whole path anew, later.
+    fn restart(&mut self, subscriptions: &mut Subscriptions, not_before: u64) {
+        self.end(subscriptions);
+        self.property.clone_from(&self.path.path);
+        self.refusal = None;
+        self.not_before = not_before;
+    }
+
+    fn wanted(&self) -> Want {
+        let Wanted::Values { reliable, period, every, .. } = &self.want else {
+            return Want::new(&self.property, Options::default());
+        };
+        let options = if every.is_some() { Options::queue() } else { Options::default() };
+        let options = if *reliable { options } else { options.best_effort() };
+        let options = period.map_or(options, |period| options.periodic(period));
+        Want::new(&self.property, options).depth(every.unwrap_or(1))
+    }
+}

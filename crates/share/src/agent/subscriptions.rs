@@ -1,0 +1,45 @@
+//! Subscriptions that links share, as several may read fields of one property.
+
+use std::collections::BTreeMap;
+
+use crate::peers::{PeerError, Peers, Status, Want};
+
+pub(super) struct Subscriptions {
+    pub peers: Peers,
+    /// By agent and property: the subscription, and how many use it.
+    open: BTreeMap<(String, String), (u32, usize)>,
+}
+
+impl Subscriptions {
+    pub fn new(peers: Peers) -> Self {
+        Self { peers, open: BTreeMap::new() }
+    }
+
+    /// Uses a subscription, which is made if there is none; that of the first one stays as it is.
+    pub fn begin(&mut self, agent: &str, want: Want) -> Result<(), PeerError> {
+        let key = (agent.to_owned(), want.path.clone());
+        if let Some((_, users)) = self.open.get_mut(&key) {
+            *users += 1;
+            return Ok(());
+        }
+        let id = self.peers.subscribe(agent, want)?;
+        self.open.insert(key, (id, 1));
+        Ok(())
+    }
+
+    /// Uses it no longer; with its last user it ends, and the property goes off the board.
+    pub fn end(&mut self, agent: &str, property: &str) {
+        let key = (agent.to_owned(), property.to_owned());
+        let Some((id, users)) = self.open.get_mut(&key) else { return };
+        *users -= 1;
+        if *users == 0 {
+            self.peers.unsubscribe(agent, *id);
+            self.open.remove(&key);
+        }
+    }
+
+    pub fn status(&self, agent: &str, property: &str) -> Option<Status> {
+        let (id, _) = self.open.get(&(agent.to_owned(), property.to_owned()))?;
+        self.peers.status(agent, *id)
+    }
+}

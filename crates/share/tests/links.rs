@@ -1,0 +1,209 @@
+//! Agents whose links lead to each other.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test that fails panics")]
+
+mod agents;
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use agents::{Folder, wait_for};
+use slate_blackboard::Board;
+use slate_blackboard::interface::Value;
+use slate_module::Plugin;
+use slate_module::prelude::*;
+use slate_runtime::configuration::{Configuration, Options as Reading};
+use slate_runtime::{Agent, Composer, Control, Mode, Options, Rate, Stopper};
+use slate_share::agent::AgentSharing;
+
+/// A number.
+#[interface]
+#[derive(PartialEq)]
+pub struct Number {
+    /// The number.
+    pub value: f64,
+}
+
+/// Ports of [`Counter`].
+#[ports]
+pub struct CounterIo {
+    number: Output<Number>,
+    notes: Inbox<Number>,
+    sum: Output<Number>,
+}
+
+/// Counts its ticks, and adds up the messages that it gets.
+pub struct Counter;
+
+#[module(stage = SensorAcquire)]
+impl Module for Counter {
+    type Io = CounterIo;
+    type Params = ();
+    type State = (f64, f64);
+
+    fn tick(state: &mut (f64, f64), io: &CounterIo, _: &(), _: &Tick) -> Outcome {
+        state.0 += 1.0;
+        state.1 += io.notes.iter().map(|note| note.value).sum::<f64>();
+        io.number.set(Number { value: state.0 });
+        io.sum.set(Number { value: state.1 });
+        Outcome::Ok
+    }
+}
+
+/// Ports of [`Reader`].
+#[ports]
+pub struct ReaderIo {
+    number: Input<Number>,
+    all: Queue<Number>,
+    note: Outbox<Number>,
+    fresh: Output<Number>,
+    gaps: Output<Number>,
+}
+
+/// Says whether its input is fresh, counts the gaps in its queue, and sends the numbers from 1 to 10.
+pub struct Reader;
+
+#[module(stage = Act)]
+impl Module for Reader {
+    type Io = ReaderIo;
+    type Params = ();
+    type State = (f64, f64, u32);
+
+    fn tick(state: &mut (f64, f64, u32), io: &ReaderIo, _: &(), _: &Tick) -> Outcome {
+        let fresh = io.number.fresh().map_or(0.0, |number| number.value);
+        io.fresh.set(Number { value: fresh });
+        for number in io.all.iter() {
+            if state.0 != 0.0 && number.value != state.0 + 1.0 {
+                state.1 += 1.0;
+            }
+            state.0 = number.value;
+        }
+        io.gaps.set(Number { value: if state.0 == 0.0 { -1.0 } else { state.1 } });
+        if fresh > 0.0 && state.2 < 10 {
+            state.2 += 1;
+            io.note.send(Number { value: f64::from(state.2) });
+        }
+        Outcome::Ok
+    }
+}
+
+/// An agent that runs until this is dropped.
+struct Running {
+    board: Arc<Board>,
+    composer: Composer,
+    stopper: Stopper,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Running {
+    fn start(name: &str, text: &str, mode: Mode) -> Self {
+        let configuration =
+            Configuration::from_text(&format!("{name}.toml"), text, &Reading::default()).unwrap();
+        let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
+        let mut sharing = AgentSharing::default();
+        sharing.limits = agents::limits();
+        let options =
+            Options { mode, rate: Rate::REALTIME, sharing: Some(Box::new(sharing)), ..Options::default() };
+        let mut agent = Agent::load(&configuration, &plugins, options).unwrap();
+        let (board, composer, stopper) = (Arc::clone(agent.board()), agent.composer(), agent.stopper());
+        let thread = std::thread::spawn(move || {
+            agent.run(Box::new(|_| Control::Continue)).unwrap();
+        });
+        Self { board, composer, stopper, thread: Some(thread) }
+    }
+
+    fn number(&self, path: &str) -> f64 {
+        let read = self.board.read(&format!("{path}/value")).ok().flatten();
+        match read {
+            Some((Value::Float(value), _)) => value,
+            _ => 0.0,
+        }
+    }
+
+    fn trouble(&self, to: &str) -> Option<String> {
+        self.composer.links().into_iter().find(|link| link.to == to).unwrap().trouble
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.stopper.stop();
+        self.thread.take().map(JoinHandle::join);
+    }
+}
+
+fn base(folder: &Folder) -> String {
+    format!(
+        "[agent]\nname = \"base\"\n[loop]\nperiod = \"5ms\"\n[share]\nlisten = \"{}\"\n[modules.counter]\n",
+        folder.endpoint("base")
+    )
+}
+
+fn arm(folder: &Folder, module: &str) -> String {
+    format!(
+        r#"
+[agent]
+name = "arm"
+[loop]
+period = "5ms"
+[share]
+listen = "{}"
+agents.base.at = "{}"
+[modules.reader]
+{module}
+[links]
+"reader/number" = {{ from = "slate://base/counter/number", stale = "5s" }}
+"reader/all" = "slate://base/counter/number"
+"reader/note" = "slate://base/counter/notes"
+"#,
+        folder.endpoint("arm"),
+        folder.endpoint("base")
+    )
+}
+
+#[test]
+fn values_queues_and_messages_cross_and_absence_shows() {
+    for mode in [Mode::Staged, Mode::Threaded] {
+        let folder = Folder::new();
+        let reader = Running::start("arm", &arm(&folder, ""), mode);
+        wait_for("the trouble", || {
+            reader.trouble("reader/number").is_some_and(|trouble| trouble.contains("`base` is not there"))
+        });
+        assert_eq!(reader.number("reader/fresh"), 0.0);
+        let counter = Running::start("base", &base(&folder), mode);
+        wait_for("fresh values", || reader.number("reader/fresh") > 3.0);
+        wait_for("every value, without a gap", || reader.number("reader/gaps") == 0.0);
+        wait_for("all messages", || counter.number("counter/sum") == 55.0);
+        assert_eq!(reader.trouble("reader/note"), None);
+        drop(counter);
+        wait_for("what is gone to be stale", || reader.number("reader/fresh") == 0.0);
+        let counter = Running::start("base", &base(&folder), mode);
+        wait_for("fresh values of the next one", || reader.number("reader/fresh") > 3.0);
+        drop((reader, counter));
+    }
+}
+
+#[test]
+fn a_schema_that_does_not_fit_is_named_and_mends_itself() {
+    let folder = Folder::new();
+    let text = arm(&folder, "").replace("base/counter/number\", stale", "base/counter/state\", stale");
+    let reader = Running::start("arm", &text, Mode::Staged);
+    let counter = Running::start("base", &base(&folder), Mode::Staged);
+    wait_for("both interfaces", || {
+        reader.trouble("reader/number").is_some_and(|trouble| {
+            trouble.contains("`reader/number` is Number") && trouble.contains("ModuleState")
+        })
+    });
+    // The rest of the agent goes on.
+    wait_for("every value", || reader.number("reader/gaps") == 0.0);
+    drop(counter);
+    wait_for("its absence", || reader.trouble("reader/all").is_some());
+}
+
+#[test]
+fn an_agent_that_can_not_share_refuses_links_to_others() {
+    let folder = Folder::new();
+    let configuration = Configuration::from_text("arm.toml", &arm(&folder, ""), &Reading::default()).unwrap();
+    let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
+    let error = Agent::load(&configuration, &plugins, Options::default()).unwrap_err();
+    assert!(error.to_string().contains("`slate://base/counter/number` belongs to agent `base`"), "{error}");
+}
