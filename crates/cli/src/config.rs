@@ -26,6 +26,13 @@ pub enum ConfigVerb {
         #[command(flatten)]
         agent: AgentOption,
     },
+    /// Takes back what was changed while the agent ran and not saved.
+    Revert {
+        /// A path, such as `modules.follower.params`; all changes unless given.
+        path: Option<String>,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
     /// Shows what holds and is not what the files say.
     Diff {
         /// Prints the differences as JSON.
@@ -49,6 +56,9 @@ pub fn config(verb: &ConfigVerb) -> Result<bool, Failure> {
     match verb {
         ConfigVerb::Get { path, json, agent } => get(agent, path.as_deref().unwrap_or_default(), *json)?,
         ConfigVerb::Set { settings, agent } => set(agent, settings)?,
+        ConfigVerb::Revert { path, agent } => {
+            show_changes(&agent.connect()?.revert(path.as_deref().unwrap_or_default())?);
+        }
         ConfigVerb::Diff { json, agent } => diff(agent, *json)?,
         ConfigVerb::Save { host, agent } => save(agent, *host)?,
     }
@@ -71,18 +81,21 @@ fn get(agent: &AgentOption, path: &str, json: bool) -> Result<(), Failure> {
 fn set(agent: &AgentOption, settings: &[String]) -> Result<(), Failure> {
     // What can't be read is the caller's mistake, not the agent's refusal.
     let changes = settings.iter().map(|setting| parse_change(setting)).collect::<Result<Vec<_>, _>>()?;
-    let changed = agent.connect()?.set(&changes)?;
+    show_changes(&agent.connect()?.set(&changes)?);
+    Ok(())
+}
+
+fn show_changes(changed: &[Changed]) {
     if changed.is_empty() {
         output::line("nothing changes: all is as it should be");
     }
-    for Changed { path, before, after, default } in &changed {
+    for Changed { path, before, after, default } in changed {
         let text = |value: &Option<String>| {
             let default = default.as_ref().map(|default| format!("{default} (default)"));
             value.clone().or(default).unwrap_or_else(|| "none".into())
         };
         output::line(format_args!("{path}: {} -> {}", text(before), text(after)));
     }
-    Ok(())
 }
 
 fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {

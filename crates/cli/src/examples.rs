@@ -71,9 +71,16 @@ pub fn plugins() -> Vec<Plugin> {
     vec![slate::sim::plugin(), slate_exp1::plugin()]
 }
 
-/// Finds an example by name, from any directory, or reads a configuration file.
-pub fn find(name: &str, sets: Vec<String>, host: Option<&Path>) -> Result<Application, Failure> {
+/// Finds an example by name, from any directory, or reads a configuration file; `defaults` hold where nothing says
+/// otherwise.
+pub fn find(
+    name: &str,
+    defaults: Vec<String>,
+    sets: Vec<String>,
+    host: Option<&Path>,
+) -> Result<Application, Failure> {
     let options = |sets| Options {
+        defaults: defaults.clone(),
         sets,
         host: host.map(Into::into),
         extra_tables: EXTRA_TABLES.map(Into::into).to_vec(),

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use slate::record::Report;
 use slate::runtime::Rate;
-use slate::runtime::log::{ConsoleTarget, LogTarget, MemoryTarget};
+use slate::runtime::log::{LogTarget, MemoryTarget};
 use slate::runtime::remote::Server;
 use slate::runtime::snapshot::Snapshot;
 
@@ -21,15 +21,19 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     if let Some(seed) = options.seed {
         sets.push(format!("agent.seed={seed}"));
     }
+    let live = !options.headless;
+    // A live display owns the terminal, so the log is kept and written beside the report.
+    let owns_terminal = live && std::io::stdout().is_terminal();
+    let defaults = vec![format!("log.targets.console={}", !owns_terminal)];
     let snapshot = options.resume.as_ref().map(Snapshot::read).transpose()?;
     let application = match (&options.name, &snapshot) {
-        (None, Some(snapshot)) => examples::of(snapshot, sets)?,
+        // The snapshot has what suited the terminal of the other run.
+        (None, Some(snapshot)) => examples::of(snapshot, [defaults, sets].concat())?,
         (name, _) => {
             let name = name.as_deref().unwrap_or_default();
-            examples::find(name, sets, options.common.host.as_deref())?
+            examples::find(name, defaults, sets, options.common.host.as_deref())?
         }
     };
-    let live = !options.headless;
     let is_driven = application.configuration.time_source().is_some();
     if !is_driven && options.rate.is_some_and(|rate| rate != Rate::REALTIME) {
         return Err(Failure::WallClock);
@@ -42,16 +46,13 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     let seed = application.configuration.seed().value;
     let directory =
         options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
-    // A live display owns the terminal, so the log is kept and written beside the report.
     let kept = MemoryTarget::default();
-    let owns_terminal = live && std::io::stdout().is_terminal();
-    let log: Box<dyn LogTarget> =
-        if owns_terminal { Box::new(kept.clone()) } else { Box::new(ConsoleTarget) };
+    let log: Option<Box<dyn LogTarget>> = owns_terminal.then(|| Box::new(kept.clone()) as _);
     let how = How {
         mode: options.common.mode,
         rate: options.rate.unwrap_or(default),
         workers: options.common.workers.into(),
-        log: vec![log],
+        log: log.into_iter().collect(),
         trajectory: true,
         follows: true,
     };

@@ -74,7 +74,7 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
 #[test]
 fn names_that_no_plugin_can_have_and_folders_that_are_there_are_refused() {
     let folder = folder("new_refused");
-    for name in ["Follower", "2d", "a b", "", "../x", "fn", "slate-plugin", "käfer"] {
+    for name in ["Follower", "2d", "a b", "", "../x", "fn", "slate-plugin", "slate-module", "käfer"] {
         let output = slate(&folder, &["plugin", "new", name]);
         assert_eq!(output.status.code(), Some(2), "{output:?}");
         assert!(text(&output.stderr).contains("wall-follower"), "{output:?}");

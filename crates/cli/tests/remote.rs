@@ -71,6 +71,15 @@ fn what_an_agent_refuses_is_shown_with_its_place_and_its_mend() {
     );
     assert_ne!(running.read("exp1", "/r2/planner/params/speed"), 99.0);
     running.fails(1, &["config", "set", "loop.period=10ms"], &["`loop.period` can't change", "next start"]);
+    // Asked for is what the module could not begin with at the next start.
+    running.fails(
+        1,
+        &["config", "set", "modules.referee.params.robot=r9"],
+        &["`referee` can't begin with these parameters", "r9"],
+    );
+    running.done(&["config", "set", "modules.referee.params.tolerance=0.3"]);
+    assert!(running.done(&["config", "revert", "modules.referee"]).contains("0.3 -> "));
+    assert_eq!(running.done(&["config", "diff"]), "");
     running.fails(1, &["config", "set", "modules.planer.enabled=true"], &["planer"]);
     running.fails(2, &["config", "set", "loop.period"], &["no `=`"]);
     running.fails(2, &["config", "set"], &["PATH=VALUE"]);
@@ -99,6 +108,25 @@ fn one_of_several_agents_is_chosen_and_a_killed_one_makes_room() {
     // Now it is the only one, and the name of the killed one is free.
     running.done(&["module", "list"]);
     running.start("exp1", &EXP1);
+}
+
+#[test]
+fn the_console_shows_the_log_once_and_not_when_it_is_switched_off() {
+    for (set, times, shown) in [
+        (None, 1, "console = true"),
+        (Some("log.targets.console=true"), 1, "console = true"),
+        (Some("log.targets.console=false"), 0, "console = false"),
+    ] {
+        let mut running = Running::new("console");
+        let sets = set.map(|set| ["--set", set]).into_iter().flatten();
+        running.start("exp1", &EXP1.into_iter().chain(sets).collect::<Vec<_>>());
+        let said = running.done(&["config", "get", "log.targets.console"]);
+        assert!(said.contains(shown), "{set:?}: {said}");
+        running.done(&["stop", "--reason", "a word for the log"]);
+        running.interrupt();
+        let stderr = text(&running.finish().stderr);
+        assert_eq!(stderr.matches("a word for the log").count(), times, "{set:?}: {stderr}");
+    }
 }
 
 #[test]

@@ -5,8 +5,11 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::instance::Authored;
+use crate::place;
 use crate::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
-use crate::{Frame, Instance, Module, ModuleTable, PortCursor, Refusal, Setup, Tick, decode, portable};
+use crate::{
+    Frame, Instance, Level, Module, ModuleTable, PortCursor, Refusal, Setup, Tick, decode, portable,
+};
 
 impl ModuleTable {
     /// The calls of a module.
@@ -95,6 +98,7 @@ unsafe extern "C" fn create<I: Instance>(
     // SAFETY: the host passes what lives during the call, and a place for the instance.
     unsafe {
         answer(sink, || {
+            place::remember();
             let made = with_setup(setup, |setup| I::create(setup, params.as_slice()))?;
             instance.write(Box::into_raw(Box::new(made)).cast());
             Ok(Vec::new())
@@ -113,8 +117,14 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
     match catch_unwind(AssertUnwindSafe(step)) {
         Ok(outcome) => outcome as i32,
         Err(payload) => {
-            // The message was printed or logged by the panic hook.
+            let reason = panic_message(payload.as_ref());
             discard(payload);
+            // SAFETY: as above.
+            let now = unsafe { Tick::new(&*frame) };
+            match place::take() {
+                Some(place) => now.log(Level::Error, format_args!("{reason} (at {place})")),
+                None => now.log(Level::Error, format_args!("{reason}")),
+            }
             PANICKED
         }
     }

@@ -80,6 +80,7 @@ pub mod math;
 mod module;
 mod outline;
 mod parameters;
+mod place;
 mod plugin;
 mod port;
 mod portable;

@@ -442,3 +442,35 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
         PortableKind::Tail(of) => Kind::Tail(item(of)?),
     })
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails panics")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_description_of_the_book_is_read_as_it_says() {
+        let book = include_str!("../../../book/src/09-plugins.md");
+        let json = book.split_once("```json\n").and_then(|(_, rest)| rest.split_once("```")).unwrap().0;
+        let description = decode_description(json.as_bytes()).unwrap();
+        assert_eq!(description.stage, Stage::SensorProcess);
+        assert_eq!(description.deadline, Some(5_000_000));
+        assert_eq!(
+            description.trigger,
+            Trigger::On { ports: vec!["input".into()], timeout: Some(1_000_000_000) }
+        );
+        let [input, mean] = &description.ports[..] else { unreachable!() };
+        assert_eq!((input.direction, input.stale_after), (Direction::Input, Some(200_000_000)));
+        assert_eq!((mean.descriptor.size, mean.descriptor.fields[0].unit), (8, "ticks"));
+        assert_eq!(description.parameters[0].range, Some((0.0, 1.0)));
+        for kind in [
+            r#"{"array":["f64",3]}"#,
+            r#"{"text":32}"#,
+            r#"{"sequence":["f64",8]}"#,
+            r#"{"optional":"f64"}"#,
+            r#"{"tail":"f64"}"#,
+        ] {
+            serde_json::from_str::<PortableKind>(kind).unwrap();
+        }
+    }
+}

@@ -296,6 +296,7 @@ fn modules_are_switched_by_name() {
     assert!(!client.enable("teller", false).unwrap(), "it is off already");
     assert!(client.enable("teller", true).unwrap());
     assert!(!client.enable("teller", true).unwrap(), "it is on already");
+    assert!(client.differences().unwrap().is_empty(), "as the file says");
     agent.step();
     assert_eq!(agent.counts("teller").unwrap().0, 1);
 }
@@ -322,6 +323,73 @@ fn switching_what_does_nothing_is_refused() {
     assert!(faulted.message.contains("`teller` has failed for good"), "{faulted:?}");
     assert!(faulted.help.contains(&format!("slate plugin reload {}", teller.plugin)), "{faulted:?}");
     assert!(client.enable("teller", false).unwrap(), "off it can be");
+}
+
+#[test]
+fn parameters_of_a_module_that_is_away_are_checked_by_what_it_was() {
+    let (_agent, _server, mut client) = open("away");
+    let plugins = client.plugins().unwrap();
+    let teller = plugins.iter().find(|plugin| plugin.modules == ["teller"]).unwrap().name.clone();
+    client.unload(&teller).unwrap();
+    let unknown = refused(client.set(&[change("modules.teller.params.nope", "1")]));
+    assert!(unknown.message.contains("no parameter `nope`"), "{unknown:?}");
+    let text = refused(client.set(&[change("modules.teller.params.first", "text")]));
+    assert!(text.message.contains("`first` is f64"), "{text:?}");
+    client.set(&[change("modules.teller.params.first", "3")]).unwrap();
+    client.load(&teller).unwrap();
+}
+
+#[test]
+fn changes_are_taken_back() {
+    let (agent, _server, mut client) = open("back");
+    let [first, second] = ["first", "second"].map(|name| format!("modules.teller.params.{name}"));
+    client.set(&[change(&first, "3"), change(&second, "4")]).unwrap();
+    let back = client.revert(&second).unwrap();
+    assert_eq!((back.len(), &back[0].path), (1, &second));
+    assert_eq!((number(&agent, "teller/params/first"), number(&agent, "teller/params/second")), (3.0, 1.0));
+    client.revert("").unwrap();
+    assert_eq!(number(&agent, "teller/params/first"), 2.0);
+    assert!(client.differences().unwrap().is_empty() && client.revert("").unwrap().is_empty());
+}
+
+#[test]
+fn a_library_that_is_not_there_is_shown_at_its_line_of_the_configuration() {
+    let text = "[plugins.arm]\nfile = \"/nowhere/libarm.so\"\n";
+    let database = Database::from_text("robot.toml", text, configuration::Options::default()).unwrap();
+    let refusal = Agent::load_with(&database, &[], Options::default()).unwrap_err().to_string();
+    assert!(refusal.contains("robot.toml:2:") && refusal.contains("libarm.so"), "{refusal}");
+}
+
+#[test]
+fn a_panic_is_in_the_log_with_its_message_and_place() {
+    let log = MemoryTarget::default();
+    let mut agent = load(&database("panic"), log.clone());
+    let database = agent.database().unwrap().clone();
+    database.set(&[("modules.teller.params.third", "13")]).unwrap();
+    agent.step();
+    let has =
+        |line: &str| ["teller", "an unlucky number", "remote.rs:"].iter().all(|part| line.contains(part));
+    eventually(|| log.lines().iter().any(|line| has(&line.to_string())));
+}
+
+#[test]
+fn what_tools_do_is_in_the_log() {
+    let log = MemoryTarget::default();
+    let agent = load(&database("logged"), log.clone());
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    client.set(&[change("modules.teller.params.first", "3")]).unwrap();
+    client.enable("teller", false).unwrap();
+    client.reset().unwrap();
+    client.arm(None).unwrap();
+    for line in [
+        "a tool has changed modules.teller.params.first: 2.0 -> 3",
+        "a tool has switched teller off",
+        "the stop of the actuators is ended",
+        "the actuators are armed",
+    ] {
+        eventually(|| log.lines().iter().any(|logged| logged.to_string().contains(line)));
+    }
 }
 
 #[test]

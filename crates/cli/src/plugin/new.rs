@@ -121,7 +121,11 @@ To exchange the code under the robot, let it go slowly, and change src/lib.rs me
 
 fn is_name(name: &str) -> bool {
     let small = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
-    name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small) && !RESERVED.contains(&name)
+    name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small)
+        && !RESERVED.contains(&name)
+        // The packages that the new one depends on are called so.
+        && name != "slate"
+        && !name.starts_with("slate-")
 }
 
 /// Slate's sources: where they are said to be, or else where this program was built, or where it is called.

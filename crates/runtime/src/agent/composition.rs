@@ -68,6 +68,8 @@ pub(super) struct Composition {
     pub database: Option<Database>,
     /// Why the links are not those of the configuration; they are tried again with its next change.
     pub unlinked: Option<Report>,
+    /// What modules were that have left, to check their settings by while their code is away.
+    pub last_known: BTreeMap<String, Description>,
     pub remotes: Remotes,
     /// What the application takes into snapshots.
     pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
@@ -200,6 +202,7 @@ impl Composition {
             }
         }
         for (name, present) in leaving {
+            self.last_known.insert(name.clone(), present.description.clone());
             let state = self.dispose(&name, present, shared, target.keep);
             changed.left.insert(name, state);
         }

@@ -4,6 +4,7 @@ mod build;
 mod catalogue;
 mod composer;
 mod composition;
+mod consent;
 mod looping;
 mod parameters;
 mod relinking;
@@ -214,6 +215,7 @@ impl Agent {
             listeners: BTreeMap::new(),
             database: None,
             unlinked: None,
+            last_known: BTreeMap::new(),
             remotes: Remotes::new(options.sharing),
             keepsakes: BTreeMap::new(),
             watch: None,

@@ -9,6 +9,7 @@ use slate_module::Level;
 
 use super::composer::{Composer, WeakComposer};
 use super::composition::Composition;
+use super::consent::{Question, ask};
 use super::survey::{Complaints, Surveyed, survey};
 use crate::configuration::{Change, Configuration, Database, Diagnostic, Report, Subscription, Watch};
 
@@ -24,7 +25,11 @@ impl Settings {
         // The database may outlive the agent, and then judges nothing by it.
         let judge = composer.downgrade();
         database.validate_with(Box::new(move |configuration, changes| match judge.upgrade() {
-            Some(composer) => composer.composition().may_change(configuration, changes),
+            Some(composer) => {
+                let questions = composer.composition().may_change(configuration, changes)?;
+                // Foreign code answers, so nobody is kept waiting for it.
+                ask(questions, configuration)
+            }
             None => Ok(()),
         }));
         composer.composition().database = Some(database.clone());
@@ -83,18 +88,33 @@ const LATER: &str = "it takes effect at the next start: write it into the file, 
 
 impl Composition {
     /// Whether a running agent can have that configuration.
-    fn may_change(&mut self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
+    fn may_change(
+        &mut self,
+        configuration: &Configuration,
+        changes: &[Change],
+    ) -> Result<Vec<Question>, Report> {
         let configuration = configuration.with_loaded_of(&self.configuration);
         let mut diagnostics = self.refusals(&configuration, changes);
         let mut complaints = Complaints::new(&configuration);
         let survey = survey(&configuration, &self.catalogue, &mut complaints);
+        self.check_dormant(&configuration, &mut complaints);
         diagnostics.append(&mut complaints.diagnostics);
         if diagnostics.is_empty()
             && let Err(mut refused) = self.try_links(&configuration, &survey)
         {
             diagnostics.append(&mut refused);
         }
-        if diagnostics.is_empty() { Ok(()) } else { Err(Report::from(diagnostics)) }
+        if !diagnostics.is_empty() {
+            return Err(Report::from(diagnostics));
+        }
+        let modules: BTreeSet<&str> = changes
+            .iter()
+            .filter_map(|change| match Live::of(change) {
+                Some(Live::Parameter { module, .. }) => Some(module),
+                _ => None,
+            })
+            .collect();
+        Ok(self.questions(survey, &modules))
     }
 
     /// The changes that a running agent can't make.

@@ -69,6 +69,8 @@ pub use value::{Entry, Table, Value};
 /// What else goes into a configuration, beside its main file.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
+    /// Settings of the program, `path=value`, that hold unless a file or the command line says otherwise.
+    pub defaults: Vec<String>,
     /// Settings of the command line, `path=value`, later ones last.
     pub sets: Vec<String>,
     /// A file with the settings of this computer; it overrides the main file.

@@ -40,6 +40,7 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
     let mut layers = Layers::default();
     layers.files = files;
     layers.defaults();
+    layers.sets(SourceKind::Default, options.defaults.iter().map(|text| Written { text, equals: None }));
     let main_source = layers.sources.0.len();
     match main {
         Main::File(path) => layers.file(path, None),

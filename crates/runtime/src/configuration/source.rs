@@ -63,7 +63,11 @@ pub struct Source {
 impl Source {
     /// A single setting.
     pub(super) fn setting(kind: SourceKind, text: &str) -> Self {
-        let name = if kind == SourceKind::Set { "--set" } else { "change" };
+        let name = match kind {
+            SourceKind::Set => "--set",
+            SourceKind::Default => "default of the program",
+            SourceKind::File | SourceKind::Change => "change",
+        };
         let text = text.into();
         Self { name: name.into(), kind, path: None, text, rank: usize::MAX, document: None }
     }

@@ -48,7 +48,10 @@ impl Supervisor {
 
     /// In words, for who reads that it was given up.
     pub fn limit() -> String {
-        format!("it was started anew {LIMIT} times within {} s and stays off", SPAN / SECOND)
+        format!(
+            "it was started anew {LIMIT} times within {} s and stays off until its plugin is reloaded",
+            SPAN / SECOND
+        )
     }
 }
 

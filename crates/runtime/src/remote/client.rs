@@ -269,6 +269,11 @@ impl Client {
         self.call(&Call::ConfigSet { changes: changes.to_vec() })
     }
 
+    /// Takes back what was changed at run time and not saved, at a path and below it; an empty path is all of it.
+    pub fn revert(&mut self, path: &str) -> Result<Vec<Changed>, ClientError> {
+        self.call(&Call::ConfigRevert { path: path.into() })
+    }
+
     /// What holds and is not what the files say.
     pub fn differences(&mut self) -> Result<Vec<Different>, ClientError> {
         self.call(&Call::ConfigDiff {})

@@ -13,7 +13,7 @@ use super::protocol::{
     Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
     PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
 };
-use crate::configuration::{Change, Database, Report, SaveTo, Value};
+use crate::configuration::{Change, Configuration, Database, Report, SaveTo, Value};
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::{Composer, Loaded, NewLink, PluginError, Reload};
 
@@ -106,6 +106,7 @@ impl Desk {
             Call::Peers {} => result(super::peers::peers(&self.composer)),
             Call::ConfigGet { path } => self.settings(&path),
             Call::ConfigSet { changes } => self.set(&changes),
+            Call::ConfigRevert { path } => self.revert(&path),
             Call::ConfigDiff {} => self.differences(),
             Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
             Call::ConfigSave { to } => self.save(to),
@@ -230,11 +231,20 @@ impl Desk {
         match self.database.as_ref().filter(known) {
             Some(database) => {
                 let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
-                database.set(&[(path, on.to_string())])?;
+                // Back to what the files say is no change that is to be saved.
+                let is_on = |configuration: &Configuration| {
+                    let mut modules = configuration.modules().iter();
+                    modules.any(|module| module.name.value == name && module.enabled.value == on)
+                };
+                match database.revert(&path) {
+                    Ok(back) if is_on(back.configuration()) => drop(back.commit()?),
+                    _ => drop(database.set(&[(path, on.to_string())])?),
+                }
             }
             // One that came with a plugin which was loaded by hand is in no file.
             None => self.composer.enable(name, on)?,
         }
+        self.composer.say(&format!("a tool has switched {name} {}", if on { "on" } else { "off" }));
         result(true)
     }
 
@@ -269,9 +279,27 @@ impl Desk {
             ),
             None => report.into(),
         })?;
+        self.say_changes("changed", &changed);
         match self.composer.unlinked() {
             Some(report) => Err(report.into()),
             None => result(self.changed(changed)),
+        }
+    }
+
+    fn revert(&self, path: &str) -> Done {
+        let changed = self.database()?.revert(path)?.commit()?;
+        self.say_changes("taken back", &changed);
+        match self.composer.unlinked() {
+            Some(report) => Err(report.into()),
+            None => result(self.changed(changed)),
+        }
+    }
+
+    /// Tells who reads the log later why the robot is another one from here on.
+    fn say_changes(&self, what: &str, changes: &[Change]) {
+        let value = |value: &Option<Value>| value.as_ref().map_or("none".into(), Value::to_string);
+        for Change { path, before, after, .. } in changes {
+            self.composer.say(&format!("a tool has {what} {path}: {} -> {}", value(before), value(after)));
         }
     }
 
@@ -394,7 +422,7 @@ fn absolute(file: &Path) -> Result<&Path, Refusal> {
     if file.is_absolute() {
         return Ok(file);
     }
-    Err(refusal(format!("{} is a relative path", crate::printable(file)), "give the library's absolute path"))
+    Err(refusal(format!("{} is a relative path", crate::printable(file)), "give its absolute path"))
 }
 
 pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {

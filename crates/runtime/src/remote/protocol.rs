@@ -147,6 +147,13 @@ pub enum Call {
         /// Paths and values, each as `--set` takes them.
         changes: Vec<(String, String)>,
     },
+    /// Takes back what was changed at run time and not saved, at a path and below it: a list of [`Changed`].
+    #[serde(rename = "config/revert")]
+    ConfigRevert {
+        /// The path; all changes unless given.
+        #[serde(default)]
+        path: String,
+    },
     /// What holds and is not what the files say: a list of [`Different`].
     #[serde(rename = "config/diff")]
     ConfigDiff {},

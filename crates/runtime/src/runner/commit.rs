@@ -163,7 +163,7 @@ impl Runner {
             return self.fall(now);
         }
         let again = if self.panics_in_a_row >= PANIC_LIMIT {
-            Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off"))
+            Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off until its plugin is reloaded"))
         } else {
             self.create().map_err(|refusal| refusal.to_string())
         };

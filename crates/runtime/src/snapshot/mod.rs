@@ -121,7 +121,7 @@ impl Snapshot {
         // Whatever stands at the top was meant for somebody.
         let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
         let extra_tables = document.iter().map(|(name, _)| name.to_owned()).collect();
-        let options = Options { sets, host: None, extra_tables };
+        let options = Options { sets, extra_tables, ..Options::default() };
         Database::from_text(&format!("the snapshot of {}", self.agent()), text, options)
     }
 }

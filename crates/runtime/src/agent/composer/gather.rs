@@ -18,6 +18,8 @@ pub(super) struct Gathered<'a> {
     came: Vec<Plugin>,
     /// Plugins whose dependencies are being loaded.
     open: Vec<String>,
+    /// Whether a library that does not fit is shown at its line of the configuration: nobody else asked for it.
+    pub shows_places: bool,
 }
 
 impl<'a> Gathered<'a> {
@@ -28,6 +30,7 @@ impl<'a> Gathered<'a> {
             origins: composition.origins.clone(),
             came: Vec::new(),
             open: Vec::new(),
+            shows_places: false,
         }
     }
 
@@ -87,7 +90,15 @@ impl<'a> Gathered<'a> {
             return self.linked_one(&self.composition.linked, plugin);
         }
         match entry.and_then(|entry| entry.file.as_ref()) {
-            Some(file) => self.library(&file.value, Some(name)),
+            Some(file) => self.library(&file.value, Some(name)).map_err(|error| match error {
+                PluginError::Library(_) | PluginError::OtherPlugin { .. } if self.shows_places => {
+                    let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+                    let configuration = &self.composition.configuration;
+                    let shown = configuration.diagnostic(file.span, error.to_string(), help);
+                    PluginError::Unfit(vec![shown].into())
+                }
+                other => other,
+            }),
             None => Err(unknown(self.composition, name)),
         }
     }

@@ -153,6 +153,7 @@ impl Composer {
         composition.linked = linked.to_vec();
         let configuration = Arc::clone(&composition.configuration);
         let mut gathered = Gathered::new(&composition);
+        gathered.shows_places = true;
         gathered.linked(linked)?;
         for entry in configuration.plugins() {
             if entry.load {
@@ -343,16 +344,25 @@ impl Composer {
     /// As [`Agent::reset`](crate::Agent::reset).
     pub fn reset(&self) {
         self.shared.actuators().iter().for_each(|actuator| actuator.reset());
+        self.say("the stop of the actuators is ended");
     }
 
     /// As [`Agent::arm`](crate::Agent::arm).
     pub fn arm(&self) -> bool {
-        self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0
+        let armed = self.shared.actuators().iter().filter(|actuator| !actuator.arm()).count() == 0;
+        if armed {
+            self.say("the actuators are armed");
+        }
+        armed
     }
 
     /// Lets commands through to one actuator; false when it is still stopped, and nothing when there is none of that name.
     pub fn arm_one(&self, actuator: &str) -> Option<bool> {
-        self.shared.actuators().iter().find(|other| other.name() == actuator).map(|actuator| actuator.arm())
+        let armed = self.shared.actuators().iter().find(|other| other.name() == actuator)?.arm();
+        if armed {
+            self.say(&format!("{actuator} is armed"));
+        }
+        Some(armed)
     }
 
     /// The actuators, each with why it is stopped, if it is.
@@ -361,7 +371,7 @@ impl Composer {
         actuators.iter().map(|actuator| (actuator.name().into(), actuator.stop_reason())).collect()
     }
 
-    fn say(&self, text: &str) {
+    pub(crate) fn say(&self, text: &str) {
         self.log(Level::Info, text);
     }
 
