@@ -59,7 +59,7 @@ impl Composition {
 pub(super) fn ask(questions: Vec<Question>, configuration: &Configuration) -> Result<(), Report> {
     let mut diagnostics = Vec::new();
     for Question { kind, setup, params, patience, place } in questions {
-        match setup.with(|setup| kind.create(setup, &params)) {
+        match patience.create(&kind, &setup, &params) {
             Ok(instance) => drop(Retired::new(kind, instance, patience)),
             Err(refusal) => {
                 let message = format!("`{}` can't begin with these parameters: {refusal}", setup.name);
