@@ -642,7 +642,7 @@ fn what_only_the_next_start_can_have_waits_and_holds_up_nothing_else() {
     eventually(|| said("holds from the next start: ") && said("modules.another.plugin"));
     assert!(!agent.modules().contains(&"another".into()));
     // What is taken out again waits no more.
-    std::fs::write(&path, &text.replace("every = '50ms'\n", "")).unwrap();
+    std::fs::write(&path, text.replace("every = '50ms'\n", "")).unwrap();
     eventually(|| database.waiting().is_empty());
     assert!(client.differences().unwrap().is_empty());
     drop((server, agent));
