@@ -327,7 +327,7 @@ impl Composition {
             shared.threads().join_one(&seat, self.ground.hang, shared.clock.now());
         }
         if seat.is_late() {
-            let text = format!("{name} has not returned from its tick; its library stays open");
+            let text = format!("{name} has not returned from its last call; its library stays open");
             shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
             // Its thread still refers to it, and so does the library to which that may return.
             std::mem::forget(seat);

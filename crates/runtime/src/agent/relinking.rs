@@ -76,7 +76,8 @@ impl Composition {
         let stages = self.stages(&survey);
         if let Err(module) = self.exchange_links(rewires, &writers, stages, shared) {
             self.undo(&standing, std::iter::empty());
-            let message = format!("`{module}` has not returned from its tick, so no link can change now");
+            let message =
+                format!("`{module}` has not returned from its last call, so no link can change now");
             let help = "try again when it has; `slate module list` shows how it is";
             return Err(Diagnostic::without_place(message, Some(help.into())).into());
         }

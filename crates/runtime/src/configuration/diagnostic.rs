@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 
-use super::source::{Sources, Span};
+use super::source::{SourceKind, Sources, Span};
 
 /// One thing that is wrong, where, and what to do about it.
 #[derive(Clone, Debug)]
@@ -29,6 +29,9 @@ impl Diagnostic {
 
     pub(super) fn at(sources: &Sources, span: Span, message: String, help: Option<String>) -> Self {
         let source = sources.of(span);
+        if source.kind == SourceKind::Plugin {
+            return Self::without_place(format!("{}: {message}", source.name), help);
+        }
         let range = source.range(span);
         let (line, column) = source.line_and_column(range.start);
         let label = LabeledSpan::new_with_span(Some("here".into()), range);

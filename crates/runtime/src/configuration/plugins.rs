@@ -11,7 +11,32 @@ use super::{Isolation, Module, PluginEntry};
 impl Build<'_> {
     pub(super) fn plugins(&mut self, root: &Table) -> Vec<PluginEntry> {
         let table = self.problems.table(root, "plugins");
-        table.into_iter().flat_map(Table::iter).filter_map(|(name, entry)| self.plugin(name, entry)).collect()
+        let entries: Vec<_> = table
+            .into_iter()
+            .flat_map(Table::iter)
+            .filter_map(|(name, entry)| self.plugin(name, entry))
+            .collect();
+        for entry in &entries {
+            self.circle(&entries, entry, &mut vec![&entry.name.value]);
+        }
+        entries
+    }
+
+    /// Refuses a list of plugins that has itself in it.
+    fn circle<'a>(&mut self, entries: &'a [PluginEntry], entry: &'a PluginEntry, path: &mut Vec<&'a str>) {
+        for member in entry.members.iter().flatten() {
+            if member.value == path[0] {
+                let circle: Vec<_> = path.iter().chain(&path[..1]).copied().collect();
+                let message = format!("a list of plugins is a part of itself: {}", circle.join(" -> "));
+                self.problems.add(member.span, message, "take it out of the list");
+            } else if !path.contains(&member.value.as_str())
+                && let Some(entry) = entries.iter().find(|entry| entry.name.value == member.value)
+            {
+                path.push(&entry.name.value);
+                self.circle(entries, entry, path);
+                path.pop();
+            }
+        }
     }
 
     fn plugin(&mut self, name: &str, entry: &Entry) -> Option<PluginEntry> {
@@ -56,15 +81,15 @@ impl Configuration {
         &self.plugins
     }
 
-    /// The same with another module of that kind, which a plugin brought that was loaded by hand.
-    pub(crate) fn with_module(&self, name: &str, kind: &str) -> Self {
+    /// The same with another module of that kind, which a plugin brought that was loaded by hand from `origin`.
+    pub(crate) fn with_module(&self, name: &str, kind: &str, origin: &str) -> Self {
         let mut configuration = self.clone();
         let text = format!("modules.\"{name}\".plugin = \"{kind}\"");
         let span = Span { source: configuration.sources.0.len(), start: 0, end: text.len() };
         let rank = configuration.sources.0.iter().map(|source| source.rank).max().unwrap_or(0) + 1;
         configuration.sources.0.push(Source {
-            name: LOADED.into(),
-            kind: SourceKind::Change,
+            name: origin.into(),
+            kind: SourceKind::Plugin,
             path: None,
             text: text.into(),
             rank,
@@ -90,14 +115,16 @@ impl Configuration {
         let missing = |module: &&Module| {
             other.is_loaded(module) && !self.modules.iter().any(|own| own.name.value == module.name.value)
         };
-        let add =
-            |configuration: Self, module: &Module| configuration.with_module(&module.name, &module.plugin);
+        let add = |configuration: Self, module: &Module| {
+            let origin = &other.sources.of(module.name.span).name;
+            configuration.with_module(&module.name, &module.plugin, origin)
+        };
         other.modules.iter().filter(missing).fold(self.clone(), add)
     }
 
     /// Whether a module of this configuration came with a plugin that was loaded by hand.
     pub(crate) fn is_loaded(&self, module: &Module) -> bool {
-        self.sources.of(module.name.span).name == LOADED
+        self.sources.of(module.name.span).kind == SourceKind::Plugin
     }
 
     /// The same without those modules that [`with_module`](Configuration::with_module) added.
@@ -109,6 +136,3 @@ impl Configuration {
         configuration
     }
 }
-
-/// The source of modules that came with a plugin which was loaded by hand.
-const LOADED: &str = "plugin load";

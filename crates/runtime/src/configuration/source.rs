@@ -47,6 +47,8 @@ pub enum SourceKind {
     Waiting,
     /// A change made at run time.
     Change,
+    /// A plugin that was loaded by hand, and brought a module that no text names.
+    Plugin,
 }
 
 /// A text that settings come from.
@@ -69,7 +71,7 @@ impl Source {
             SourceKind::Set => "--set",
             SourceKind::Default => "default of the program",
             SourceKind::Waiting => "until the next start",
-            SourceKind::File | SourceKind::Change => "change",
+            SourceKind::File | SourceKind::Change | SourceKind::Plugin => "change",
         };
         let text = text.into();
         Self { name: name.into(), kind, path: None, text, rank: usize::MAX, document: None }
@@ -132,7 +134,7 @@ pub struct Origin {
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.kind {
-            SourceKind::Default | SourceKind::Waiting => f.write_str(&self.name),
+            SourceKind::Default | SourceKind::Waiting | SourceKind::Plugin => f.write_str(&self.name),
             SourceKind::File => write!(f, "{}:{}", self.name, self.line),
             SourceKind::Set => write!(f, "--set {}", self.name),
             SourceKind::Change => write!(f, "change {}", self.name),
@@ -159,7 +161,9 @@ impl Sources {
         let (line, column) = source.line_and_column(span.start);
         let name = match source.kind {
             SourceKind::Set | SourceKind::Change => source.text.to_string(),
-            SourceKind::Default | SourceKind::File | SourceKind::Waiting => source.name.clone(),
+            SourceKind::Default | SourceKind::File | SourceKind::Waiting | SourceKind::Plugin => {
+                source.name.clone()
+            }
         };
         Origin { kind: source.kind, name, line, column }
     }

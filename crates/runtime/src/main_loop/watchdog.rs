@@ -96,12 +96,12 @@ impl Watchdog {
                 && now >= deadline
                 && shared.deadline.load(Ordering::Acquire) == deadline
             {
-                self.give_up(watch, seen, now, &format!("before the time of stage {stage} was up"));
+                self.give_up(watch, seen, now, &format!("tick before the time of stage {stage} was up"));
                 continue;
             }
             let limit = seen.since + self.hang;
             if now >= limit {
-                self.give_up(watch, seen, now, &format!("within {} ms", milliseconds(self.hang)));
+                self.give_up(watch, seen, now, &format!("last call within {} ms", milliseconds(self.hang)));
             } else {
                 next = next.min(limit);
             }
@@ -118,7 +118,7 @@ impl Watchdog {
         if let Some(unsaid) = seen.notices.pass(now) {
             seen.said = true;
             let text = format!(
-                "{} has not returned from its tick {when}, after {} ms; its outputs are safe values until it does{}",
+                "{} has not returned from its {when}, after {} ms; its outputs are safe values until it does{}",
                 seat.name,
                 milliseconds(now.saturating_sub(seen.since)),
                 repeated(unsaid)

@@ -54,7 +54,7 @@ pub enum SnapshotError {
     Configuration(#[from] Report),
     /// A module does not stand still.
     #[error(
-        "module `{module}` has not returned from its tick within {limit:?}, so the agent does not stand still"
+        "module `{module}` has not returned from its last call within {limit:?}, so the agent does not stand still"
     )]
     #[diagnostic(help("wait until it returns and try again, or take its plugin out"))]
     Busy {

@@ -1,6 +1,7 @@
 //! Plugins that need each other, and lists of plugins.
 
 use slate_runtime::PluginError;
+use slate_runtime::configuration::Configuration;
 
 use crate::fixtures::libraries;
 use crate::support::*;
@@ -109,7 +110,8 @@ fn a_list_is_loaded_whole_or_not_at_all() {
 #[test]
 fn a_list_that_contains_itself_is_refused_with_its_circle() {
     let text = "[plugins.a]\nplugins = [\"b\"]\nload = false\n[plugins.b]\nplugins = [\"a\"]\nload = false\n";
-    let agent = lockstep(text);
-    let refusal = agent.composer().load("a").unwrap_err();
-    assert_says(&complaint(&refusal), &["a -> b -> a"]);
+    let refusal = Configuration::from_text("test.toml", text, &Default::default()).unwrap_err();
+    assert_says(&refusal.to_string(), &["test.toml:2:12", "a -> b -> a", "take it out of the list"]);
+    let own = Configuration::from_text("test.toml", "[plugins.a]\nplugins = [\"a\"]", &Default::default());
+    assert_says(&own.unwrap_err().to_string(), &["test.toml:2:12", "a -> a"]);
 }

@@ -36,7 +36,7 @@ fn nothing_is_unloaded_or_exchanged_while_its_tick_hangs() {
             assert!(matches!(refusal, PluginError::Late { .. }), "{mode:?}: {refusal:?}");
             assert_says(
                 &complaint(&refusal),
-                &["module `counter` has not returned from its tick", "wait until"],
+                &["module `counter` has not returned from its last call", "wait until"],
             );
         }
         running.cycles(3);

@@ -73,7 +73,7 @@ fn a_description_that_does_not_fit_is_refused_with_the_reason() {
         let folder = Folder::new();
         let literal = format!("{description:?}");
         let text = refusal(&rogue(&folder, &[("DESCRIPTION", &literal)]));
-        assert_says(&text, &["rogue", says]);
+        assert_says(&text, &["librogue.so", says]);
     }
 }
 

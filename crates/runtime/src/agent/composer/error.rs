@@ -95,7 +95,9 @@ pub enum PluginError {
         reason: String,
     },
     /// A module's code did not return.
-    #[error("module `{module}` has not returned from its tick, so nothing of it can be saved or unloaded")]
+    #[error(
+        "module `{module}` has not returned from its last call, so nothing of it can be saved or unloaded"
+    )]
     #[diagnostic(help("wait until it returns; an isolated module could be ended"))]
     Late {
         /// The module.

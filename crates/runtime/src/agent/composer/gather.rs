@@ -66,7 +66,7 @@ impl<'a> Gathered<'a> {
     /// A plugin of that name or the plugins of a list; those that are there already are left as they are.
     pub fn named(&mut self, name: &str) -> Result<(), PluginError> {
         let mut names = Vec::new();
-        expand(self.composition.configuration.plugins(), name, &mut names, &mut Vec::new())?;
+        expand(self.composition.configuration.plugins(), name, &mut names);
         for name in names {
             if self.catalogue.plugin(&name).is_none() {
                 self.entry(&name)?;
@@ -182,28 +182,16 @@ pub(super) fn check_kinds(catalogue: &Catalogue, plugin: &Plugin) -> Result<(), 
     Ok(())
 }
 
-/// The plugins that a name means: itself, or those of a list, which may have lists in it.
-pub(super) fn expand(
-    entries: &[PluginEntry],
-    name: &str,
-    names: &mut Vec<String>,
-    open: &mut Vec<String>,
-) -> Result<(), PluginError> {
+/// The plugins that a name means: itself, or those of a list, which may have lists in it, but not itself.
+pub(super) fn expand(entries: &[PluginEntry], name: &str, names: &mut Vec<String>) {
     let entry = entries.iter().find(|entry| entry.name.value == name);
     let Some(members) = entry.and_then(|entry| entry.members.as_ref()) else {
         if !names.iter().any(|known| known == name) {
             names.push(name.into());
         }
-        return Ok(());
+        return;
     };
-    if let Some(at) = open.iter().position(|other| other == name) {
-        let circle = open[at..].iter().cloned().chain([name.to_owned()]).collect();
-        return Err(PluginError::Circle { circle });
-    }
-    open.push(name.into());
     for member in members {
-        expand(entries, &member.value, names, open)?;
+        expand(entries, &member.value, names);
     }
-    open.pop();
-    Ok(())
 }

@@ -195,12 +195,18 @@ impl Composer {
         gather(&mut gathered)?;
         let (catalogue, origins, came) = gathered.done();
         let mut target = composition.target(|present| *present = catalogue);
-        for kind in came.iter().flat_map(Plugin::kinds) {
+        for (plugin, kind) in
+            came.iter().flat_map(|plugin| plugin.kinds().iter().map(move |kind| (plugin, kind)))
+        {
             let modules = target.configuration.modules();
             let wanted = modules.iter().any(|module| module.plugin.value == kind.name());
             let taken = modules.iter().any(|module| module.name.value == kind.name());
             if !wanted && !taken {
-                target.configuration = Arc::new(target.configuration.with_module(kind.name(), kind.name()));
+                let origin = origins.get(plugin.name());
+                let origin =
+                    origin.map_or_else(|| plugin.name().into(), |origin| crate::printable(&origin.file));
+                let with = target.configuration.with_module(kind.name(), kind.name(), &origin);
+                target.configuration = Arc::new(with);
             }
         }
         let changed = composition.change(target, &self.shared, &BTreeMap::new())?;
@@ -223,7 +229,7 @@ impl Composer {
         let mut composition = self.composition();
         let configuration = Arc::clone(&composition.configuration);
         let mut names = Vec::new();
-        gather::expand(configuration.plugins(), name, &mut names, &mut Vec::new())?;
+        gather::expand(configuration.plugins(), name, &mut names);
         names.reverse();
         names.retain(|name| composition.catalogue.plugin(name).is_some());
         if names.is_empty() {
@@ -304,7 +310,7 @@ impl Composer {
         let composition = self.composition();
         let mut names = Vec::new();
         // A list in a circle is refused when it is unloaded.
-        let _ = gather::expand(composition.configuration.plugins(), name, &mut names, &mut Vec::new());
+        gather::expand(composition.configuration.plugins(), name, &mut names);
         composition.modules_of(&names).iter().any(|own| own == module)
     }
 

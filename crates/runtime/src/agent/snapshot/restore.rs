@@ -113,7 +113,9 @@ impl Composer {
         drop(held);
         let old = match done {
             Ok(done) => done?,
-            Err(_) => return Err(unfit(snapshot, vec!["a module has not returned from its tick".into()])),
+            Err(_) => {
+                return Err(unfit(snapshot, vec!["a module has not returned from its last call".into()]));
+            }
         };
         composition.ground.index = snapshot.image.outputs;
         self.shared.logger.set_levels(levels(snapshot));
