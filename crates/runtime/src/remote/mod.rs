@@ -30,14 +30,16 @@
 mod client;
 mod desk;
 mod line;
+mod lock;
 mod peers;
 mod place;
 mod protocol;
 mod server;
 
 pub use client::{Client, ClientError};
+pub use lock::Lock;
 pub use peers::{PeerEntry, ReadEntry, ServedEntry};
-pub use place::agents;
+pub use place::{agents, folder};
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
     ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry,

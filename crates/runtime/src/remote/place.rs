@@ -1,16 +1,18 @@
 //! Where the sockets are, and whose they are.
 
-use std::fs::{self, DirBuilder, File, TryLockError};
+use std::fs::{self, DirBuilder};
 use std::io::{Error, ErrorKind, Result};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use super::Lock;
 
 /// How many agents of one name there may be.
 const MOST: u32 = 100;
 
 /// The folder of this user's sockets; it need not be there.
-fn folder() -> PathBuf {
+pub fn folder() -> PathBuf {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|path| path.is_absolute());
     let user = rustix::process::geteuid().as_raw();
     runtime.map_or_else(|| std::env::temp_dir().join(format!("slate-{user}")), |path| path.join("slate"))
@@ -51,9 +53,8 @@ pub fn agents() -> Vec<String> {
 pub(super) struct Place {
     pub name: String,
     pub socket: PathBuf,
-    lock: PathBuf,
-    /// The system ends a lock with its process, however that dies.
-    _locked: File,
+    /// Goes last.
+    _lock: Lock,
 }
 
 impl Place {
@@ -67,41 +68,22 @@ impl Place {
         };
         for number in 1..=MOST {
             let name = if number == 1 { agent.to_owned() } else { format!("{agent}-{number}") };
-            let lock = folder.join(format!("{name}.lock"));
-            let Some(locked) = lock_file(&lock)? else { continue };
+            let Some(lock) = Lock::take(&folder.join(format!("{name}.lock")))? else { continue };
             let socket = folder.join(format!("{name}.sock"));
             match fs::remove_file(&socket) {
                 Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
                 _ => {}
             }
             let listener = UnixListener::bind(&socket)?;
-            return Ok((Self { name, socket, lock, _locked: locked }, listener));
+            return Ok((Self { name, socket, _lock: lock }, listener));
         }
         Err(Error::new(ErrorKind::AddrInUse, format!("there are {MOST} agents called `{agent}` already")))
     }
 }
 
-/// Locks a file, which is made; nothing when somebody else has locked it.
-fn lock_file(path: &Path) -> Result<Option<File>> {
-    loop {
-        let file = File::options().create(true).truncate(false).write(true).open(path)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Ok(None),
-            Err(TryLockError::Error(error)) => return Err(error),
-        }
-        // Its last owner may have removed it since it was opened, and then it locks nothing.
-        let found = fs::metadata(path).map(|found| found.ino());
-        if found.is_ok_and(|found| file.metadata().is_ok_and(|own| own.ino() == found)) {
-            return Ok(Some(file));
-        }
-    }
-}
-
 impl Drop for Place {
     fn drop(&mut self) {
-        // Who removed them before did the same; the lock goes last.
+        // Who removed it before did the same.
         let _ = fs::remove_file(&self.socket);
-        let _ = fs::remove_file(&self.lock);
     }
 }

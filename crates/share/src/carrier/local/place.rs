@@ -1,9 +1,11 @@
 //! Where a socket is, and whose it is.
 
-use std::fs::{self, DirBuilder, File, TryLockError};
+use std::fs::{self, DirBuilder};
 use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
+
+use slate_runtime::remote::{Lock, folder};
 
 use crate::carrier::CarrierError;
 
@@ -23,20 +25,12 @@ pub(super) fn path(endpoint: &str) -> Result<PathBuf, CarrierError> {
     Ok(folder().join(format!("{name}.share")))
 }
 
-/// The folder of this user's sockets; it need not be there.
-fn folder() -> PathBuf {
-    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|path| path.is_absolute());
-    let user = rustix::process::geteuid().as_raw();
-    runtime.map_or_else(|| std::env::temp_dir().join(format!("slate-{user}")), |path| path.join("slate"))
-}
-
 /// A path that nobody else listens at as long as this lives.
 #[derive(Debug)]
 pub(super) struct Place {
     path: PathBuf,
-    lock: PathBuf,
-    /// The system ends a lock with its process, however that dies.
-    _locked: File,
+    /// Goes last.
+    _lock: Lock,
 }
 
 impl Place {
@@ -62,9 +56,8 @@ impl Place {
         }
         let mut lock = path.clone().into_os_string();
         lock.push(".lock");
-        let lock = PathBuf::from(lock);
         let in_use = || CarrierError::InUse { endpoint: endpoint.into() };
-        let locked = lock_file(&lock).map_err(system)?.ok_or_else(in_use)?;
+        let lock = Lock::take(Path::new(&lock)).map_err(system)?.ok_or_else(in_use)?;
         match fs::symlink_metadata(&path) {
             Ok(found) if !found.file_type().is_socket() => {
                 return Err(bad(format!("{} is there and no socket", path.display())));
@@ -74,7 +67,7 @@ impl Place {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(system(error)),
         }
-        Ok(Self { path, lock, _locked: locked })
+        Ok(Self { path, _lock: lock })
     }
 
     pub fn path(&self) -> &Path {
@@ -82,27 +75,9 @@ impl Place {
     }
 }
 
-/// Locks a file, which is made; nothing when somebody else has locked it.
-fn lock_file(path: &Path) -> std::io::Result<Option<File>> {
-    loop {
-        let file = File::options().create(true).truncate(false).write(true).open(path)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Ok(None),
-            Err(TryLockError::Error(error)) => return Err(error),
-        }
-        // Its last owner may have removed it since it was opened, and then it locks nothing.
-        let found = fs::metadata(path).map(|found| found.ino());
-        if found.is_ok_and(|found| file.metadata().is_ok_and(|own| own.ino() == found)) {
-            return Ok(Some(file));
-        }
-    }
-}
-
 impl Drop for Place {
     fn drop(&mut self) {
-        // Who removed them before did the same; the lock goes last.
+        // Who removed it before did the same.
         let _ = fs::remove_file(&self.path);
-        let _ = fs::remove_file(&self.lock);
     }
 }
