@@ -9,6 +9,7 @@ mod actuators;
 mod agent;
 mod aspects;
 mod clock;
+mod comparison;
 pub mod configuration;
 mod digest;
 pub mod isolation;

@@ -2,6 +2,7 @@ use slate_blackboard::interface::{Descriptor, Kind};
 
 use super::number::Number;
 use super::place::{NoPlace, Place};
+use crate::comparison::Comparison;
 
 /// Which values a link lets through.
 #[derive(Clone, Debug, Default)]
@@ -17,26 +18,6 @@ struct Condition {
     comparison: Comparison,
     value: f64,
 }
-
-#[derive(Clone, Copy, Debug)]
-enum Comparison {
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-    Equal,
-    Different,
-}
-
-/// The longer ones first, as they begin like the others.
-const COMPARISONS: [(&str, Comparison); 6] = [
-    ("<=", Comparison::LessOrEqual),
-    (">=", Comparison::GreaterOrEqual),
-    ("==", Comparison::Equal),
-    ("!=", Comparison::Different),
-    ("<", Comparison::Less),
-    (">", Comparison::Greater),
-];
 
 impl Filter {
     /// Reads a filter for values of an interface.
@@ -60,11 +41,7 @@ impl Condition {
     fn parse(descriptor: &'static Descriptor, text: &str) -> Result<Self, NoPlace> {
         let wrong = |help: String| NoPlace { message: format!("`{text}` is no condition"), help };
         let usual = || wrong("write a field, a comparison and a number, such as `range < 0.5`".into());
-        let split = COMPARISONS.iter().find_map(|(sign, comparison)| {
-            let (field, value) = text.split_once(sign)?;
-            Some((field.trim(), *comparison, value.trim()))
-        });
-        let (field, comparison, value) = split.ok_or_else(usual)?;
+        let (field, comparison, value) = Comparison::split(text).ok_or_else(usual)?;
         let place = Place::find(descriptor, field)?;
         let value = match (place.kind, value) {
             (Kind::Bool, "true") => Some(1.0),
@@ -101,13 +78,6 @@ impl Condition {
                 None => return false,
             },
         };
-        match self.comparison {
-            Comparison::Less => number < self.value,
-            Comparison::LessOrEqual => number <= self.value,
-            Comparison::Greater => number > self.value,
-            Comparison::GreaterOrEqual => number >= self.value,
-            Comparison::Equal => number == self.value,
-            Comparison::Different => number != self.value,
-        }
+        self.comparison.holds(number, self.value)
     }
 }

@@ -12,12 +12,13 @@ mod trigger;
 
 use std::path::Path;
 
+pub use crate::comparison::Comparison;
 pub use error::SnapshotError;
 pub use file::PluginMark;
 pub(crate) use image::{
     Bytes, FrozenActuator, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image,
 };
-pub use trigger::{Condition, Operator, Trigger};
+pub use trigger::{Condition, Trigger};
 
 use crate::configuration::{Database, Options, Report};
 

@@ -2,6 +2,7 @@ use std::path::PathBuf;
 
 use slate_blackboard::Url;
 
+use crate::comparison::Comparison;
 use crate::configuration::Spanned;
 
 /// When an agent takes a snapshot by itself: `[snapshot]` of its configuration.
@@ -21,37 +22,10 @@ pub struct Condition {
     /// The field.
     pub field: Url,
     /// How it is compared.
-    pub operator: Operator,
+    pub comparison: Comparison,
     /// What with, in the field's unit.
     pub number: f64,
 }
-
-/// How two numbers are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Operator {
-    /// `<`
-    Less,
-    /// `<=`
-    AtMost,
-    /// `>`
-    Greater,
-    /// `>=`
-    AtLeast,
-    /// `==`
-    Equal,
-    /// `!=`
-    Unequal,
-}
-
-/// As they are written; those of two characters first, as others begin them.
-const OPERATORS: [(&str, Operator); 6] = [
-    ("<=", Operator::AtMost),
-    (">=", Operator::AtLeast),
-    ("==", Operator::Equal),
-    ("!=", Operator::Unequal),
-    ("<", Operator::Less),
-    (">", Operator::Greater),
-];
 
 impl Condition {
     /// Reads `FIELD OPERATOR NUMBER`, where `true` and `false` are numbers too.
@@ -59,27 +33,19 @@ impl Condition {
     /// # Errors
     /// What is wrong with it.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let found = OPERATORS.iter().find_map(|(sign, operator)| Some((text.split_once(sign)?, *operator)));
-        let ((field, number), operator) = found.ok_or("it has none of < <= > >= == !=")?;
-        let field = Url::parse(field.trim()).map_err(|error| error.to_string())?;
-        let number = match number.trim() {
+        let (field, comparison, number) = Comparison::split(text).ok_or("it has none of < <= > >= == !=")?;
+        let field = Url::parse(field).map_err(|error| error.to_string())?;
+        let number = match number {
             "true" => 1.0,
             "false" => 0.0,
             number => number.parse().map_err(|_| format!("`{number}` is no number"))?,
         };
-        Ok(Self { field, operator, number })
+        Ok(Self { field, comparison, number })
     }
 
     /// Whether it holds for a value of the field.
     pub fn holds(&self, value: f64) -> bool {
-        match self.operator {
-            Operator::Less => value < self.number,
-            Operator::AtMost => value <= self.number,
-            Operator::Greater => value > self.number,
-            Operator::AtLeast => value >= self.number,
-            Operator::Equal => value == self.number,
-            Operator::Unequal => value != self.number,
-        }
+        self.comparison.holds(value, self.number)
     }
 }
 
