@@ -17,7 +17,7 @@ pub(crate) struct Tracing {
     switch: Arc<Switch>,
     trace: Arc<Trace>,
     /// The spans of cycles and stages. Written by who has the loop's token.
-    track: OnceLock<Track>,
+    track: OnceLock<Option<Track>>,
     pub(super) cycle: Option<Label>,
 }
 
@@ -49,7 +49,7 @@ impl Tracing {
 
     /// Records what the loop did; whoever has its token does.
     pub(super) fn record(&self, span: Span) {
-        if let Some(track) = self.track.get() {
+        if let Some(Some(track)) = self.track.get() {
             track.record(span);
         }
     }
@@ -118,12 +118,7 @@ impl AgentTrace {
 
     fn switch_on<R>(&self, switch_on: impl FnOnce(&Arc<Switch>) -> R) -> R {
         let tracing = &self.shared.tracing;
-        if tracing.track.get().is_none()
-            && let Ok(track) = tracing.trace.track_with("main loop", LOOP_SPANS)
-        {
-            // Who was faster has made the same.
-            let _ = tracing.track.set(track);
-        }
+        tracing.track.get_or_init(|| tracing.trace.track_with("main loop", LOOP_SPANS).ok());
         self.shared.watched().iter().for_each(|watch| watch.seat.add_track(&tracing.trace));
         let result = switch_on(&tracing.switch);
         // Modules that came meanwhile.

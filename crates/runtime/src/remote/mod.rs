@@ -33,7 +33,9 @@ mod line;
 mod peers;
 mod place;
 mod protocol;
+mod replacement;
 mod server;
+mod trace;
 
 pub use client::{Client, ClientError};
 pub use peers::{PeerEntry, ReadEntry, ServedEntry};
@@ -41,6 +43,6 @@ pub use place::agents;
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
     ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry,
-    UnloadedPlugin, VERSION,
+    TraceEntry, TrackEntry, UnloadedPlugin, VERSION,
 };
 pub use server::{OpenError, Server};
