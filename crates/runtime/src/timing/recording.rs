@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
@@ -86,7 +86,7 @@ impl<W: Write> Recording<W> {
         self.is_over.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // A writer that panics has ended it; the end of the file then says so.
+            // When the writer has panicked, the state tells.
             let _ = thread.join();
         }
     }
@@ -113,6 +113,11 @@ impl<W: Write> State<W> {
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock<W: Write>(mutex: &Mutex<State<W>>) -> MutexGuard<'_, State<W>> {
+    mutex.lock().unwrap_or_else(|poisoned| {
+        let mut state = poisoned.into_inner();
+        *state = State::Failed(io::Error::other("the writer has panicked"));
+        mutex.clear_poison();
+        state
+    })
 }
