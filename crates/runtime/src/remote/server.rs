@@ -171,11 +171,7 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
         let mut trace = ToolTrace::default();
         // A tool that is gone misses nothing.
         let _ = serve(stream, &shared, number, &mut trace);
-        if shared.is_closed() {
-            trace.finish();
-        }
-        // That of a tool which is gone is thrown away.
-        drop(trace);
+        trace.leave(shared.is_closed());
         shared.guests().present.remove(&number);
     });
     if serving.is_err() {
@@ -349,8 +345,8 @@ impl Guests {
     /// Notes a call; false when it may take long, and as many of those as may be are under way.
     fn begin(&mut self, number: u64, works: bool) -> bool {
         self.count += 1;
-        let at_work = |guest: &&Guest| guest.works || guest.records;
-        if works && self.present.values().filter(at_work).count() >= WORKING {
+        let others = self.present.iter().filter(|(other, _)| **other != number);
+        if works && others.filter(|(_, guest)| guest.works || guest.records).count() >= WORKING {
             return false;
         }
         if let Some(guest) = self.present.get_mut(&number) {

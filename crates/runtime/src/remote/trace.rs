@@ -68,6 +68,18 @@ impl ToolTrace {
         }
     }
 
+    /// The tool is gone: its trace is thrown away, unless it is the agent that ends.
+    pub fn leave(mut self, agent_ends: bool) {
+        if agent_ends {
+            self.finish();
+        }
+        if let Self::UnderWay { recording, file, composer } = self {
+            drop(recording);
+            let file = crate::printable(&file);
+            composer.say(&format!("a tool is gone before the end of its trace {file}, which is thrown away"));
+        }
+    }
+
     /// Ends it, and keeps for the tool what it has come to.
     pub fn finish(&mut self) {
         match std::mem::take(self) {

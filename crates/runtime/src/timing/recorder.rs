@@ -114,7 +114,7 @@ impl<W: Write> Recorder<W> {
         })
     }
 
-    /// What is recorded so far.
+    /// What is recorded so far. Its end is not known yet, and is given as its beginning.
     pub fn recorded(&self) -> &Recorded {
         &self.recorded
     }
@@ -127,7 +127,8 @@ impl<W: Write> Recorder<W> {
         self.pass(false)
     }
 
-    /// Ends it at that time, nanoseconds, with what was recorded since the last time.
+    /// Ends it at that time, nanoseconds, with what was recorded since the last time. What began later is left out, so that
+    /// all tracks end together.
     ///
     /// # Errors
     /// Those of the writer.
@@ -142,8 +143,8 @@ impl<W: Write> Recorder<W> {
         let Self { trace, events, labels, lanes, places, recorded } = self;
         lanes.extend(trace.lanes_from(lanes.len()).into_iter().map(|lane| Followed::new(lane, 0)));
         for followed in lanes {
-            let (spans, gaps) = followed.read();
-            if spans > 0 || followed.missing > 0 {
+            let (spans, gaps) = followed.read(if last { recorded.to } else { u64::MAX });
+            if spans > 0 || followed.missing > 0 || !gaps.is_empty() {
                 let number = followed.lane.track;
                 let place = match places.get(&number) {
                     Some(place) => *place,
@@ -177,8 +178,8 @@ impl Followed {
         Self { lane, next, held: Vec::new(), missing: 0 }
     }
 
-    /// Takes over what is new: how many spans, and until when how many are missing.
-    fn read(&mut self) -> (u64, Vec<(u64, u64)>) {
+    /// Takes over what is new and began before a time: how many spans, and until when how many are missing.
+    fn read(&mut self, to: u64) -> (u64, Vec<(u64, u64)>) {
         let Self { lane, next, held, missing } = self;
         let (before, mut gaps) = (held.len(), Vec::new());
         let looked_at = lane.ring.read(*next, |number, words| {
@@ -189,7 +190,9 @@ impl Followed {
                 gaps.push((span.end(), std::mem::take(missing)));
             }
             *next = number + 1;
-            held.push(span);
+            if span.start < to {
+                held.push(span);
+            }
         });
         *missing += looked_at.end - *next;
         *next = looked_at.end;

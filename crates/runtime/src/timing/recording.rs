@@ -12,6 +12,9 @@ use crate::clock::{Clock, monotonic};
 /// 20 ms: a thread that the system lets wait for some of them still loses nothing.
 const PERIOD: Duration = Duration::from_millis(5);
 
+/// Even when the writer is slower than that, whoever asks how it goes gets a turn.
+const BREATH: Duration = Duration::from_millis(1);
+
 /// A recording that is under way, from [`AgentTrace::record`](crate::AgentTrace::record): a thread of its own writes what
 /// modules and main loop do, which never wait for it. Dropped, it ends without an end of the file.
 #[derive(Debug)]
@@ -40,9 +43,8 @@ impl<W: Write + Send + 'static> Recording<W> {
                 if !lock(&shared).drain() {
                     return;
                 }
-                // After a long time in the writer it goes on at once.
                 let took = Duration::from_nanos(monotonic().saturating_sub(began));
-                std::thread::park_timeout(PERIOD.saturating_sub(took));
+                std::thread::park_timeout(PERIOD.saturating_sub(took).max(BREATH));
             }
         })?;
         Ok(Self { clock, state, is_over, thread: Some(thread) })
