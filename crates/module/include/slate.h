@@ -281,8 +281,8 @@ typedef struct SlateModuleTable {
     int32_t (*restore)(void *instance, struct SlateBytes state, const struct SlateSink *sink);
     // Refuses when the module can't be unloaded now, with the reason.
     int32_t (*may_unload)(const void *instance, const struct SlateSink *sink);
-    // Ends an instance.
-    void (*destroy)(void *instance);
+    // Ends an instance; a refusal only says what went wrong.
+    int32_t (*destroy)(void *instance, const struct SlateSink *sink);
 } SlateModuleTable;
 
 // What a library exports as `slate_plugin_<crate>`.

@@ -51,7 +51,7 @@ impl Sink {
 /// The sink is as the host made it.
 unsafe fn answer(sink: *const Sink, call: impl FnOnce() -> Result<Vec<u8>, Refusal>) -> i32 {
     let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
-        let reason = panic_message(payload.as_ref());
+        let reason = placed_message(payload.as_ref());
         discard(payload);
         Err(Refusal(reason))
     });
@@ -117,14 +117,11 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
     match catch_unwind(AssertUnwindSafe(step)) {
         Ok(outcome) => outcome as i32,
         Err(payload) => {
-            let reason = panic_message(payload.as_ref());
+            let reason = placed_message(payload.as_ref());
             discard(payload);
             // SAFETY: as above.
             let now = unsafe { Tick::new(&*frame) };
-            match place::take() {
-                Some(place) => now.log(Level::Error, format_args!("{reason} (at {place})")),
-                None => now.log(Level::Error, format_args!("{reason}")),
-            }
+            now.log(Level::Error, format_args!("{reason}"));
             PANICKED
         }
     }
@@ -145,17 +142,30 @@ unsafe extern "C" fn may_unload<I: Instance>(instance: *const (), sink: *const S
     unsafe { answer(sink, || (*instance.cast::<I>()).may_unload().map(|()| Vec::new())) }
 }
 
-unsafe extern "C" fn destroy<I: Instance>(instance: *mut ()) {
+unsafe extern "C" fn destroy<I: Instance>(instance: *mut (), sink: *const Sink) -> i32 {
     // SAFETY: the host passes what `create` returned, once.
-    let drop_instance = || drop(unsafe { Box::from_raw(instance.cast::<I>()) });
-    if let Err(payload) = catch_unwind(AssertUnwindSafe(drop_instance)) {
-        discard(payload);
+    let end = || drop(unsafe { Box::from_raw(instance.cast::<I>()) });
+    // SAFETY: as for `describe`.
+    unsafe {
+        answer(sink, || {
+            end();
+            Ok(Vec::new())
+        })
     }
 }
 
 /// Drops what a panic carried, which may itself panic.
 pub(crate) fn discard(payload: Box<dyn Any + Send>) {
     let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
+}
+
+/// What a panic that was just caught says, and where it came from.
+fn placed_message(payload: &(dyn Any + Send)) -> String {
+    let message = panic_message(payload);
+    match place::take() {
+        Some(place) => format!("{message} (at {place})"),
+        None => message,
+    }
 }
 
 pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {

@@ -198,11 +198,14 @@ impl ModuleKind {
 
     /// Ends an instance.
     ///
+    /// # Errors
+    /// What went wrong, such as a panic; it has ended all the same.
+    ///
     /// # Safety
     /// As for [`save`](ModuleKind::save), and it is not used any more.
-    pub unsafe fn destroy(&self, instance: *mut ()) {
+    pub unsafe fn destroy(&self, instance: *mut ()) -> Result<(), Refusal> {
         // SAFETY: passed on to the caller.
-        unsafe { (self.table.destroy)(instance) }
+        call(|sink| unsafe { (self.table.destroy)(instance, sink) }).map(drop)
     }
 }
 

@@ -98,8 +98,8 @@ pub struct ModuleTable {
     pub restore: unsafe extern "C" fn(instance: *mut (), state: Bytes, sink: *const Sink) -> i32,
     /// Refuses when the module can't be unloaded now, with the reason.
     pub may_unload: unsafe extern "C" fn(instance: *const (), sink: *const Sink) -> i32,
-    /// Ends an instance.
-    pub destroy: unsafe extern "C" fn(instance: *mut ()),
+    /// Ends an instance; a refusal only says what went wrong.
+    pub destroy: unsafe extern "C" fn(instance: *mut (), sink: *const Sink) -> i32,
 }
 
 // SAFETY: a table is constant; its texts are read only.

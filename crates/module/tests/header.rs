@@ -135,7 +135,7 @@ static int32_t save(const void *instance, const SlateSink *sink) { return (void)
 static int32_t restore(void *instance, SlateBytes state, const SlateSink *sink) {
     return (void)instance, (void)state, slate_refuse(sink, "no");
 }
-static void destroy(void *instance) { (void)instance; }
+static int32_t destroy(void *instance, const SlateSink *sink) { (void)instance; (void)sink; return 0; }
 static const SlateModuleTable modules[] = {
     { SLATE_TEXT("a"), SLATE_TEXT("A."), { NULL, 0 }, describe, create, tick, save, restore, save, destroy },
 };

@@ -596,8 +596,6 @@ fn an_edited_file_is_taken_over_or_refused_whole() {
     let said = |word: &str| log.lines().iter().any(|line| line.to_string().contains(word));
     edit(&TEXT.replace("first = 2.0", "first = -3.0, second = 6.0"));
     eventually(|| said("outside 0 to 1000000") && said("robot.toml:5") && said("help"));
-    edit(&TEXT.replace("[modules.relay]", "[modules.relay]\nevery = '50ms'"));
-    eventually(|| said("`modules.relay.every` can't change while the agent runs"));
     assert_eq!(number(&agent, "teller/params/first"), 8.0);
     assert_eq!(number(&agent, "teller/params/second"), 5.0);
     // What is left out has its default again.
@@ -605,6 +603,49 @@ fn an_edited_file_is_taken_over_or_refused_whole() {
     eventually(|| number(&agent, "teller/params/first") == 4.0);
     assert_eq!(number(&agent, "teller/params/second"), 1.0);
     drop(agent);
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
+#[test]
+fn what_only_the_next_start_can_have_waits_and_holds_up_nothing_else() {
+    let path = file("waiting");
+    let log = MemoryTarget::default();
+    let database = Database::open(&path, configuration::Options::default()).unwrap();
+    let agent = load(&database, log.clone());
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    let said = |word: &str| log.lines().iter().any(|line| line.to_string().contains(word));
+    let with = |text: &str| TEXT.replace("[modules.relay]", &format!("[modules.relay]\n{text}"));
+    std::fs::write(&path, with("every = '50ms'").replace("first = 2.0", "first = 8.0")).unwrap();
+    eventually(|| said("holds from the next start: modules.relay.every"));
+    assert_eq!(number(&agent, "teller/params/first"), 8.0);
+    let waiting = |client: &mut Client| -> Vec<_> {
+        let different = client.differences().unwrap();
+        different.into_iter().map(|one| (one.path, one.file, one.present)).collect()
+    };
+    let every = ("modules.relay.every".to_owned(), Some("\"50ms\"".to_owned()), None);
+    assert_eq!(waiting(&mut client), std::slice::from_ref(&every));
+    // Later edits and saves go on, and save nothing of what waits.
+    std::fs::write(&path, with("every = '50ms'").replace("first = 2.0", "first = 9.0")).unwrap();
+    eventually(|| number(&agent, "teller/params/first") == 9.0);
+    client.set(&[change("modules.teller.params.second", "3.5")]).unwrap();
+    client.save(SaveTo::Origin).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("every = '50ms'") && text.contains("3.5"), "{text}");
+    assert_eq!(waiting(&mut client), [every]);
+    let agent_only = configuration::Options::default();
+    assert_eq!(Database::open(&path, agent_only).unwrap().get("modules.relay.every").unwrap().len(), 1);
+    // A module that came or went waits with all that belongs to it.
+    let another = "[modules.another]\nplugin = 'relay'\n[links]\n\"another/input\" = \"counter/number\"";
+    let more = text.replace("every = '50ms'\n", "").replace("[links]", another);
+    std::fs::write(&path, more).unwrap();
+    eventually(|| said("holds from the next start: ") && said("modules.another.plugin"));
+    assert!(!agent.modules().contains(&"another".into()));
+    // What is taken out again waits no more.
+    std::fs::write(&path, text.replace("every = '50ms'\n", "")).unwrap();
+    eventually(|| database.waiting().is_empty());
+    assert!(client.differences().unwrap().is_empty());
+    drop((server, agent));
     std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
 }
 

@@ -75,7 +75,7 @@ fn main() {
         // SAFETY: as above, and the instance is of this kind.
         let time = measured(|| unsafe { call(instance, &raw const frame) });
         // SAFETY: nobody uses it any more.
-        unsafe { kind.destroy(instance) };
+        unsafe { kind.destroy(instance) }.unwrap();
         time
     };
     let (linked, loaded) = (by_table(&linked), by_table(loaded));

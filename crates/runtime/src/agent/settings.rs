@@ -11,7 +11,7 @@ use super::composer::{Composer, WeakComposer};
 use super::composition::Composition;
 use super::consent::{Question, ask};
 use super::survey::{Complaints, Surveyed, survey};
-use crate::configuration::{Change, Configuration, Database, Diagnostic, Report, Subscription, Watch};
+use crate::configuration::{Change, Configuration, Database, Diagnostic, Edit, Report, Subscription, Watch};
 
 /// An agent follows a database as long as this lives.
 pub(super) struct Settings {
@@ -32,6 +32,11 @@ impl Settings {
             }
             None => Ok(()),
         }));
+        let judge = composer.downgrade();
+        database.wait_with(move |configuration, changes| match judge.upgrade() {
+            Some(composer) => composer.composition().waiting(configuration, changes),
+            None => BTreeSet::new(),
+        });
         composer.composition().database = Some(database.clone());
         let follower = composer.downgrade();
         let subscription = database.subscribe("", move |database, changes| {
@@ -46,13 +51,18 @@ impl Settings {
 }
 
 /// Says what became of an edited file; of a refused one line by line, as a line of the log is short.
-fn report(reporter: &WeakComposer, edit: Result<Vec<Change>, Report>) {
+fn report(reporter: &WeakComposer, edit: Result<Edit, Report>) {
     let Some(composer) = reporter.upgrade() else { return };
+    let say = |level, what: &str, changes: &[Change]| {
+        let paths: Vec<_> = changes.iter().map(|change| change.path.as_str()).collect();
+        if !paths.is_empty() {
+            composer.log(level, &format!("the edited configuration {what}: {}", paths.join(", ")));
+        }
+    };
     match edit {
-        Ok(changes) if changes.is_empty() => {}
-        Ok(changes) => {
-            let paths: Vec<_> = changes.iter().map(|change| change.path.as_str()).collect();
-            composer.log(Level::Info, &format!("the edited configuration holds now: {}", paths.join(", ")));
+        Ok(edit) => {
+            say(Level::Info, "holds now", &edit.changes);
+            say(Level::Warn, "holds from the next start", &edit.waiting);
         }
         Err(report) => {
             composer.log(Level::Error, "the edited configuration is refused; what held before goes on");
@@ -119,64 +129,97 @@ impl Composition {
 
     /// The changes that a running agent can't make.
     fn refusals(&self, configuration: &Configuration, changes: &[Change]) -> Vec<Diagnostic> {
-        let names = |configuration: &Configuration| -> BTreeSet<String> {
-            configuration.modules().iter().map(|module| module.name.value.clone()).collect()
-        };
-        let (before, after) = (names(&self.configuration), names(configuration));
         let place = |path: &str, message: String, help: &str| match configuration.value(path) {
             Some(value) => configuration.diagnostic(value.span, message, Some(help.into())),
             None => Diagnostic::without_place(message, Some(help.into())),
         };
-        let mut diagnostics: Vec<_> = before
-            .symmetric_difference(&after)
-            .map(|module| {
-                let what = if after.contains(module) { "added" } else { "taken out" };
-                let message = format!("module `{module}` can't be {what} while the agent runs");
-                let help = format!("{LATER}; or load and unload the plugin that brings it");
-                place(&format!("modules.\"{module}\""), message, &help)
-            })
-            .collect();
-        for change in changes {
-            let of_module = match change.names() {
-                [section, module, ..] if section == "modules" => Some(module),
-                _ => None,
-            };
-            if of_module.is_some_and(|module| before.contains(module) != after.contains(module)) {
-                continue;
+        let others = Others::of(&self.configuration, configuration);
+        let of_modules = others.modules.iter().map(|module| {
+            let is_new = configuration.modules().iter().any(|own| own.name.value == **module);
+            let what = if is_new { "added" } else { "taken out" };
+            let message = format!("module `{module}` can't be {what} while the agent runs");
+            let help = format!("{LATER}; or load and unload the plugin that brings it");
+            place(&format!("modules.\"{module}\""), message, &help)
+        });
+        let of_others = changes
+            .iter()
+            .filter(|change| !others.have(change))
+            .filter_map(|change| Some(place(&change.path, others.obstacle(change)?, LATER)));
+        of_modules.chain(of_others).collect()
+    }
+
+    /// The places of those of an edit's changes that only the next start can make.
+    fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> BTreeSet<usize> {
+        let configuration = configuration.with_loaded_of(&self.configuration);
+        let others = Others::of(&self.configuration, &configuration);
+        let waits = |change: &Change| {
+            others.have(change) || others.touches(change) || others.obstacle(change).is_some()
+        };
+        changes.iter().enumerate().filter(|(_, change)| waits(change)).map(|(place, _)| place).collect()
+    }
+}
+
+/// Two configurations, and the modules that only one of them has.
+struct Others<'a> {
+    before: &'a Configuration,
+    after: &'a Configuration,
+    modules: BTreeSet<&'a str>,
+}
+
+impl<'a> Others<'a> {
+    fn of(before: &'a Configuration, after: &'a Configuration) -> Self {
+        let names = |configuration: &'a Configuration| -> BTreeSet<&'a str> {
+            configuration.modules().iter().map(|module| module.name.value.as_str()).collect()
+        };
+        let modules = names(before).symmetric_difference(&names(after)).copied().collect();
+        Self { before, after, modules }
+    }
+
+    /// Whether a change belongs to such a module.
+    fn have(&self, change: &Change) -> bool {
+        matches!(change.names(), [section, module, ..] if section == "modules" && self.modules.contains(module.as_str()))
+    }
+
+    /// Whether a change is one of a link from or to such a module.
+    fn touches(&self, change: &Change) -> bool {
+        let [section, port, ..] = change.names() else { return false };
+        let of_module = |end: &str| {
+            self.modules
+                .iter()
+                .any(|module| end.strip_prefix(module).is_some_and(|rest| rest.starts_with('/')))
+        };
+        let links = self.before.links().iter().chain(self.after.links());
+        let mut ends = links.map(|link| [link.from.value.path_in(""), link.to.value.clone()]);
+        section == "links" && ends.any(|ends| ends.contains(port) && ends.iter().any(|end| of_module(end)))
+    }
+
+    /// Why a running agent can't make a change.
+    fn obstacle(&self, change: &Change) -> Option<String> {
+        let path = &change.path;
+        let linked = |configuration: &Configuration, input: &str| {
+            configuration.links().iter().any(|link| link.to.value == input)
+        };
+        match Live::of(change) {
+            Some(Live::Parameter { module, name }) => {
+                let parameter = format!("{module}/params/{name}");
+                let part = |to: &str| {
+                    to.strip_prefix(&parameter).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
+                };
+                let link = self.after.links().iter().find(|link| part(&link.to.value));
+                link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
             }
-            let path = &change.path;
-            let linked = |configuration: &Configuration, input: &str| {
-                configuration.links().iter().any(|link| link.to.value == input)
-            };
-            let refusal = match Live::of(change) {
-                Some(Live::Parameter { module, name }) => {
-                    let parameter = format!("{module}/params/{name}");
-                    let part = |to: &str| {
-                        to.strip_prefix(&parameter)
-                            .is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
-                    };
-                    let link = configuration.links().iter().find(|link| part(&link.to.value));
-                    link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
-                }
-                Some(Live::LogLevel | Live::Link) => None,
-                Some(Live::Enabled { module }) => linked(configuration, &format!("{module}/enabled"))
-                    .then(|| format!("`{path}` has no effect, as a link switches the module")),
-                Some(Live::Input { module, port }) => {
-                    let input = format!("{module}/{port}");
-                    let had = linked(&self.configuration, &input);
-                    let value = configuration.modules().iter().find(|own| own.name.value == module);
-                    let has_value = value.is_some_and(|module| module.inputs.get(port).is_some());
-                    if had == linked(configuration, &input) && !had && !has_value {
-                        Some(format!("the value of `{input}` can't be taken back while the agent runs"))
-                    } else {
-                        None
-                    }
-                }
-                None => Some(format!("`{path}` can't change while the agent runs")),
-            };
-            diagnostics.extend(refusal.map(|message| place(path, message, LATER)));
+            Some(Live::LogLevel | Live::Link) => None,
+            Some(Live::Enabled { module }) => linked(self.after, &format!("{module}/enabled"))
+                .then(|| format!("`{path}` has no effect, as a link switches the module")),
+            Some(Live::Input { module, port }) => {
+                let input = format!("{module}/{port}");
+                let value = self.after.modules().iter().find(|own| own.name.value == module);
+                let has_value = value.is_some_and(|module| module.inputs.get(port).is_some());
+                (!has_value && !linked(self.before, &input) && !linked(self.after, &input))
+                    .then(|| format!("the value of `{input}` can't be taken back while the agent runs"))
+            }
+            None => Some(format!("`{path}` can't change while the agent runs")),
         }
-        diagnostics
     }
 }
 

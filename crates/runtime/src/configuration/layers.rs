@@ -91,17 +91,17 @@ impl Layers {
     /// Settings of the command line or of run time; they change what the files set up, and add nothing by mistake.
     pub(super) fn sets<'a>(&mut self, kind: SourceKind, settings: impl IntoIterator<Item = Written<'a>>) {
         for Written { text, equals } in settings {
-            let id = self.sources.0.len();
-            self.sources.0.push(Source::setting(kind, text));
-            self.rank(id);
+            let id = self.setting(kind, text);
             let Some(mut table) = parse_set(text, equals, id, &mut self.problems) else { continue };
             if let Some(Entry { key, .. }) = table.entries.remove("include") {
                 self.problems.add(key, "only a file includes others", "write `include` in the file");
             }
             let mut flat = flatten(table, &mut self.problems);
+            // A change of before, which is read again.
+            let was_good = kind == SourceKind::Change && equals.is_none();
             if !self.incomplete {
-                self.refuse_new(&mut flat, "modules", "module", &["plugin"]);
-                self.refuse_new(&mut flat, "actuators", "actuator", &["command", "commands"]);
+                self.refuse_new(was_good, &mut flat, "modules", "module", &["plugin"]);
+                self.refuse_new(was_good, &mut flat, "actuators", "actuator", &["command", "commands"]);
             }
             self.merged.merge(flat.clone());
             self.flat_sets.push(flat);
@@ -109,7 +109,14 @@ impl Layers {
     }
 
     /// Takes out of a setting what names a module or an actuator that no file has, unless it is set up from the ground.
-    fn refuse_new(&mut self, setting: &mut Table, section: &str, what: &str, founding: &[&str]) {
+    fn refuse_new(
+        &mut self,
+        was_good: bool,
+        setting: &mut Table,
+        section: &str,
+        what: &str,
+        founding: &[&str],
+    ) {
         let existing = self.merged.get(section).and_then(|section| section.as_table());
         let known: Vec<&str> = existing.into_iter().flat_map(Table::iter).map(|(name, _)| name).collect();
         let Some(Value::Table(table)) = setting.entries.get_mut(section).map(|entry| &mut entry.value.value)
@@ -122,11 +129,23 @@ impl Layers {
                 entry.value.as_table().is_some_and(|t| founding.iter().any(|key| t.get(key).is_some()));
             let good = founded || known.contains(&name.as_str());
             if !good {
-                let help = suggestion(name, &known);
+                let help = if was_good {
+                    format!("it was there when this was changed: put it back, or take the change back with `slate config revert {section}`")
+                } else {
+                    suggestion(name, &known)
+                };
                 problems.add(entry.key, format!("no {what} is called `{name}`"), help);
             }
             good
         });
+    }
+
+    /// A source of one setting, above those that are there.
+    pub(super) fn setting(&mut self, kind: SourceKind, text: &str) -> usize {
+        self.sources.0.push(Source::setting(kind, text));
+        let id = self.sources.0.len() - 1;
+        self.rank(id);
+        id
     }
 
     fn push(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) -> usize {

@@ -52,7 +52,7 @@ use std::path::{Path, PathBuf};
 
 use crate::main_loop::Schedule;
 use crate::snapshot::Trigger;
-pub use database::{Change, Database, Difference, Proposal, SaveTo, Subscription, Watch, parse_change};
+pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 use files::Files;
 pub use model::{
@@ -116,7 +116,7 @@ impl Configuration {
     /// Everything that is wrong with any of them.
     pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Self, Report> {
         let main = Main::File(path.as_ref().to_owned());
-        read::read(&Request { main: &main, options, changes: &[] }, Files::default()).result
+        read::read(&Request { main: &main, options, waiting: &[], changes: &[] }, Files::default()).result
     }
 
     /// Reads a text as if it were a file of that name; files it includes are found beside that name.
@@ -125,7 +125,7 @@ impl Configuration {
     /// Everything that is wrong with any of the layers.
     pub fn from_text(name: &str, text: &str, options: &Options) -> Result<Self, Report> {
         let main = Main::Text { name: name.into(), text: text.into() };
-        read::read(&Request { main: &main, options, changes: &[] }, Files::default()).result
+        read::read(&Request { main: &main, options, waiting: &[], changes: &[] }, Files::default()).result
     }
 
     /// The agent's name; by default that of the file, without its ending.

@@ -8,7 +8,7 @@ use super::layers::Layers;
 use super::set::Written;
 use super::source::{SourceKind, Span};
 use super::value::Table;
-use super::{Configuration, Options, Report, report};
+use super::{Change, Configuration, Options, Report, report};
 
 /// The file that a configuration is read from, or a text in place of one.
 #[derive(Debug)]
@@ -21,6 +21,8 @@ pub(super) enum Main {
 pub(super) struct Request<'a> {
     pub(super) main: &'a Main,
     pub(super) options: &'a Options,
+    /// What the files say and only the next start can have.
+    pub(super) waiting: &'a [Change],
     /// Made at run time, later ones last.
     pub(super) changes: &'a [Written<'a>],
 }
@@ -36,7 +38,7 @@ pub(super) struct Read {
 
 /// Reads a configuration; files that are known already are not read again.
 pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
-    let Request { main, options, changes } = request;
+    let Request { main, options, waiting, changes } = request;
     let mut layers = Layers::default();
     layers.files = files;
     layers.defaults();
@@ -52,6 +54,7 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
     let of_files = layers.merged.clone();
     layers.sets(SourceKind::Set, options.sets.iter().map(|text| Written { text, equals: None }));
     layers.flat_sets.clear();
+    layers.hold(waiting);
     layers.sets(SourceKind::Change, changes.iter().copied());
     let files = std::mem::take(&mut layers.files);
     let changes = std::mem::take(&mut layers.flat_sets);

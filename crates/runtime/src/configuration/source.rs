@@ -43,6 +43,8 @@ pub enum SourceKind {
     File,
     /// A setting of the command line.
     Set,
+    /// What holds until the next start, whatever an edited file says.
+    Waiting,
     /// A change made at run time.
     Change,
 }
@@ -66,6 +68,7 @@ impl Source {
         let name = match kind {
             SourceKind::Set => "--set",
             SourceKind::Default => "default of the program",
+            SourceKind::Waiting => "until the next start",
             SourceKind::File | SourceKind::Change => "change",
         };
         let text = text.into();
@@ -113,7 +116,7 @@ impl Source {
 }
 
 /// Where a value comes from, for people: `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`,
-/// `built-in defaults`.
+/// `built-in defaults`, `until the next start`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// Which layer.
@@ -129,7 +132,7 @@ pub struct Origin {
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.kind {
-            SourceKind::Default => f.write_str(&self.name),
+            SourceKind::Default | SourceKind::Waiting => f.write_str(&self.name),
             SourceKind::File => write!(f, "{}:{}", self.name, self.line),
             SourceKind::Set => write!(f, "--set {}", self.name),
             SourceKind::Change => write!(f, "change {}", self.name),
@@ -156,7 +159,7 @@ impl Sources {
         let (line, column) = source.line_and_column(span.start);
         let name = match source.kind {
             SourceKind::Set | SourceKind::Change => source.text.to_string(),
-            SourceKind::Default | SourceKind::File => source.name.clone(),
+            SourceKind::Default | SourceKind::File | SourceKind::Waiting => source.name.clone(),
         };
         Origin { kind: source.kind, name, line, column }
     }

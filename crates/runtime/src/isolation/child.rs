@@ -225,9 +225,9 @@ impl Module<'_> {
                 Topic::Restore => running.kind.restore(running.instance, body).map(|()| Vec::new()),
                 Topic::MayUnload => running.kind.may_unload(running.instance).map(|()| Vec::new()),
                 Topic::Destroy => {
-                    running.kind.destroy(running.instance);
+                    let ended = running.kind.destroy(running.instance);
                     self.running = None;
-                    Ok(Vec::new())
+                    ended.map(|()| Vec::new())
                 }
                 _ => Err("the host asks for what this process does not know".into()),
             }

@@ -179,10 +179,6 @@ impl Proxy {
 
 impl Drop for Proxy {
     fn drop(&mut self) {
-        if self.process.end().is_none() {
-            // A module may have something to do at its end; what it refuses then does not matter.
-            let _ = self.process.ask(Topic::Destroy, &[], self.isolation.hang);
-        }
         let fault = self.process.end().filter(|_| !self.noted);
         self.isolation.account.ended(self.process.id(), fault);
         self.process.finish();
@@ -231,7 +227,13 @@ unsafe extern "C" fn may_unload(instance: *const (), sink: *const Sink) -> i32 {
     unsafe { (*instance.cast_mut().cast::<Proxy>()).ask(Topic::MayUnload, &[], sink) }
 }
 
-unsafe extern "C" fn destroy(instance: *mut ()) {
+unsafe extern "C" fn destroy(instance: *mut (), sink: *const Sink) -> i32 {
     // SAFETY: the host passes what `Apart` made, once.
-    drop(unsafe { Box::from_raw(instance.cast::<Proxy>()) });
+    let mut proxy = unsafe { Box::from_raw(instance.cast::<Proxy>()) };
+    if proxy.process.end().is_some() {
+        return DONE;
+    }
+    // A module may have something to do at its end.
+    // SAFETY: as for `describe`.
+    unsafe { proxy.ask(Topic::Destroy, &[], sink) }
 }

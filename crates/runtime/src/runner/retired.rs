@@ -92,6 +92,14 @@ impl Patience {
         Ok(std::mem::replace(&mut owned.instance, std::ptr::null_mut()))
     }
 
+    /// Says what went wrong at the end of an instance.
+    fn told(&self, ended: Result<(), Refusal>) {
+        if let Err(refusal) = ended {
+            let text = format!("{} has ended, but {refusal}", self.module);
+            self.logger.log(self.clock.now(), Level::Error, &text);
+        }
+    }
+
     /// Does `work` in a thread of its own, and waits for it; nothing when it has not returned by then. The thread keeps
     /// all that `work` has, the library too.
     fn wait<R: Send + 'static>(&self, call: &str, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
@@ -115,12 +123,25 @@ struct Owned {
 // SAFETY: instances are `Send`, and nobody else uses this one.
 unsafe impl Send for Owned {}
 
+impl Owned {
+    /// Ends the instance.
+    ///
+    /// # Errors
+    /// What went wrong; it is gone all the same.
+    fn end(&mut self) -> Result<(), Refusal> {
+        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        if instance.is_null() {
+            return Ok(());
+        }
+        // SAFETY: the kind made this instance, and nobody uses it.
+        unsafe { self.kind.destroy(instance) }
+    }
+}
+
 impl Drop for Owned {
     fn drop(&mut self) {
-        if !self.instance.is_null() {
-            // SAFETY: the kind made this instance, and nobody uses it.
-            unsafe { self.kind.destroy(self.instance) }
-        }
+        // Nobody is left who could be told.
+        let _ = self.end();
     }
 }
 
@@ -209,7 +230,8 @@ impl Retired {
 
     /// Ends the instance here and now, however long it takes.
     pub fn end_here(mut self) {
-        drop(self.take());
+        let ended = self.take().end();
+        self.patience.told(ended);
     }
 
     fn take(&mut self) -> Owned {
@@ -220,9 +242,10 @@ impl Retired {
 
 impl Drop for Retired {
     fn drop(&mut self) {
-        let owned = self.take();
+        let mut owned = self.take();
         if !owned.instance.is_null() {
-            self.patience.wait("end", move || drop(owned));
+            let ended = self.patience.wait("end", move || owned.end());
+            self.patience.told(ended.unwrap_or(Ok(())));
         }
     }
 }

@@ -4,9 +4,11 @@ use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
 use super::changes::shown;
+use slate_runtime::configuration::Edit;
+
 use super::*;
 
-type Told = Receiver<Result<Vec<Change>, Report>>;
+type Told = Receiver<Result<Edit, Report>>;
 
 fn watched(folder: &Folder) -> (Database, slate_runtime::configuration::Watch, Told) {
     let database = Database::open(folder.path("exp1.toml"), options(&["log.level=warn"])).unwrap();
@@ -18,7 +20,7 @@ fn watched(folder: &Folder) -> (Database, slate_runtime::configuration::Watch, T
 /// What was told next; it comes within a second or so, and a slow computer gets a minute.
 #[track_caller]
 fn next(told: &Told) -> Result<Vec<String>, Report> {
-    told.recv_timeout(Duration::from_secs(60)).unwrap().map(|changes| shown(&changes))
+    told.recv_timeout(Duration::from_secs(60)).unwrap().map(|edit| shown(&edit.changes))
 }
 
 fn folder(test: &str) -> Folder {
@@ -94,7 +96,10 @@ fn an_invalid_edit_is_refused_whole_with_file_line_and_caret() {
     fs::write(folder.path("more.toml"), "[loop]\nperiod = \"6ms\"\n").unwrap();
     next(&told).unwrap();
     fs::write(folder.path("robot.toml"), "").unwrap();
-    assert_eq!(next(&told).unwrap_err().to_string(), "change:1:9: no module is called `a` (there is none)");
+    assert_eq!(
+        next(&told).unwrap_err().to_string(),
+        "change:1:9: no module is called `a` (it was there when this was changed: put it back, or take the change back with `slate config revert modules`)"
+    );
     database.revert("modules").unwrap().commit().unwrap();
     fs::write(folder.path("robot.toml"), "# none\n").unwrap();
     assert_eq!(next(&told).unwrap(), ["modules.a.params.x: 1 -> -"]);
@@ -138,4 +143,51 @@ fn what_is_told_may_panic_and_what_is_saved_is_no_edit() {
         let changes = next(&told).unwrap();
         assert!(changes.iter().all(|change| change.starts_with("loop")), "{changes:?}");
     }
+}
+
+#[test]
+fn what_waits_keeps_its_value_whether_it_was_changed_added_or_taken_out() {
+    let folder = folder("waits");
+    let database = Database::open(folder.path("exp1.toml"), options(&[])).unwrap();
+    database.wait_with(|_, changes| {
+        let waits = |change: &Change| {
+            change.path.starts_with("loop") || matches!(change.names(), [_, module, ..] if module != "a")
+        };
+        (0..changes.len()).filter(|place| waits(&changes[*place])).collect()
+    });
+    let edit = |main: &str, robot: &str| {
+        fs::write(folder.path("exp1.toml"), format!("include = \"robot.toml\"\n{main}")).unwrap();
+        fs::write(folder.path("robot.toml"), robot).unwrap();
+        shown(&database.reload().unwrap().commit().unwrap())
+    };
+    let waiting = || shown(&database.waiting());
+    // The period is another one, the time-out is new, and so is a whole module.
+    let changed = edit(
+        "loop.period = \"7ms\"\nloop.hang = \"1s\"",
+        "[modules.a]\nparams.x = 2\n[modules.b.params]\ny = [1, 2]\n",
+    );
+    assert_eq!(changed, ["modules.a.params.x: 1 -> 2"]);
+    let all = waiting();
+    assert!(all.contains(&"modules.b.params.y: - -> [1, 2]".to_owned()), "{all:?}");
+    assert!(all.contains(&"loop.period: \"20ms\" -> \"7ms\"".to_owned()), "{all:?}");
+    let now = database.current();
+    assert_eq!((now.period().value, now.modules().len()), (20_000_000, 1));
+    assert_eq!(database.get("loop.period").unwrap()[0].origin.to_string(), "until the next start");
+    assert!(database.get("modules.b").unwrap().is_empty());
+    // What is set meanwhile changes nothing of it, also when it is saved.
+    database.set(&[("modules.a.params.x", "3")]).unwrap();
+    database.save(SaveTo::Origin).unwrap();
+    assert_eq!(waiting(), all);
+    assert_eq!(database.current().period().value, 20_000_000);
+    let start = Database::open(folder.path("exp1.toml"), options(&[])).unwrap();
+    assert_eq!(start.current().modules().len(), 2);
+    assert_eq!(start.get("modules.a.params.x").unwrap()[0].value.as_f64(), Some(3.0));
+    // As it was before, nothing waits.
+    assert!(edit("[loop]\nperiod = \"20ms\"\n", "[modules.a]\nparams.x = 3\n").is_empty());
+    assert!(waiting().is_empty() && database.diff().is_empty());
+    // An edit with a mistake changes nothing of what waits either.
+    edit("loop.period = \"5ms\"", "[modules.a]\nparams.x = 3\n");
+    fs::write(folder.path("exp1.toml"), "include = \"robot.toml\"\nloop.period = 5\n").unwrap();
+    assert!(database.reload().is_err());
+    assert_eq!(waiting(), ["loop.period: \"20ms\" -> \"5ms\""]);
 }

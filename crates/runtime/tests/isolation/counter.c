@@ -22,7 +22,7 @@ typedef struct {
     int32_t (*save)(const void *, const Sink *);
     int32_t (*restore)(void *, Bytes, const Sink *);
     int32_t (*may_unload)(const void *, const Sink *);
-    void (*destroy)(void *);
+    int32_t (*destroy)(void *, const Sink *);
 } Module;
 typedef struct { uint32_t abi, module_size; const Module *modules; size_t module_count; } Plugin;
 
@@ -70,7 +70,7 @@ static int32_t may_unload(const void *instance, const Sink *sink) {
     }
     return 0;
 }
-static void destroy(void *instance) { free(instance); }
+static int32_t destroy(void *instance, const Sink *sink) { free(instance); (void)sink; return 0; }
 
 static const Module MODULE = {
     TEXT("c_counter"), TEXT("Counts."), TEXT(""), describe, create, tick, save, restore, may_unload, destroy

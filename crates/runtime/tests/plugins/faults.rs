@@ -124,11 +124,13 @@ fn a_panic_in_restore_makes_the_new_code_begin_afresh() {
 }
 
 #[test]
-fn a_panic_in_destroy_hinders_neither_reload_nor_unload() {
-    let mut agent = lockstep(&robot_with(DESTROY));
+fn a_panic_in_destroy_hinders_neither_reload_nor_unload_and_is_logged() {
+    let (mut agent, log) = logged_lockstep(&robot_with(DESTROY));
     step(&mut agent, 3);
     let reload = agent.composer().reload("counter", Some(&libraries().counter("more"))).unwrap();
     assert_eq!(reload.modules, [("counter".into(), Ok(()))]);
+    let said = log.lines().iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
+    assert_says(&said, &["counter has ended, but panicked", "(at counter/src/state.rs:"]);
     step(&mut agent, 1);
     assert_eq!(number(&agent, "counter/count/value"), 4);
     agent.composer().unload("counter").unwrap();

@@ -124,8 +124,19 @@ pub fn lockstep(text: &str) -> Agent {
 }
 
 pub fn try_lockstep(text: &str) -> Result<Agent, StartError> {
+    try_lockstep_with(text, Options::default())
+}
+
+/// As [`lockstep`], with what the log says.
+pub fn logged_lockstep(text: &str) -> (Agent, MemoryTarget) {
+    let log = MemoryTarget::default();
+    let options = Options { log: vec![Box::new(log.clone())], ..Options::default() };
+    (try_lockstep_with(text, options).unwrap(), log)
+}
+
+fn try_lockstep_with(text: &str, options: Options) -> Result<Agent, StartError> {
     let text = format!("time.source = \"beat\"\n{text}\n[modules.beat]\n");
-    let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
+    let options = Options { rate: Rate::Max, armed: true, ..options };
     Agent::load(&configuration(&text), &linked(), options)
 }
 

@@ -8,9 +8,11 @@ mod overwrite;
 mod proposal;
 mod save;
 mod session;
+mod waiting;
 mod watch;
 mod write;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,11 +27,12 @@ use super::value::Value;
 use super::{Configuration, Diagnostic, Options, Report, Setting, problems::Problems, report};
 use handlers::Handlers;
 pub use handlers::Subscription;
-use proposal::Validator;
 pub use proposal::{Change, Proposal};
+use proposal::{Texts, Validator};
 pub use save::SaveTo;
 use session::Session;
-pub use watch::Watch;
+use waiting::Patience;
+pub use watch::{Edit, Watch};
 
 /// The configuration of an agent while it runs: what the files and the command line say, and above them the changes
 /// made since, which are called the session.
@@ -67,6 +70,7 @@ struct Shared {
     /// Held by whoever changes the state, also while a file is written; taken before `state`.
     turn: Mutex<()>,
     validators: Mutex<Vec<Arc<Validator>>>,
+    patience: Mutex<Vec<Arc<Patience>>>,
     handlers: Handlers,
 }
 
@@ -76,6 +80,8 @@ struct State {
     session: Session,
     /// The files as they were read.
     files: Files,
+    /// What they say and only the next start can have.
+    waiting: Vec<Change>,
     /// Counts the changes of the state, so that a proposal can tell whether it was overtaken.
     generation: u64,
 }
@@ -125,15 +131,21 @@ impl Database {
 
     fn new(main: Main, options: Options) -> Result<Self, Report> {
         let Read { result, files, .. } =
-            read(&Request { main: &main, options: &options, changes: &[] }, Files::default());
-        let state =
-            State { configuration: Arc::new(result?), session: Session::default(), files, generation: 0 };
+            read(&Request { main: &main, options: &options, waiting: &[], changes: &[] }, Files::default());
+        let state = State {
+            configuration: Arc::new(result?),
+            session: Session::default(),
+            files,
+            waiting: Vec::new(),
+            generation: 0,
+        };
         let shared = Shared {
             main,
             options,
             state: Mutex::new(state),
             turn: Mutex::default(),
             validators: Mutex::default(),
+            patience: Mutex::default(),
             handlers: Handlers::default(),
         };
         Ok(Self { shared: Arc::new(shared) })

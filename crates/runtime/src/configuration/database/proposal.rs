@@ -16,6 +16,8 @@ pub struct Change {
     /// The value from now on, if there is one.
     pub after: Option<Value>,
     pub(super) names: Vec<String>,
+    /// With how many of the names there was something before.
+    pub(super) known: usize,
 }
 
 impl Change {
@@ -34,8 +36,17 @@ pub struct Proposal {
     session: Session,
     files: Files,
     changes: Vec<Change>,
+    waiting: Vec<Change>,
     /// The generation that it starts from.
     generation: u64,
+}
+
+/// The files that a proposal is read from.
+pub(super) enum Texts {
+    /// Those of the state.
+    Known(Files),
+    /// Others, of which some settings may have to wait.
+    Edited(Files),
 }
 
 impl Proposal {
@@ -47,6 +58,11 @@ impl Proposal {
     /// What changes, in the order of the paths.
     pub fn changes(&self) -> &[Change] {
         &self.changes
+    }
+
+    /// What edited files say and only the next start can have, as [`Database::waiting`] once this is committed.
+    pub fn waiting(&self) -> &[Change] {
+        &self.waiting
     }
 
     /// Makes it the configuration that holds, and calls the handlers of what changes.
@@ -67,7 +83,7 @@ impl Proposal {
 
     /// Nothing if it was overtaken.
     pub(super) fn apply(self) -> Option<Vec<Change>> {
-        let Self { database, configuration, session, files, changes, generation } = self;
+        let Self { database, configuration, session, files, changes, waiting, generation } = self;
         let shared = &database.shared;
         {
             let _turn = lock(&shared.turn);
@@ -75,7 +91,7 @@ impl Proposal {
             if state.generation != generation {
                 return None;
             }
-            *state = State { configuration, session, files, generation: generation + 1 };
+            *state = State { configuration, session, files, waiting, generation: generation + 1 };
             shared.handlers.queue(&changes);
         }
         shared.handlers.deliver(&database);
@@ -99,7 +115,7 @@ impl Database {
             texts.iter().map(|(text, equals)| Written { text, equals: Some(*equals) }).collect();
         let state = self.state();
         let files = state.files.clone();
-        self.proposal(state, &written, files).0
+        self.proposal(state, &written, Texts::Known(files)).0
     }
 
     /// The configuration without the session's changes at a path and below it; an empty path is all of them.
@@ -111,7 +127,7 @@ impl Database {
         let mut state = self.state();
         state.session.0.retain(|change| !prefix.holds(&change.path));
         let files = state.files.clone();
-        self.proposal(state, &[], files).0
+        self.proposal(state, &[], Texts::Known(files)).0
     }
 
     /// The configuration with the files as they are on the disk now; the session stays on top.
@@ -119,7 +135,7 @@ impl Database {
     /// # Errors
     /// Everything that is wrong with any of the layers, and what the validators object to.
     pub fn reload(&self) -> Result<Proposal, Report> {
-        self.proposal(self.state(), &[], Files::default()).0
+        self.proposal(self.state(), &[], Texts::Edited(Files::default())).0
     }
 
     /// What is wrong with files that were edited since they were read and can't be taken over; what they said before
@@ -130,7 +146,7 @@ impl Database {
         if state.files.hold_in(&now) {
             return None;
         }
-        self.proposal(state, &[], now).0.err()
+        self.proposal(state, &[], Texts::Edited(now)).0.err()
     }
 
     /// Adds a check of proposals, such as of the parameters of modules; a change that a check objects to is refused.
@@ -144,14 +160,24 @@ impl Database {
         &self,
         state: State,
         changes: &[Written<'_>],
-        files: Files,
+        texts: Texts,
     ) -> (Result<Proposal, Report>, Files) {
-        let State { configuration: before, mut session, generation, .. } = state;
+        let State { configuration: before, mut session, mut waiting, generation, .. } = state;
         let earlier = session.texts();
         let earlier = earlier.iter().map(|text| Written { text, equals: None });
         let written: Vec<_> = earlier.chain(changes.iter().copied()).collect();
         let Shared { main, options, .. } = &*self.shared;
-        let read = read(&Request { main, options, changes: &written }, files);
+        let request =
+            |waiting: &[Change], files| read(&Request { main, options, waiting, changes: &written }, files);
+        let read = match texts {
+            Texts::Known(files) => request(&waiting, files),
+            Texts::Edited(files) => {
+                let read = request(&[], files);
+                let wait = |configuration| self.held(configuration, &list(&before, configuration));
+                waiting = read.result.as_ref().map_or(Vec::new(), wait);
+                if waiting.is_empty() { read } else { request(&waiting, read.files) }
+            }
+        };
         let files = read.files;
         let result = read.result.and_then(|configuration| {
             let new = read.changes.len() - changes.len();
@@ -165,6 +191,7 @@ impl Database {
                 session,
                 files: files.clone(),
                 changes,
+                waiting,
                 generation,
             })
         });
@@ -189,10 +216,12 @@ impl Database {
 }
 
 fn list(before: &Configuration, after: &Configuration) -> Vec<Change> {
+    let all = &before.merged;
     let change = |(names, before, after): super::super::compare::Pair<'_>| Change {
         path: path::render(&names),
         before: before.map(|value| value.value.clone()),
         after: after.map(|value| value.value.clone()),
+        known: (0..names.len()).rev().find(|known| all.entry(&names[..*known]).is_some()).unwrap_or(0),
         names,
     };
     differences(&before.merged, &after.merged).into_iter().map(change).collect()

@@ -134,7 +134,12 @@ impl Database {
     fn reread(&self, state: &State, files: Files) -> Result<State, Report> {
         let Shared { main, options, .. } = &*self.shared;
         let before = &state.configuration;
-        let without = read(&Request { main, options, changes: &[] }, files).result_and_files()?;
+        // The next start has what waits.
+        if !state.waiting.is_empty() {
+            read(&Request { main, options, waiting: &[], changes: &[] }, files.clone()).result?;
+        }
+        let without = read(&Request { main, options, waiting: &state.waiting, changes: &[] }, files)
+            .result_and_files()?;
         let mut session = state.session.clone();
         // What the command line sets otherwise stays changed.
         session.0.retain(|change| {
@@ -152,7 +157,8 @@ impl Database {
         let (configuration, files) = if written.is_empty() {
             without
         } else {
-            read(&Request { main, options, changes: &written }, without.1).result_and_files()?
+            read(&Request { main, options, waiting: &state.waiting, changes: &written }, without.1)
+                .result_and_files()?
         };
         let lost = differences(&before.merged, &configuration.merged).into_iter().map(|(path, ..)| path);
         let unsaved = differences(&configuration.files, &configuration.merged)
@@ -164,7 +170,8 @@ impl Database {
                 "write this change into the file by hand",
             ));
         }
-        Ok(State { configuration: Arc::new(configuration), session, files, generation: state.generation + 1 })
+        let (waiting, generation) = (state.waiting.clone(), state.generation + 1);
+        Ok(State { configuration: Arc::new(configuration), session, files, waiting, generation })
     }
 }
 

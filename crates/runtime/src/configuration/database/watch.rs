@@ -9,6 +9,15 @@ use super::*;
 /// How often files are looked at. Two looks that agree make an edit, so that no half-written file is read.
 const PERIOD: Duration = Duration::from_millis(250);
 
+/// What became of edited files.
+#[derive(Clone, Debug)]
+pub struct Edit {
+    /// What holds now.
+    pub changes: Vec<Change>,
+    /// What they say and only the next start can have, also since earlier edits.
+    pub waiting: Vec<Change>,
+}
+
 /// Lasts as long as edited files are taken over.
 #[must_use = "dropping it ends the watching"]
 pub struct Watch {
@@ -39,15 +48,12 @@ impl Database {
     /// Takes over the files of the configuration, included ones too, when they are edited, within a second.
     ///
     /// A thread looks at what stands at their paths, so it doesn't matter how an editor replaces them. `told` is
-    /// called in that thread with what was changed by an edit, or with what is wrong with it; then nothing changes,
+    /// called in that thread with what became of an edit, or with what is wrong with it; then nothing changes,
     /// and the next edit is tried. Changes made at run time stay on top.
     ///
     /// # Errors
     /// There can be no more threads.
-    pub fn watch(
-        &self,
-        told: impl FnMut(Result<Vec<Change>, Report>) + Send + 'static,
-    ) -> Result<Watch, Report> {
+    pub fn watch(&self, told: impl FnMut(Result<Edit, Report>) + Send + 'static) -> Result<Watch, Report> {
         let (stop, stopped) = mpsc::channel();
         let mut watcher = Watcher { database: self.clone(), seen: None, refused: None };
         let mut told = told;
@@ -83,7 +89,7 @@ struct Refused {
 }
 
 impl Watcher {
-    fn look(&mut self) -> Option<Result<Vec<Change>, Report>> {
+    fn look(&mut self) -> Option<Result<Edit, Report>> {
         let state = self.database.state();
         let generation = state.generation;
         let now =
@@ -101,10 +107,13 @@ impl Watcher {
                 return None;
             }
         }
-        let (result, files) = self.database.proposal(state, &[], now);
+        let (result, files) = self.database.proposal(state, &[], Texts::Edited(now));
         match result {
             // Overtaken by another change: the next look tries again.
-            Ok(proposal) => proposal.apply().map(Ok),
+            Ok(proposal) => {
+                let waiting = proposal.waiting().to_vec();
+                proposal.apply().map(|changes| Ok(Edit { changes, waiting }))
+            }
             Err(report) => {
                 let text = report.to_string();
                 let told = self.refused.as_ref().is_some_and(|refused| refused.report == text);
