@@ -1,7 +1,11 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
 use clap::Args;
+use slate::runtime::printable;
+use slate::runtime::remote::{Client, ClientError, TraceEntry};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -9,12 +13,15 @@ use crate::output;
 
 #[derive(Debug, Args)]
 pub struct TraceOptions {
-    /// How long to record, seconds.
+    /// How long to record, seconds. Ctrl-C ends it earlier, with the file.
     #[arg(long, default_value_t = 5.0, value_parser = seconds)]
     pub seconds: f64,
-    /// The file, which <https://ui.perfetto.dev> opens.
+    /// The file, which <https://ui.perfetto.dev> opens. An older one is replaced at the end.
     #[arg(long, default_value = "trace.json")]
     pub out: PathBuf,
+    /// Prints what was recorded of each track as JSON.
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     pub agent: AgentOption,
 }
@@ -26,20 +33,85 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// How often the agent is asked how the recording goes.
+const LOOK: Duration = Duration::from_millis(250);
+
 /// Records what the modules of a running agent do when.
 pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
     let file = std::path::absolute(&options.out)
         .map_err(|source| Failure::File { path: options.out.clone(), source })?;
     let mut client = options.agent.connect()?;
-    // A file that can't be written is told before the recording, and not after it.
-    client.export_trace(&file, 0, 0)?;
-    let from = client.record_trace(true)?;
-    std::thread::sleep(Duration::try_from_secs_f64(options.seconds).unwrap_or(Duration::ZERO));
-    let to = client.record_trace(false)?;
-    let spans = client.export_trace(&file, from, to)?;
-    output::line(format_args!(
-        "{spans} spans in {}; open it in https://ui.perfetto.dev",
-        slate::runtime::printable(&file)
-    ));
+    let interrupted = interrupts();
+    client.record_trace(&file)?;
+    let recorded = record(&mut client, options.seconds, &interrupted)?;
+    if options.json {
+        output::json(&recorded);
+    } else {
+        output::line(summary(&recorded, &file));
+    }
+    if let Some(warning) = warning(&recorded) {
+        eprintln!("warning: {warning}");
+    }
     Ok(true)
+}
+
+/// Hears of Ctrl-C, the second of which ends the process.
+fn interrupts() -> Receiver<()> {
+    let (sender, receiver) = sync_channel(1);
+    let asked = AtomicBool::new(false);
+    let handled = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::AcqRel) {
+            std::process::exit(130);
+        }
+        // It is waited for, or it has ended by itself.
+        let _ = sender.try_send(());
+    });
+    if let Err(error) = handled {
+        eprintln!("Ctrl-C will throw the trace away: {error}");
+    }
+    receiver
+}
+
+/// Waits for the end, and hears meanwhile when the recording fails or the agent ends.
+fn record(client: &mut Client, seconds: f64, interrupted: &Receiver<()>) -> Result<TraceEntry, ClientError> {
+    let mut left = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO);
+    while !left.is_zero() {
+        let part = left.min(LOOK);
+        match interrupted.recv_timeout(part) {
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => std::thread::sleep(part),
+            Ok(()) => break,
+        }
+        left -= part;
+        let progress = client.trace_progress()?;
+        if progress.ended {
+            eprintln!("the agent has ended, and the trace with it");
+            return Ok(progress);
+        }
+    }
+    client.end_trace()
+}
+
+fn summary(recorded: &TraceEntry, file: &Path) -> String {
+    let tracks = recorded.tracks.len();
+    let seconds = recorded.to.saturating_sub(recorded.from) as f64 * 1e-9;
+    format!(
+        "{} spans of {tracks} {} over {seconds:.2} s in {}; open it in https://ui.perfetto.dev",
+        recorded.spans(),
+        if tracks == 1 { "track" } else { "tracks" },
+        printable(file)
+    )
+}
+
+/// What is missing, and of which tracks.
+fn warning(recorded: &TraceEntry) -> Option<String> {
+    let missing = recorded.tracks.iter().filter(|track| track.missing > 0);
+    let missing: Vec<_> = missing.map(|track| format!("{} of {}", track.missing, track.name)).collect();
+    (!missing.is_empty()).then(|| {
+        format!(
+            "{} spans are missing, as they came faster than they could be written: {}; the trace says where",
+            recorded.missing(),
+            missing.join(", ")
+        )
+    })
 }

@@ -9,9 +9,14 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::net::UnixListener;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::Running;
+use common::{Running, json, text};
 use serde_json::Value;
 
 /// The spans of each thread, by its name: what each is called, when it begins and how long it takes, in microseconds.
@@ -47,7 +52,11 @@ fn a_trace_of_a_running_agent_opens_in_perfetto() {
         let trace: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
         let tracks = tracks(&trace);
         let spans: usize = tracks.values().map(Vec::len).sum();
-        assert!(said.starts_with(&format!("{spans} spans in ")), "{spans}: {said}");
+        let with_spans = tracks.values().filter(|track| !track.is_empty()).count();
+        assert!(
+            said.starts_with(&format!("{spans} spans of {with_spans} tracks over 0.5")),
+            "{spans}: {said}"
+        );
         // At 20 ms a cycle there are about 25; a busy machine makes fewer.
         for module in ["simulator", "referee", "r2/range_monitor", "r2/planner", "r2/execute"] {
             let track = &tracks[module];
@@ -90,4 +99,126 @@ fn a_trace_that_can_not_be_made_is_refused_before_it_is_recorded() {
     // It is not left recording.
     running.done(&["trace", "--seconds", "0.1"]);
     assert!(running.folder().join("trace.json").exists());
+}
+
+fn eventually(what: &str, mut so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !so() {
+        assert!(start.elapsed() < Duration::from_secs(60), "{what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Records for an hour, and is under way.
+fn recording(running: &Running, file: &str) -> Child {
+    let mut command = running.command(&["trace", "--seconds", "3600", "--out", file]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let part = running.folder().join(format!("{file}.part"));
+    eventually("it begins", || part.exists());
+    std::thread::sleep(Duration::from_millis(300));
+    child
+}
+
+fn interrupt(child: Child) -> Output {
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    child.wait_with_output().unwrap()
+}
+
+/// How many cycles a file has.
+fn cycles(file: &Path) -> usize {
+    let trace: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    tracks(&trace)["main loop"].iter().filter(|span| span.0 == "cycle").count()
+}
+
+#[test]
+fn a_trace_that_is_interrupted_is_kept_and_of_a_killed_one_nothing_is_left() {
+    let mut running = Running::new("interrupted");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    let older = running.folder().join("killed.json");
+    std::fs::write(&older, "older").unwrap();
+    let mut killed = recording(&running, "killed.json");
+    let output = interrupt(recording(&running, "kept.json"));
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(text(&output.stdout).contains("kept.json; open it"), "{output:?}");
+    assert!(cycles(&running.folder().join("kept.json")) >= 3);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    eventually("what was recorded is removed", || !running.folder().join("killed.json.part").exists());
+    assert_eq!(std::fs::read_to_string(&older).unwrap(), "older");
+    assert!(running.done(&["module", "list"]).contains("WORKING"));
+}
+
+#[test]
+fn a_trace_ends_with_its_agent_and_is_kept() {
+    let mut running = Running::new("trace_end");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    let child = recording(&running, "trace.json");
+    running.interrupt();
+    let output = child.wait_with_output().unwrap();
+    running.finish();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(text(&output.stderr).contains("the agent has ended, and the trace with it"), "{output:?}");
+    assert!(text(&output.stdout).contains(" tracks over "), "{output:?}");
+    assert!(cycles(&running.folder().join("trace.json")) >= 3);
+}
+
+#[test]
+fn a_disk_without_room_ends_a_trace_in_words() {
+    let mut running = Running::new("trace_full");
+    // The agent may write no file of more than 32 KiB.
+    let mut command = Command::new("sh");
+    let limit = "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\"";
+    command.args(["-c", limit, env!("CARGO_BIN_EXE_slate"), "run", "exp1", "--headless", "--rate", "1"]);
+    command.current_dir(running.folder()).env("XDG_RUNTIME_DIR", running.sockets());
+    running.launch("exp1", command);
+    let file = running.folder().join("trace.json");
+    std::fs::write(&file, "older").unwrap();
+    let start = Instant::now();
+    let words = ["trace.json can't be written", "large", "help: record for less time"];
+    running.fails(1, &["trace", "--seconds", "3600"], &words);
+    assert!(start.elapsed() < Duration::from_secs(600));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "older");
+    assert!(!running.folder().join("trace.json.part").exists());
+    assert!(running.done(&["module", "list"]).contains("WORKING"));
+}
+
+/// An agent that answers so to each call.
+fn say(listener: &UnixListener, answers: &[&str]) {
+    let (mut stream, _) = listener.accept().unwrap();
+    stream.write_all(b"{\"slate\":1,\"agent\":\"busy\"}\n").unwrap();
+    let mut lines = BufReader::new(stream.try_clone().unwrap()).lines();
+    for answer in answers {
+        lines.next().unwrap().unwrap();
+        writeln!(stream, "{{\"result\":{answer}}}").unwrap();
+    }
+}
+
+#[test]
+fn what_is_missing_is_said_and_is_no_failure() {
+    let running = Running::new("trace_missing");
+    let folder = running.sockets().join("slate");
+    std::fs::DirBuilder::new().mode(0o700).create(&folder).unwrap();
+    let listener = UnixListener::bind(folder.join("busy.sock")).unwrap();
+    let entry = r#"{"file":"/x","ended":true,"from":1000000000,"to":1500000000,"tracks":[
+        {"name":"main loop","spans":90,"missing":10},{"name":"r2/planner","spans":50,"missing":0},
+        {"name":"r2/execute","spans":40,"missing":7}]}"#;
+    let entry = entry.replace('\n', "");
+    let under_way = entry.replace("true", "false");
+    let answers = ["null", &under_way, &entry];
+    let agent = std::thread::spawn({
+        let answers = answers.map(str::to_owned);
+        move || (0..2).for_each(|_| say(&listener, &answers.each_ref().map(String::as_str)))
+    });
+    let arguments = ["trace", "--agent", "busy", "--seconds", "0.1"];
+    let output = running.call(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(text(&output.stdout).starts_with("180 spans of 3 tracks over 0.50 s in "), "{output:?}");
+    let warning = "warning: 17 spans are missing, as they came faster than they could be written: \
+                   10 of main loop, 7 of r2/execute; the trace says where";
+    assert_eq!(text(&output.stderr).trim_end(), warning);
+    let output = running.call(&[&arguments[..], &["--json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert_eq!(json(&output), serde_json::from_str::<Value>(&entry).unwrap());
+    assert_eq!(text(&output.stderr).trim_end(), warning);
+    agent.join().unwrap();
 }

@@ -193,6 +193,18 @@ fn links_that_convert_filter_and_feed_parameters_allocate_nothing() {
 }
 
 #[test]
+fn a_trace_that_is_recorded_allocates_nothing_in_the_loop() {
+    let mut agent = robot(ROBOT, 0);
+    let (trace, recording) = (agent.trace(), agent.trace().record(std::io::sink()).unwrap());
+    assert_eq!(allocations(&mut agent), 0);
+    assert!(trace.is_on());
+    let (recorded, _) = recording.end().unwrap();
+    let cycles = |track: &&slate_runtime::timing::RecordedTrack| track.name == "counter";
+    let counter = recorded.tracks.iter().find(cycles).unwrap();
+    assert_eq!(counter.spans + counter.missing, 4000);
+}
+
+#[test]
 fn workers_allocate_nothing() {
     assert_eq!(allocations(&mut robot(ROBOT, 2)), 0);
 }

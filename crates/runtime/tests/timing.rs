@@ -123,7 +123,7 @@ fn an_export_is_what_was_recorded() {
     main.record(Span { label: stage, start: 1_100, duration: 800, cycle: 7 });
     worker.record(Span { label: module, start: 1_234_567, duration: 1, cycle: u64::MAX });
     let (exported, events) = events(&trace, 0, u64::MAX);
-    assert_eq!(exported, Exported { spans: 3, torn: 0, overwritten: 0 });
+    assert_eq!(exported, Exported { spans: 3, ..Exported::default() });
     let names: Vec<_> = events
         .iter()
         .filter(|event| event["name"] == "thread_name")
@@ -166,9 +166,15 @@ fn a_full_ring_keeps_the_newest() {
         track.record(Span { label, start: cycle * 10, duration: 10, cycle });
     }
     let (exported, events) = events(&trace, 0, u64::MAX);
-    assert_eq!(exported, Exported { spans: 8, torn: 0, overwritten: 12 });
+    // What is missing has ended before the thirteenth has, at the latest.
+    assert_eq!(exported, Exported { spans: 8, torn: 0, overwritten: 12, complete_from: 130 });
+    let gap = events.iter().find(|event| event["ph"] == "i").unwrap();
+    assert_eq!((nanoseconds(&gap["ts"]), &gap["tid"]), (130, &1.into()), "{gap}");
     let cycles: Vec<_> = spans(&events).iter().map(|span| span["args"]["cycle"].as_u64().unwrap()).collect();
     assert!(cycles.into_iter().eq(12..20));
+    let (exported, events) = self::events(&trace, 130, u64::MAX);
+    assert_eq!((exported.spans, exported.complete_from), (7, 130), "nothing is missing of that time");
+    assert!(events.iter().all(|event| event["ph"] != "i"));
 }
 
 #[test]

@@ -69,7 +69,11 @@ impl Running {
 
     /// Starts a run, and waits until its tools reach it.
     pub fn start(&mut self, agent: &str, arguments: &[&str]) {
-        let mut command = self.command(arguments);
+        self.launch(agent, self.command(arguments));
+    }
+
+    /// Starts a run by a command of its own, and waits until its tools reach it.
+    pub fn launch(&mut self, agent: &str, mut command: Command) {
         self.runs.push(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap());
         for _ in 0..600 {
             if self.call(&["module", "list", "--agent", agent]).status.success() {

@@ -328,7 +328,8 @@ impl Seat {
     /// From now on its steps can be recorded.
     pub fn add_track(&self, trace: &Trace) {
         if self.track.get().is_none()
-            && let (Ok(track), Ok(label)) = (trace.track(&self.name), trace.label(&self.name))
+            // A seat that this one takes the place of is still there.
+            && let (Ok(track), Ok(label)) = (trace.track_after(&self.name), trace.label(&self.name))
         {
             // Who was faster has made the same.
             let _ = self.track.set((track, label));

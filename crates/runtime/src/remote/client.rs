@@ -11,7 +11,8 @@ use super::line::{self, Line};
 use super::place;
 use super::protocol::{
     Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
-    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin, VERSION,
+    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, TraceEntry,
+    UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
 
@@ -197,14 +198,19 @@ impl Client {
         self.call(&Call::PluginPromote { name: name.into() })
     }
 
-    /// Begins or ends recording what runs when; the present time as the trace has it, nanoseconds.
-    pub fn record_trace(&mut self, on: bool) -> Result<u64, ClientError> {
-        self.call(&Call::TraceRecord { on })
+    /// Begins to record what runs when, into a file at an absolute path. It is there after [`end_trace`](Client::end_trace).
+    pub fn record_trace(&mut self, file: &Path) -> Result<(), ClientError> {
+        self.call(&Call::TraceRecord { file: file.into() })
     }
 
-    /// Writes what ran between two times into a file at an absolute path; how many spans it has.
-    pub fn export_trace(&mut self, file: &Path, from: u64, to: u64) -> Result<u64, ClientError> {
-        self.call(&Call::TraceExport { file: file.into(), from, to })
+    /// What this client has recorded so far.
+    pub fn trace_progress(&mut self) -> Result<TraceEntry, ClientError> {
+        self.call(&Call::TraceProgress {})
+    }
+
+    /// Ends the recording.
+    pub fn end_trace(&mut self) -> Result<TraceEntry, ClientError> {
+        self.call(&Call::TraceEnd {})
     }
 
     /// Stops all actuators until `reset` and `arm`.

@@ -1,7 +1,5 @@
 //! Does what tools ask for.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -13,6 +11,7 @@ use super::protocol::{
     Answer, Call, Changed, Different, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry,
     PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, UnloadedPlugin,
 };
+use super::trace::ToolTrace;
 use crate::configuration::{Change, Configuration, Database, Report, SaveTo, Value};
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::{Composer, Loaded, NewLink, PluginError, Reload};
@@ -36,15 +35,15 @@ pub(super) fn read(line: &[u8]) -> Result<Call, Refusal> {
 }
 
 impl Desk {
-    /// Answers a call.
-    pub fn answer(&self, call: Call) -> Answer {
-        match self.call(call) {
+    /// Answers a call of the tool with that trace.
+    pub fn answer(&self, call: Call, trace: &mut ToolTrace) -> Answer {
+        match self.call(call, trace) {
             Ok(result) => Answer::Result(result),
             Err(refusal) => Answer::Error(refusal),
         }
     }
 
-    fn call(&self, call: Call) -> Done {
+    fn call(&self, call: Call, trace: &mut ToolTrace) -> Done {
         match call {
             Call::PluginList {} => self.plugins(),
             Call::PluginLoad { name, file } => self.load(name.as_deref(), file.as_deref()),
@@ -66,16 +65,9 @@ impl Desk {
             }
             Call::PluginEndShadow { name } => result(self.composer.end_shadow(&name)?),
             Call::PluginPromote { name } => reloaded(self.composer.promote(&name)?),
-            Call::TraceRecord { on } => {
-                let trace = self.composer.trace();
-                if on {
-                    trace.start();
-                } else {
-                    trace.stop();
-                }
-                result(trace.now())
-            }
-            Call::TraceExport { file, from, to } => self.export_trace(absolute(&file)?, from, to),
+            Call::TraceRecord { file } => result(trace.record(&self.composer, absolute(&file)?)?),
+            Call::TraceProgress {} => result(trace.progress()?),
+            Call::TraceEnd {} => result(trace.end()?),
             Call::ModuleList {} => self.modules(),
             Call::ModuleEnable { name } => self.enable(&name, true),
             Call::ModuleDisable { name } => self.enable(&name, false),
@@ -155,19 +147,6 @@ impl Desk {
 
     fn reload(&self, name: &str, file: Option<&Path>) -> Done {
         reloaded(self.composer.reload(name, file.map(absolute).transpose()?)?)
-    }
-
-    fn export_trace(&self, file: &Path, from: u64, to: u64) -> Done {
-        let failed = |error: std::io::Error| {
-            refusal(
-                format!("{} can't be written: {error}", crate::printable(file)),
-                "name a file in a folder that exists",
-            )
-        };
-        let mut writer = BufWriter::new(File::create(file).map_err(failed)?);
-        let exported = self.composer.trace().export(from, to, &mut writer).map_err(failed)?;
-        writer.flush().map_err(failed)?;
-        result(exported.spans)
     }
 
     fn arm(&self, actuator: Option<&str>) -> Done {

@@ -34,7 +34,9 @@ mod lock;
 mod peers;
 mod place;
 mod protocol;
+mod replacement;
 mod server;
+mod trace;
 
 pub use client::{Client, ClientError};
 pub use lock::Lock;
@@ -43,6 +45,6 @@ pub use place::{agents, folder};
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
     ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry,
-    UnloadedPlugin, VERSION,
+    TraceEntry, TrackEntry, UnloadedPlugin, VERSION,
 };
 pub use server::{OpenError, Server};

@@ -74,22 +74,19 @@ pub enum Call {
         /// Its name.
         name: String,
     },
-    /// Begins or ends recording what runs when: the present time as the trace has it, nanoseconds.
+    /// Begins to record what runs when into a file that Perfetto opens; nothing. A connection records one file at a time;
+    /// when it is lost before `trace/end`, there is no new file, and an older one stays as it is.
     #[serde(rename = "trace/record")]
     TraceRecord {
-        /// Whether it records.
-        on: bool,
-    },
-    /// Writes what ran between two times into a file that Perfetto opens: how many spans it has.
-    #[serde(rename = "trace/export")]
-    TraceExport {
         /// The file, by its absolute path.
         file: PathBuf,
-        /// Nanoseconds.
-        from: u64,
-        /// Nanoseconds.
-        to: u64,
     },
+    /// What this connection has recorded so far: [`TraceEntry`]; refused when it has failed, such as for a full disk.
+    #[serde(rename = "trace/progress")]
+    TraceProgress {},
+    /// Ends the recording of this connection, whose file is then there: [`TraceEntry`].
+    #[serde(rename = "trace/end")]
+    TraceEnd {},
     /// All modules: a list of [`ModuleEntry`].
     #[serde(rename = "module/list")]
     ModuleList {},
@@ -392,6 +389,44 @@ pub struct SnapshotEntry {
     pub time: u64,
     /// Cycles of the main loop until then.
     pub cycle: u64,
+}
+
+/// A trace that is or was recorded.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TraceEntry {
+    /// Its file.
+    pub file: PathBuf,
+    /// Whether the file is there, by `trace/end` or as the agent ends.
+    pub ended: bool,
+    /// When it began, nanoseconds.
+    pub from: u64,
+    /// When it ended, or until when it goes so far, nanoseconds.
+    pub to: u64,
+    /// Its tracks: the main loop and the modules that have done something.
+    pub tracks: Vec<TrackEntry>,
+}
+
+/// What is recorded of a module or the main loop.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TrackEntry {
+    /// Its name.
+    pub name: String,
+    /// The spans in the file.
+    pub spans: u64,
+    /// Those that came faster than they could be written.
+    pub missing: u64,
+}
+
+impl TraceEntry {
+    /// The spans in the file.
+    pub fn spans(&self) -> u64 {
+        self.tracks.iter().map(|track| track.spans).sum()
+    }
+
+    /// Those that came faster than they could be written.
+    pub fn missing(&self) -> u64 {
+        self.tracks.iter().map(|track| track.missing).sum()
+    }
 }
 
 /// The newest value of a property.

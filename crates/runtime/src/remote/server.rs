@@ -18,6 +18,7 @@ use super::desk::{self, Desk, refusal};
 use super::line::{self, Line};
 use super::place::Place;
 use super::protocol::{Answer, Call, Greeting, LINE_LIMIT, Refusal, VERSION};
+use super::trace::ToolTrace;
 use crate::Agent;
 
 /// How many tools may be connected; for one more, the one that was silent for the longest is let go.
@@ -31,6 +32,9 @@ const TURN: Duration = Duration::from_secs(50);
 
 /// How often who waits looks whether its tool is still there.
 const LOOK: Duration = Duration::from_millis(100);
+
+/// How long an agent that ends waits for tools that record to ask how it goes.
+const HEARING: Duration = Duration::from_secs(1);
 
 /// How long a tool may take to receive an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -83,6 +87,8 @@ struct Guest {
     busy: bool,
     /// Whether that may take long.
     works: bool,
+    /// Whether it records a trace, and so is not let go for its silence.
+    records: bool,
 }
 
 impl Server {
@@ -129,15 +135,18 @@ impl Drop for Server {
             // It has nothing that panics.
             let _ = door.join();
         }
+        // Traces are ended: for tools that ask how theirs goes at once, so that they hear of it, and then for the others.
+        self.hall.wait_for_traces(HEARING);
         // A call under way ends by itself.
         self.hall.guests().present.values().for_each(Guest::let_go);
+        self.hall.wait_for_traces(PATIENCE);
     }
 }
 
 fn receive(listener: &UnixListener, hall: &Arc<Hall>) {
     loop {
         let accepted = listener.accept();
-        if hall.closed.load(Ordering::Acquire) {
+        if hall.is_closed() {
             return;
         }
         match accepted {
@@ -159,8 +168,10 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
     };
     let shared = Arc::clone(hall);
     let serving = Builder::new().name("remote tool".into()).spawn(move || {
+        let mut trace = ToolTrace::default();
         // A tool that is gone misses nothing.
-        let _ = serve(stream, &shared, number);
+        let _ = serve(stream, &shared, number, &mut trace);
+        trace.leave(shared.is_closed());
         shared.guests().present.remove(&number);
     });
     if serving.is_err() {
@@ -168,7 +179,7 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
     }
 }
 
-fn serve(mut stream: UnixStream, hall: &Hall, number: u64) -> std::io::Result<()> {
+fn serve(mut stream: UnixStream, hall: &Hall, number: u64, trace: &mut ToolTrace) -> std::io::Result<()> {
     send(&mut stream, &Greeting { slate: VERSION, agent: hall.name.clone() })?;
     let mut reader = BufReader::new(stream.try_clone()?);
     loop {
@@ -179,8 +190,8 @@ fn serve(mut stream: UnixStream, hall: &Hall, number: u64) -> std::io::Result<()
                 "send less at once",
             )),
             Line::Whole(line) => {
-                let answer = hall.answer(&line, &stream, number);
-                hall.guests().end(number);
+                let answer = hall.answer(&line, &stream, number, trace);
+                hall.guests().end(number, trace.is_under_way());
                 match answer {
                     Some(answer) => answer,
                     None => return Ok(()),
@@ -188,6 +199,7 @@ fn serve(mut stream: UnixStream, hall: &Hall, number: u64) -> std::io::Result<()
             }
         };
         send(&mut stream, &answer)?;
+        hall.guests().answered(number, trace.is_under_way());
     }
 }
 
@@ -205,7 +217,7 @@ fn is_gone(stream: &UnixStream) -> bool {
 
 impl Hall {
     /// The answer to a line; nothing when the tool is gone before it is its turn.
-    fn answer(&self, line: &[u8], stream: &UnixStream, number: u64) -> Option<Answer> {
+    fn answer(&self, line: &[u8], stream: &UnixStream, number: u64, trace: &mut ToolTrace) -> Option<Answer> {
         let call = match desk::read(line) {
             Ok(call) => call,
             Err(refusal) => return Some(Answer::Error(refusal)),
@@ -214,10 +226,26 @@ impl Hall {
         if !self.guests().begin(number, manner != Manner::Prompt) {
             return Some(Answer::Error(too_many()));
         }
-        let Manner::Change(name) = manner else { return Some(self.desk.answer(call)) };
+        if self.is_closed() {
+            trace.finish();
+        }
+        let Manner::Change(name) = manner else { return Some(self.desk.answer(call, trace)) };
         match self.turn(name, stream)? {
-            Ok(_turn) => Some(self.desk.answer(call)),
+            Ok(_turn) => Some(self.desk.answer(call, trace)),
             Err(refusal) => Some(Answer::Error(refusal)),
+        }
+    }
+
+    fn is_closed(&self) -> bool {
+        self.closed.load(Ordering::Acquire)
+    }
+
+    /// Waits until no tool records.
+    #[allow(clippy::disallowed_methods, reason = "tools wait on the wall clock")]
+    fn wait_for_traces(&self, limit: Duration) {
+        let start = Instant::now();
+        while self.guests().present.values().any(|guest| guest.records) && start.elapsed() < limit {
+            std::thread::sleep(Duration::from_millis(5));
         }
     }
 
@@ -272,6 +300,8 @@ impl Manner {
         match call {
             Call::Stop { .. } | Call::Reset {} | Call::Arm { .. } | Call::Read { .. } => Self::Prompt,
             Call::PluginList {} | Call::ModuleList {} => Self::Prompt,
+            // They wait for the file at most, and a recording that goes on is never refused for who else is at work.
+            Call::TraceProgress {} | Call::TraceEnd {} => Self::Prompt,
             Call::PluginLoad { .. } => Self::Change("plugin/load"),
             Call::PluginUnload { .. } => Self::Change("plugin/unload"),
             Call::PluginReload { .. } => Self::Change("plugin/reload"),
@@ -300,19 +330,23 @@ impl Guests {
     /// Makes room and gives the guest a number; nothing when all are at work.
     fn admit(&mut self, stream: UnixStream) -> Option<u64> {
         if self.present.len() >= GUESTS {
-            let silent = self.present.iter().filter(|(_, guest)| !guest.busy);
+            let silent = self.present.iter().filter(|(_, guest)| !guest.busy && !guest.records);
             let number = *silent.min_by_key(|(_, guest)| guest.last)?.0;
             self.present.remove(&number)?.let_go();
         }
         self.count += 1;
-        self.present.insert(self.count, Guest { stream, last: self.count, busy: false, works: false });
+        self.present.insert(
+            self.count,
+            Guest { stream, last: self.count, busy: false, works: false, records: false },
+        );
         Some(self.count)
     }
 
     /// Notes a call; false when it may take long, and as many of those as may be are under way.
     fn begin(&mut self, number: u64, works: bool) -> bool {
         self.count += 1;
-        if works && self.present.values().filter(|guest| guest.works).count() >= WORKING {
+        let others = self.present.iter().filter(|(other, _)| **other != number);
+        if works && others.filter(|(_, guest)| guest.works || guest.records).count() >= WORKING {
             return false;
         }
         if let Some(guest) = self.present.get_mut(&number) {
@@ -321,9 +355,18 @@ impl Guests {
         true
     }
 
-    fn end(&mut self, number: u64) {
+    /// Notes the end of a call, and whether the guest records from then on.
+    fn end(&mut self, number: u64, records: bool) {
         if let Some(guest) = self.present.get_mut(&number) {
             (guest.busy, guest.works) = (false, false);
+            guest.records |= records;
+        }
+    }
+
+    /// Notes that the guest has its answer, after which it may record no more.
+    fn answered(&mut self, number: u64, records: bool) {
+        if let Some(guest) = self.present.get_mut(&number) {
+            guest.records = records;
         }
     }
 }

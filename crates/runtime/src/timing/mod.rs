@@ -3,12 +3,19 @@
 //! Both cost the measured thread some nanoseconds and no allocation. What is measured is wall-clock time, so it stays
 //! outside of what a run can repeat.
 
+mod events;
 mod histogram;
 mod json;
 mod live;
+mod recorder;
+mod recording;
 mod ring;
+mod switch;
 mod trace;
 
 pub use histogram::{Histogram, TimingHistogram};
 pub(crate) use live::LiveHistogram;
+pub use recorder::{Recorded, RecordedTrack, Recorder};
+pub use recording::Recording;
+pub(crate) use switch::Switch;
 pub use trace::{Exported, Label, Span, Trace, TraceError, Track};

@@ -1,3 +1,4 @@
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering, fence};
 
 /// The words of an entry.
@@ -55,23 +56,25 @@ impl Ring {
         self.written.store(written + 1, Ordering::Release);
     }
 
-    /// Hands over the entries that there are, oldest first; says how many the writer overtook meanwhile, and how many
-    /// had been overwritten before.
-    pub fn read(&self, mut take: impl FnMut([u64; WORDS])) -> (u64, u64) {
-        let written = self.written.load(Ordering::Acquire);
-        let first = written.saturating_sub(self.slots.len() as u64);
-        let mut torn = 0;
+    /// How many entries were written.
+    pub fn written(&self) -> u64 {
+        self.written.load(Ordering::Acquire)
+    }
+
+    /// Hands over the entries that there are, from that number on (they are counted from 0), oldest first; which numbers
+    /// it has looked at. Those before them and those that are left out were overwritten.
+    pub fn read(&self, from: u64, mut take: impl FnMut(u64, [u64; WORDS])) -> Range<u64> {
+        let written = self.written();
+        let first = from.max(written.saturating_sub(self.slots.len() as u64));
         for number in first..written {
             let slot = &self.slots[(number % self.slots.len() as u64) as usize];
             let before = slot.number.load(Ordering::Acquire);
             let words = slot.words.each_ref().map(|word| word.load(Ordering::Relaxed));
             fence(Ordering::Acquire);
             if before == number + 1 && slot.number.load(Ordering::Relaxed) == before {
-                take(words);
-            } else {
-                torn += 1;
+                take(number, words);
             }
         }
-        (torn, first)
+        first..written
     }
 }

@@ -4,7 +4,8 @@ use std::io::{self, Write};
 use std::marker::PhantomData;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::json::{Microseconds, Quoted};
+use super::events::Events;
+use super::json::Quoted;
 use super::ring::Ring;
 
 /// How many labels there may be.
@@ -36,8 +37,11 @@ pub struct Exported {
     pub spans: u64,
     /// Spans that were overwritten while they were read.
     pub torn: u64,
-    /// Spans of all times that had been overwritten before. The trace may not reach back as far as was asked.
+    /// Spans of all times that had been overwritten before.
     pub overwritten: u64,
+    /// From when on no span is missing, nanoseconds: later than was asked for when older ones were overwritten. The file
+    /// says so too.
+    pub complete_from: u64,
 }
 
 /// Why there is no such track or label.
@@ -77,14 +81,17 @@ pub enum TraceError {
 #[derive(Debug)]
 pub struct Trace {
     capacity: usize,
-    tracks: Mutex<Vec<Named<Arc<Ring>>>>,
+    lanes: Mutex<Vec<Lane>>,
     labels: Mutex<Vec<Arc<str>>>,
 }
 
+/// A ring of a track. It has more than one when a writer came before the one that it follows was gone.
 #[derive(Clone, Debug)]
-struct Named<T> {
-    name: Arc<str>,
-    value: T,
+pub(super) struct Lane {
+    pub name: Arc<str>,
+    /// The number of the track, from 1.
+    pub track: usize,
+    pub ring: Arc<Ring>,
 }
 
 /// The spans of one thread, or of a role that one thread after the other has. It has one writer, this.
@@ -98,7 +105,7 @@ pub struct Track {
 impl Trace {
     /// A trace that keeps so many spans per track, at least one; 40 bytes each.
     pub fn new(capacity: usize) -> Self {
-        Self { capacity, tracks: Mutex::default(), labels: Mutex::default() }
+        Self { capacity, lanes: Mutex::default(), labels: Mutex::default() }
     }
 
     /// The label of that name; the same one each time.
@@ -125,17 +132,47 @@ impl Trace {
     /// # Errors
     /// When it has a writer, or there are too many.
     pub fn track(&self, name: &str) -> Result<Track, TraceError> {
-        let mut tracks = lock(&self.tracks);
-        if let Some(track) = tracks.iter().find(|track| *track.name == *name) {
-            let taken = || TraceError::Taken { name: name.into() };
-            return track.value.take().then(|| Track::new(Arc::clone(&track.value))).ok_or_else(taken);
+        self.track_with(name, self.capacity)
+    }
+
+    /// As [`track`](Trace::track), for one that keeps another number of spans; when it is there already, it stays as it is.
+    ///
+    /// # Errors
+    /// As for [`track`](Trace::track).
+    pub fn track_with(&self, name: &str, capacity: usize) -> Result<Track, TraceError> {
+        self.lane(name, capacity, false)
+    }
+
+    /// As [`track`](Trace::track), also when it has a writer that is about to go: both write to it meanwhile.
+    ///
+    /// # Errors
+    /// When there are too many.
+    pub(crate) fn track_after(&self, name: &str) -> Result<Track, TraceError> {
+        self.lane(name, self.capacity, true)
+    }
+
+    fn lane(&self, name: &str, capacity: usize, beside: bool) -> Result<Track, TraceError> {
+        let mut lanes = lock(&self.lanes);
+        let mut same = lanes.iter().filter(|lane| *lane.name == *name).peekable();
+        let first = same.peek().map(|lane| lane.track);
+        if let Some(lane) = same.find(|lane| lane.ring.take()) {
+            return Ok(Track::new(Arc::clone(&lane.ring)));
         }
-        if tracks.len() == TRACK_LIMIT {
+        if first.is_some() && !beside {
+            return Err(TraceError::Taken { name: name.into() });
+        }
+        if lanes.len() == TRACK_LIMIT {
             return Err(TraceError::TooMany { name: name.into(), limit: TRACK_LIMIT });
         }
-        let ring = Arc::new(Ring::new(self.capacity));
-        tracks.push(Named { name: name.into(), value: Arc::clone(&ring) });
+        let ring = Arc::new(Ring::new(capacity));
+        let track = first.unwrap_or(lanes.len() + 1);
+        lanes.push(Lane { name: name.into(), track, ring: Arc::clone(&ring) });
         Ok(Track::new(ring))
+    }
+
+    /// The rings but the first ones. They stay, so that what was seen once need not be looked at again.
+    pub(super) fn lanes_from(&self, first: usize) -> Vec<Lane> {
+        lock(&self.lanes).get(first..).map_or(Vec::new(), <[_]>::to_vec)
     }
 
     /// Writes the spans that were under way at any time from `from` to `to` (nanoseconds, without that one itself) as
@@ -144,50 +181,42 @@ impl Trace {
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn export(&self, from: u64, to: u64, mut writer: impl Write) -> io::Result<Exported> {
-        let tracks = lock(&self.tracks).clone();
-        let mut exported = Exported::default();
-        writer.write_all(b"{\"displayTimeUnit\":\"ns\",\"traceEvents\":[\n")?;
-        write!(
-            writer,
-            "{{\"ph\":\"M\",\"pid\":1,\"tid\":0,\"name\":\"process_name\",\"args\":{{\"name\":\"slate\"}}}}"
-        )?;
+    pub fn export(&self, from: u64, to: u64, writer: impl Write) -> io::Result<Exported> {
+        let mut events = Events::begin(writer)?;
+        let mut exported = Exported { complete_from: from, ..Exported::default() };
+        let mut labels = Labels::default();
         let mut spans = Vec::new();
-        for (number, Named { name, value: ring }) in (1_u32..).zip(&tracks) {
+        for Lane { name, track, ring } in &self.lanes_from(0) {
             spans.clear();
-            let (torn, overwritten) = ring.read(|words| {
+            let (mut read, mut next, mut complete_from) = (0, 0, from);
+            let looked_at = ring.read(0, |number, words| {
                 let span = Span::from_words(words);
+                if number != next {
+                    // Spans are recorded when they end, so what is missing has ended by the end of this one.
+                    complete_from = span.end();
+                }
+                (read, next) = (read + 1, number + 1);
                 if span.is_within(from, to) {
                     spans.push(span);
                 }
             });
-            exported.torn += torn;
-            exported.overwritten += overwritten;
+            if next < looked_at.end {
+                complete_from = to;
+            }
+            exported.overwritten += looked_at.start;
+            exported.torn += looked_at.end - looked_at.start - read;
             exported.spans += spans.len() as u64;
-            // What began first stands first, and around what began with it.
-            spans.sort_by_key(|span| (span.start, Reverse(span.duration)));
-            write!(
-                writer,
-                ",\n{{\"ph\":\"M\",\"pid\":1,\"tid\":{number},\"name\":\"thread_name\",\"args\":{{\"name\":{}}}}}",
-                Quoted(name)
-            )?;
-            // Labels are made before they are recorded, so those of the spans are there.
-            let labels = lock(&self.labels).clone();
+            events.track(*track, name)?;
+            if complete_from > from {
+                events.gap(*track, complete_from, None)?;
+                exported.complete_from = exported.complete_from.max(complete_from);
+            }
+            spans.sort_unstable_by_key(Span::order);
             for span in &spans {
-                let label = labels.get(span.label.0 as usize).map_or("", |label| label);
-                write!(
-                    writer,
-                    ",\n{{\"ph\":\"X\",\"pid\":1,\"tid\":{number},\"name\":{},\"ts\":{},\"dur\":{},\
-                     \"args\":{{\"cycle\":{}}}}}",
-                    Quoted(label),
-                    Microseconds(span.start),
-                    Microseconds(span.duration),
-                    span.cycle
-                )?;
+                events.span(*track, labels.of(self, span.label), span)?;
             }
         }
-        writer.write_all(b"\n]}\n")?;
-        writer.flush()?;
+        events.end()?;
         Ok(exported)
     }
 }
@@ -211,13 +240,37 @@ impl Drop for Track {
 }
 
 impl Span {
-    fn from_words([label, start, duration, cycle]: [u64; 4]) -> Self {
+    pub(super) fn from_words([label, start, duration, cycle]: [u64; 4]) -> Self {
         Self { label: Label(label as u32), start, duration, cycle }
     }
 
+    pub(super) fn end(&self) -> u64 {
+        self.start.saturating_add(self.duration)
+    }
+
+    /// What began first stands first, and around what began with it.
+    pub(super) fn order(&self) -> (u64, Reverse<u64>) {
+        (self.start, Reverse(self.duration))
+    }
+
     fn is_within(&self, from: u64, to: u64) -> bool {
-        let end = self.start.saturating_add(self.duration);
-        self.start < to && (end > from || self.start >= from)
+        self.start < to && (self.end() > from || self.start >= from)
+    }
+}
+
+/// The labels as JSON strings.
+#[derive(Debug, Default)]
+pub(super) struct Labels(Vec<String>);
+
+impl Labels {
+    /// That of a span. It was made before the span was recorded, so it is there.
+    pub fn of(&mut self, trace: &Trace, label: Label) -> &str {
+        let index = label.0 as usize;
+        if index >= self.0.len() {
+            let labels = lock(&trace.labels);
+            self.0.extend(labels.iter().skip(self.0.len()).map(|label| Quoted(label).to_string()));
+        }
+        self.0.get(index).map_or("\"\"", String::as_str)
     }
 }
 

@@ -23,3 +23,5 @@ mod reload;
 mod shadow;
 mod shadow_faults;
 mod support;
+#[path = "../common/trace.rs"]
+mod trace;

@@ -157,6 +157,24 @@ fn what_was_set_stays_when_a_module_gets_other_ports() {
 }
 
 #[test]
+fn a_trace_has_every_tick_of_a_module_that_is_exchanged() {
+    let mut agent = lockstep(&robot(&plain()));
+    let recording = agent.trace().record(Vec::new()).unwrap();
+    step(&mut agent, 3);
+    for (file, in_place) in [("more", true), ("ports", false), ("plain", false), ("ports", false)] {
+        let reload = agent.composer().reload("counter", Some(&libraries().counter(file))).unwrap();
+        assert_eq!(reload.in_place, in_place, "{file}");
+        step(&mut agent, 3);
+    }
+    let (recorded, file) = recording.end().unwrap();
+    assert_eq!(recorded.missing(), 0);
+    let tracks = crate::trace::tracks(&file);
+    for module in ["beat", "counter", "reader"] {
+        assert!(tracks[module].cycles(module).into_iter().eq(1..=15), "{module}: {:?}", tracks[module]);
+    }
+}
+
+#[test]
 fn others_miss_no_cycle_when_a_module_gets_other_ports() {
     let paths = &["beat/count/value", "reader/seen/value"];
     let running = Running::start(&robot(&plain()), Mode::Staged, paths);
