@@ -122,7 +122,7 @@ fn the_console_shows_the_log_once_and_not_when_it_is_switched_off() {
         running.start("exp1", &EXP1.into_iter().chain(sets).collect::<Vec<_>>());
         let said = running.done(&["config", "get", "log.targets.console"]);
         assert!(said.contains(shown), "{set:?}: {said}");
-        running.done(&["stop", "--reason", "a word for the log"]);
+        running.done(&["stop", "a word for the log"]);
         running.interrupt();
         let stderr = text(&running.finish().stderr);
         assert_eq!(stderr.matches("a word for the log").count(), times, "{set:?}: {stderr}");
