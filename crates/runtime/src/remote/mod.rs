@@ -36,6 +36,7 @@ mod place;
 mod protocol;
 mod replacement;
 mod server;
+mod settings;
 mod trace;
 
 pub use client::{Client, ClientError};

@@ -1,0 +1,115 @@
+//! What tools ask and change of the configuration.
+
+use slate_blackboard::interface;
+
+use super::desk::{Desk, Done, refusal, result};
+use super::protocol::{Changed, Different, Refusal, Saved, SettingEntry};
+use crate::configuration::{Change, Database, SaveTo, Value};
+
+impl Desk {
+    pub(super) fn database(&self) -> Result<&Database, Refusal> {
+        self.database.as_ref().ok_or_else(|| {
+            refusal("the configuration of this agent can't change while it runs", "load it with a database")
+        })
+    }
+
+    pub(super) fn settings(&self, path: &str) -> Done {
+        let entry = |setting: crate::configuration::Setting| {
+            let value = serde_json::to_value(interface::Value::from(&setting.value)).unwrap_or_default();
+            let (text, origin) = (setting.value.to_string(), setting.origin.to_string());
+            SettingEntry { path: setting.path, value, text, origin }
+        };
+        let settings: Vec<_> = self.database()?.get(path)?.into_iter().map(entry).collect();
+        if settings.is_empty() && !path.trim().is_empty() {
+            return Err(refusal(
+                format!("no setting at `{path}` or below it"),
+                "`config get` without a path lists all",
+            ));
+        }
+        result(settings)
+    }
+
+    pub(super) fn set(&self, changes: &[(String, String)]) -> Done {
+        let database = self.database()?;
+        let changed = database.set(changes).map_err(|report| match self.loaded_by_hand(database, changes) {
+            Some(module) => refusal(
+                format!("module `{module}` came with a plugin that was loaded by hand, so it has no settings"),
+                "add the module to [modules], and its plugin with its `file` to [plugins], and start again",
+            ),
+            None => report.into(),
+        })?;
+        self.say_changes("changed", &changed);
+        match self.composer.unlinked() {
+            Some(report) => Err(report.into()),
+            None => result(self.changed(changed)),
+        }
+    }
+
+    pub(super) fn revert(&self, path: &str) -> Done {
+        let changed = self.database()?.revert(path)?.commit()?;
+        self.say_changes("taken back", &changed);
+        match self.composer.unlinked() {
+            Some(report) => Err(report.into()),
+            None => result(self.changed(changed)),
+        }
+    }
+
+    /// Tells who reads the log later why the robot is another one from here on.
+    fn say_changes(&self, what: &str, changes: &[Change]) {
+        let value = |value: &Option<Value>| value.as_ref().map_or("none".into(), Value::to_string);
+        for Change { path, before, after, .. } in changes {
+            self.composer.say(&format!("a tool has {what} {path}: {} -> {}", value(before), value(after)));
+        }
+    }
+
+    pub(super) fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
+        let changed = |change: Change| Changed {
+            default: self.default_of(&change.path),
+            path: change.path,
+            before: text(change.before),
+            after: text(change.after),
+        };
+        changes.into_iter().map(changed).collect()
+    }
+
+    /// A module among those to change that the agent has, but not its configuration.
+    fn loaded_by_hand(&self, database: &Database, changes: &[(String, String)]) -> Option<String> {
+        let configuration = database.current();
+        let is_known = |name: &str| configuration.modules().iter().any(|module| module.name.value == name);
+        let modules = self.composer.modules().into_iter().map(|module| module.name);
+        let named: Vec<_> = changes.iter().filter_map(|(path, _)| toml_edit::Key::parse(path).ok()).collect();
+        let is_named = |module: &String| {
+            named.iter().any(|names| matches!(&names[..], [section, name, ..] if section == "modules" && name == module.as_str()))
+        };
+        modules.filter(|module| !is_known(module)).find(is_named)
+    }
+
+    pub(super) fn differences(&self) -> Done {
+        let different = self.database()?.diff().into_iter().map(|difference| Different {
+            default: self.default_of(&difference.path),
+            path: difference.path,
+            file: text(difference.file),
+            present: text(difference.present),
+            origin: difference.origin.map(|origin| origin.to_string()),
+        });
+        result(different.collect::<Vec<_>>())
+    }
+
+    /// The value that a module has where nothing says another.
+    fn default_of(&self, path: &str) -> Option<String> {
+        let names = toml_edit::Key::parse(path).ok()?;
+        let names: Vec<&str> = names.iter().map(toml_edit::Key::get).collect();
+        let [section, module, part, name] = names[..] else { return None };
+        let value =
+            self.composer.default_of(module, name).filter(|_| (section, part) == ("modules", "params"))?;
+        serde_json::to_string(&value).ok()
+    }
+
+    pub(super) fn save(&self, to: SaveTo) -> Done {
+        result(Saved { files: self.database()?.save(to)? })
+    }
+}
+
+fn text(value: Option<Value>) -> Option<String> {
+    value.map(|value| value.to_string())
+}
