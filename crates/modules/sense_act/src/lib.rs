@@ -49,8 +49,10 @@ impl Module for SenseAct {
     type State = SenseActState;
 
     fn tick(state: &mut SenseActState, io: &SenseActIo, params: &SenseActParams, now: &Tick) -> Outcome {
+        // Who writes to the blackboard directly may write a 0.
+        let every = params.every.max(1);
         // A state that was restored has no policy, though one of before may still be there.
-        let is_new = state.every.swap(params.every, Ordering::Relaxed) == 0;
+        let is_new = state.every.swap(every, Ordering::Relaxed) == 0;
         if !is_new && io.main_loop.has() {
             return Outcome::Ok;
         }
