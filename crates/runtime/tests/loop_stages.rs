@@ -375,6 +375,20 @@ fn a_module_may_take_the_loop_with_other_stages_and_with_an_order_alone() {
     assert_eq!(said[2], "director has the main loop, and says which stage comes next");
 }
 
+#[test]
+fn who_waits_for_all_stages_waits_for_those_that_the_loop_has() {
+    let (mut agent, _) = lockstep("take_at = 0, one_at = 3, give_at = 6");
+    let stages = agent.synchronization().point("/stage").unwrap();
+    let think = agent.synchronization().point("/stage/Think/end").unwrap();
+    for cycle in 1..=10 {
+        let (all, one) = (stages.mark(), think.count());
+        step(&mut agent, 1);
+        stages.wait_all(&all, Duration::ZERO).unwrap();
+        // In the cycles 4 to 6 another stage has its modules.
+        assert_eq!(think.count() > one, !(4..=6).contains(&cycle), "{cycle}");
+    }
+}
+
 /// Leaves out the stage `Late`.
 struct NotLate;
 

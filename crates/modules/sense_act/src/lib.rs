@@ -2,12 +2,15 @@
 //! to settle.
 //!
 //! Modules stay in the stages that they name: `Sense` runs those of `PreLoop` to `WorldState`, and `Act` those of `Think`
-//! to `PostLoop`. The loop is taken while the module `sense_act` is there, which may come and go while the agent runs:
+//! to `PostLoop`. The loop is taken while the module `sense_act` is there, which may come and go while the agent runs
+//! (`slate plugin load slate-sense-act`, `slate plugin unload slate-sense-act`):
 //!
-//! ```text
-//! slate plugin load target/release/libslate_sense_act.so
-//! slate config set modules.sense_act.params.every=4
-//! slate plugin unload slate-sense-act
+//! ```toml
+//! [plugins.slate-sense-act]
+//! file = "target/release/libslate_sense_act.so"
+//! load = false
+//! [modules.sense_act]
+//! params.every = 4
 //! ```
 
 use std::sync::Arc;

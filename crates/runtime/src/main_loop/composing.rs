@@ -121,12 +121,9 @@ impl Shared {
         let timeouts = plans.flat_map(|plan| &plan.stages).map(|stage| stage.timeout);
         let shortest = timeouts.filter(|timeout| *timeout > 0).min();
         self.shortest_timeout.store(shortest.unwrap_or(u64::MAX), Ordering::Relaxed);
-        let is_shown = |name: &str| parts.stages().stages().iter().any(|stage| stage.name == name);
-        for gauge in before.values().filter(|gauge| !is_shown(&gauge.name)) {
-            gauge.hide(&self.board);
-        }
-        for gauge in parts.gauges.values().filter(|gauge| is_shown(&gauge.name)) {
-            gauge.show(&self.board);
+        for gauge in before.values().chain(parts.gauges.values()) {
+            let is_there = parts.stages().stages().iter().any(|stage| *stage.name == *gauge.name);
+            if is_there { gauge.show(&self.board) } else { gauge.hide(&self.board) }
         }
         let watched = self.watch(&parts);
         Prepared { program, module, watched }

@@ -64,8 +64,13 @@ impl StageGauge {
         }
     }
 
-    /// Puts its property on the board, if it is not there.
+    fn emitters(&self) -> impl Iterator<Item = &Emitter> {
+        self.start.iter().chain(&self.end)
+    }
+
+    /// The loop has this stage: its property is on the board, and who waits for all that the loop emits waits for it.
     pub fn show(&self, board: &Board) {
+        self.emitters().for_each(Emitter::enter);
         let mut shown = self.publication.locked();
         if shown.0.is_none() {
             let doc = format!("How long the stage {} takes.", self.name);
@@ -73,8 +78,9 @@ impl StageGauge {
         }
     }
 
-    /// Takes its property off the board; what was measured stays.
+    /// The loop does not have it for now; what was measured stays.
     pub fn hide(&self, board: &Board) {
+        self.emitters().for_each(Emitter::leave);
         if self.publication.locked().0.take().is_some() {
             // Who reads it keeps it.
             let _ = board.remove(&path(&self.name));
