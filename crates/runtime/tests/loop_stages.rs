@@ -570,9 +570,10 @@ fn a_module_or_a_policy_that_hangs_has_the_loop_no_more_and_may_take_it_again_wh
                 agent.soon("one_at");
                 agent.until_said("director has the main loop, with the stages One");
                 agent.until_shown(&owned(&["One"]));
-                let order = lines(&agent.log, "director");
-                let place = |part| order.iter().position(|line| line.contains(part)).unwrap();
-                assert!(place(BACK) < place("director returned after"), "at once: {order:?}");
+                let records = agent.log.lines();
+                let time = |part| records.iter().find(|record| record.text.contains(part)).unwrap().time;
+                let ahead = Duration::from_nanos(time("director returned after") - time(BACK));
+                assert!(ahead > Duration::from_millis(100), "not only when it returned: {ahead:?}");
             });
         }
     }
@@ -592,6 +593,8 @@ fn the_loop_is_taken_and_given_back_while_the_program_changes_it_too() {
             };
             agent.composer.set_schedule(Schedule::new(vec![scheduled]).unwrap());
             agent.composer.enable("think", round % 2 == 0).unwrap();
+            // It is taken between two cycles, too.
+            agent.composer.snapshot().unwrap();
             cycles() >= 20 && round >= 50
         });
         agent.composer.set_schedule(Schedule::default());
