@@ -32,7 +32,7 @@ pub use agent::{
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
-    ScheduledStage, SenseAct,
+    ScheduledStage,
 };
 pub use printable::printable;
 pub use slate_module::Stage;

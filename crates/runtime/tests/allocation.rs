@@ -14,9 +14,11 @@ use std::cell::Cell;
 use std::time::Duration;
 
 use common::{Number, load, number};
-use slate_module::Plugin;
-use slate_module::aspect::{Aspect, Logger, Stop, Synchronization, Threads};
+use slate_module::aspect::{
+    Aspect, Logger, LoopPlace, LoopStage, MainLoop, Policy, Stop, Synchronization, Threads,
+};
 use slate_module::prelude::*;
+use slate_module::{Plugin, Stage};
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Options, Rate};
 
@@ -119,6 +121,40 @@ impl Module for Talker {
     }
 }
 
+/// Ports of [`Director`].
+#[ports]
+pub struct DirectorIo {
+    main_loop: Aspect<MainLoop>,
+}
+
+/// Has the main loop, with one stage.
+pub struct Director;
+
+/// The stages one after the other.
+struct InOrder;
+
+impl Policy for InOrder {
+    fn next(&mut self, place: &LoopPlace) -> Option<usize> {
+        let next = place.after().map_or(0, |after| after + 1);
+        (next < place.stage_count).then_some(next)
+    }
+}
+
+#[module(stage = PreLoop)]
+impl Module for Director {
+    type Io = DirectorIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &DirectorIo, _: &(), _: &Tick) -> Outcome {
+        if !io.main_loop.has() {
+            let all = LoopStage { name: "All", members: &Stage::ALL, timeout: None };
+            io.main_loop.take(&[all], InOrder).unwrap();
+        }
+        Outcome::Ok
+    }
+}
+
 const ROBOT: &str = r#"
 time.source = "counter"
 [modules.counter]
@@ -146,7 +182,8 @@ fn robot(text: &str, workers: usize) -> Agent {
     let log: Vec<Box<dyn slate_runtime::log::LogTarget>> = vec![Box::new(MemoryTarget::default())];
     let options =
         Options { rate: Rate::Max, armed: true, log, workers, always_help: true, ..Options::default() };
-    load(text, &[Plugin::linked::<Reporter>(), Plugin::linked::<Talker>()], options).unwrap()
+    let plugins = [Plugin::linked::<Reporter>(), Plugin::linked::<Talker>(), Plugin::linked::<Director>()];
+    load(text, &plugins, options).unwrap()
 }
 
 /// What 1000 cycles allocate after as many to warm up.
@@ -202,6 +239,17 @@ fn a_trace_that_is_recorded_allocates_nothing_in_the_loop() {
     let cycles = |track: &&slate_runtime::timing::RecordedTrack| track.name == "counter";
     let counter = recorded.tracks.iter().find(cycles).unwrap();
     assert_eq!(counter.spans + counter.missing, 4000);
+}
+
+#[test]
+fn a_loop_with_the_stages_of_a_module_allocates_nothing() {
+    let mut agent = robot(&ROBOT.replace("[modules.counter]", "[modules.counter]\n[modules.director]"), 0);
+    assert_eq!(allocations(&mut agent), 0);
+    assert!(
+        agent.board().get("loop/All/histogram").is_some()
+            && agent.board().get("loop/Act/histogram").is_none()
+    );
+    assert_eq!(number(&agent, "wheel/command/value"), 500.0, "all modules run");
 }
 
 #[test]

@@ -55,7 +55,7 @@ impl Module for Conductor {
 
     fn tick(_: &mut (), io: &ConductorIo, params: &ConductorParams, now: &Tick) -> Outcome {
         if now.number() == params.take_at {
-            io.main_loop.take(Halving { panic_at: params.panic_at });
+            io.main_loop.take_order(Halving { panic_at: params.panic_at });
         }
         if now.number() == params.give_at {
             io.main_loop.give_back();

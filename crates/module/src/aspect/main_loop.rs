@@ -1,22 +1,57 @@
+use std::time::Duration;
+
 use slate_blackboard::interface::Descriptor;
 
+use super::blackboard::answered;
 use super::{Service, service};
-use crate::table::Bytes;
+use crate::table::{Bytes, DONE, Sink};
+use crate::{Refusal, Stage};
 
-/// The main loop: a module says which stage comes next, and so replaces the loop's order while the agent runs. It never
-/// owns the loop's thread. One module of an agent has it; when that fails, is switched off or unloaded, the stages
-/// follow one another again.
+/// The main loop: a module brings other stages, or says which one comes next, and so replaces the loop while the agent
+/// runs. It never owns the loop's thread.
+///
+/// One module of an agent has it. When that gives it back, fails, hangs, is switched off, reloaded or unloaded, the
+/// stages of before follow one another again from the next cycle on.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct MainLoop {
     /// Given back to each call.
     pub context: *mut (),
-    /// Takes the loop with a policy, which is ended when another one or none takes its place.
-    pub take: unsafe extern "C" fn(*mut (), PolicyTable),
+    /// Takes the loop with that many stages and a policy; the sink gets why not. In any case the policy is the host's
+    /// from then on, which ends it when it is no longer needed.
+    pub take: unsafe extern "C" fn(*mut (), *const StageTable, usize, PolicyTable, *const Sink) -> i32,
+    /// Takes the loop with a policy over the stages that the agent has.
+    pub take_order: unsafe extern "C" fn(*mut (), PolicyTable),
     /// Gives the loop back.
     pub give_back: unsafe extern "C" fn(*mut ()),
-    /// Whether this module has the loop.
+    /// Whether this module has the loop, or has asked for it.
     pub has: unsafe extern "C" fn(*mut ()) -> i32,
+}
+
+/// A stage of the loop, as the host reads it during a call.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct StageTable {
+    /// Its name.
+    pub name: Bytes,
+    /// The stages of modules that it runs, in order: their numbers among the ten, from 0.
+    pub members: *const u32,
+    /// How many.
+    pub member_count: usize,
+    /// How long it may take, nanoseconds of the wall clock; 0 for as long as it takes.
+    pub timeout: u64,
+}
+
+/// A stage of the loop that a module brings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LoopStage<'a> {
+    /// Its name: up to 32 letters, digits and `_`.
+    pub name: &'a str,
+    /// The stages of modules that it runs, in order.
+    pub members: &'a [Stage],
+    /// How long it may take on the wall clock; when that is over, its running module counts as late, and those that
+    /// have not begun are left out.
+    pub timeout: Option<Duration>,
 }
 
 /// A policy as the host calls it, between two stages and in one thread at a time.
@@ -51,7 +86,8 @@ pub struct LoopPlace {
 
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for MainLoop {
-    const DESCRIPTOR: &'static Descriptor = &service("main_loop 1", "Says which stage comes next.");
+    const DESCRIPTOR: &'static Descriptor =
+        &service("main_loop 2", "Brings the loop's stages, and says which one comes next.");
 }
 
 impl LoopPlace {
@@ -93,9 +129,9 @@ pub trait Policy: Send + 'static {
     fn next(&mut self, place: &LoopPlace) -> Option<usize>;
 }
 
-impl MainLoop {
-    /// Takes the loop: from the next cycle on, `policy` says which stage comes next.
-    pub fn take<P: Policy>(&self, policy: P) {
+impl PolicyTable {
+    /// The table of a policy, which the host ends.
+    fn of<P: Policy>(policy: P) -> Self {
         unsafe extern "C" fn next<P: Policy>(owner: *mut (), place: *const LoopPlace) -> i32 {
             // SAFETY: made from a box below, and the host calls it in one thread at a time.
             let ask = || unsafe { (*owner.cast::<P>()).next(&*place) };
@@ -114,20 +150,62 @@ impl MainLoop {
             // A panic in it must not leave this library.
             let _ = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || drop(owner)));
         }
-        let owner = Box::into_raw(Box::new(policy)).cast();
-        // SAFETY: the host's table lives as long as the module, and ends the policy once.
-        unsafe { (self.take)(self.context, PolicyTable { owner, next: next::<P>, end: end::<P> }) }
+        Self { owner: Box::into_raw(Box::new(policy)).cast(), next: next::<P>, end: end::<P> }
+    }
+}
+
+impl MainLoop {
+    /// Takes the loop, if this tick ends well: it has these stages then, of which `policy` says the next one.
+    ///
+    /// In lockstep that holds from the next cycle on. On the wall clock the plan for the stages is made beside the loop,
+    /// and holds some cycles later; until then all is as before.
+    ///
+    /// # Errors
+    /// When each of the ten stages of modules is not in exactly one of these, or a name can't be one or comes twice.
+    /// Then all stays as it is.
+    pub fn take<P: Policy>(&self, stages: &[LoopStage<'_>], policy: P) -> Result<(), Refusal> {
+        let members: Vec<Vec<u32>> =
+            stages.iter().map(|stage| stage.members.iter().map(|member| *member as u32).collect()).collect();
+        let stages: Vec<_> = stages
+            .iter()
+            .zip(&members)
+            .map(|(stage, members)| StageTable {
+                name: Bytes::of(stage.name),
+                members: members.as_ptr(),
+                member_count: members.len(),
+                timeout: stage.timeout.map_or(0, nanoseconds),
+            })
+            .collect();
+        let policy = PolicyTable::of(policy);
+        // SAFETY: everything lives during the call, and the host ends the policy once.
+        let (code, reason) = answered(|sink| unsafe {
+            (self.take)(self.context, stages.as_ptr(), stages.len(), policy, sink)
+        });
+        if code == DONE { Ok(()) } else { Err(Refusal(reason)) }
     }
 
-    /// Gives the loop back: its stages follow one another again.
+    /// Takes the loop with the stages that the agent has, if this tick ends well: from the next cycle on `policy` says
+    /// which one comes next.
+    pub fn take_order<P: Policy>(&self, policy: P) {
+        // SAFETY: the host's table lives as long as the module, and ends the policy once.
+        unsafe { (self.take_order)(self.context, PolicyTable::of(policy)) }
+    }
+
+    /// Gives the loop back: from the next cycle on the stages of before follow one another again.
     pub fn give_back(&self) {
         // SAFETY: the host's table lives as long as the module.
         unsafe { (self.give_back)(self.context) }
     }
 
-    /// Whether this module has the loop.
+    /// Whether this module has the loop, or will have it as soon as there is a plan for its stages. What this tick asks
+    /// for is not seen before the next one.
     pub fn has(&self) -> bool {
         // SAFETY: as above.
         unsafe { (self.has)(self.context) != 0 }
     }
+}
+
+/// So many nanoseconds; a time that is too long for the number is as good as for ever.
+fn nanoseconds(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -97,7 +97,7 @@ use slate_blackboard::interface::{Descriptor, schema_hash};
 pub use actuators::{ActuatorState, Actuators};
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen, answered};
 pub use logger::Logger;
-pub use main_loop::{LoopPlace, MainLoop, Policy, PolicyTable};
+pub use main_loop::{LoopPlace, LoopStage, MainLoop, Policy, PolicyTable, StageTable};
 pub use network::{Connection, Datagrams, Listener, Network, NetworkAddress, SEND_LIMIT, SOCKET_LIMIT};
 pub use plugins::{PENDING, PluginAnswer, PluginEntry, Plugins};
 pub use synchronization::Synchronization;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use slate_blackboard::Access;
 use slate_module::aspect::{MainLoop, Service, TimeSource};
-use slate_module::{Description, Direction, ModuleKind, Plugin};
+use slate_module::{Description, ModuleKind, Plugin};
 
 use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
@@ -15,8 +15,8 @@ use super::composer::{Origin, Trial};
 use super::relinking::Leads;
 use super::sharing::Remotes;
 use super::snapshot::Watch;
-use super::survey::{Complaints, RESERVED, Survey, Surveyed, survey};
-use crate::aspects::{PlacePolicy, PlaceTime};
+use super::survey::{Complaints, RESERVED, Survey, Surveyed, needs, survey};
+use crate::aspects::PlaceTime;
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
@@ -165,7 +165,7 @@ impl Composition {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
-                own_thread: self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
+                own_thread: self.ground.has_own_thread(surveyed),
                 isolation,
                 leads: survey.leads(&configuration, *index),
             };
@@ -237,24 +237,17 @@ impl Composition {
     fn connect_loop(&mut self, shared: &Arc<Shared>) {
         let of = |schema: u64| {
             let mut all = self.present.iter();
-            all.find(|(_, present)| {
-                let ports = &present.description.ports;
-                ports.iter().any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
-            })
+            all.find(|(_, present)| needs(&present.description, schema))
         };
         let seat = |present: &Present| (!present.own_thread).then(|| Arc::clone(&present.seat));
-        let policy = of(MainLoop::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
+        let taker = of(MainLoop::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), &present.seat));
         let time = of(TimeSource::DESCRIPTOR.hash).map(|(name, present)| (name.clone(), seat(present)));
         let (loop_owner, time_owner) =
-            (policy.as_ref().map(|(name, _)| name.clone()), time.as_ref().map(|(name, _)| name.clone()));
+            (taker.as_ref().map(|(name, _)| name.clone()), time.as_ref().map(|(name, _)| name.clone()));
         if loop_owner != self.loop_owner {
-            match policy {
-                Some((_, seat)) => {
-                    let code = PlacePolicy::new(Arc::clone(&self.ground.means.policy));
-                    shared.set_policy(Some(Box::new(code)), seat);
-                }
-                None => shared.set_policy(None, None),
-            }
+            let place = taker
+                .and_then(|(name, seat)| Some((self.ground.means.takeovers.get(&name)?, Arc::clone(seat))));
+            shared.set_takeover(place);
         }
         if time_owner != self.time_owner {
             match time {

@@ -16,7 +16,8 @@ use crate::synchronization::Synchronization;
 pub struct SystemClock;
 
 impl Composer {
-    /// Gives the main loop other stages, from its next cycle on. Modules stay in the stages that they name.
+    /// Gives the main loop other stages, from its next cycle on; while a module has taken the loop with stages of its own,
+    /// from when that ends. Modules stay in the stages that they name.
     pub fn set_schedule(&self, schedule: Schedule) {
         // One change at a time.
         let _composition = self.composition();
@@ -24,10 +25,10 @@ impl Composer {
     }
 
     /// Lets a policy say which stage comes next, from the next cycle on; none goes back to the order of the schedule.
-    /// It is the application's code, as an observer is, and nobody watches whether it returns.
+    /// It is not asked while a module has the loop. It is the application's code, as an observer is, and nobody watches whether it returns.
     pub fn set_policy(&self, policy: Option<Box<dyn LoopPolicy>>) {
         let _composition = self.composition();
-        self.shared.set_policy(policy, None);
+        self.shared.set_policy(policy);
     }
 
     /// Lets a time source say what time it is, from the next cycle on; with none, time goes on by the period.
@@ -74,81 +75,5 @@ impl Agent {
     /// nothing in an agent depends on it.
     pub fn date_of(&self, time: u64) -> SystemTime {
         self.shared.clock.date_of(time)
-    }
-}
-
-#[cfg(test)]
-#[allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a test that fails panics, and a hang takes time"
-)]
-mod tests {
-    use std::sync::atomic::{AtomicU64, Ordering};
-    use std::time::Duration;
-
-    use slate_module::Plugin;
-    use slate_module::prelude::*;
-
-    use super::*;
-    use crate::configuration::{self, Configuration};
-    use crate::{Control, End, Options, Place};
-
-    /// No ports.
-    #[ports]
-    pub struct NoIo {}
-
-    /// Does nothing.
-    pub struct Idle;
-
-    #[module(stage = Think)]
-    impl Module for Idle {
-        type Io = NoIo;
-        type Params = ();
-        type State = ();
-
-        fn tick(_: &mut (), _: &NoIo, _: &(), _: &Tick) -> Outcome {
-            Outcome::Ok
-        }
-    }
-
-    /// The default order, but that it does not return for a while in one cycle.
-    struct Hangs(Arc<AtomicU64>);
-
-    impl LoopPolicy for Hangs {
-        fn next(&mut self, place: &Place<'_>) -> Option<usize> {
-            self.0.store(place.cycle, Ordering::Relaxed);
-            if place.cycle == 5 && place.after == Some(3) {
-                std::thread::sleep(Duration::from_millis(200));
-            }
-            Some(place.after.map_or(0, |after| after + 1)).filter(|next| *next < place.stages.len())
-        }
-    }
-
-    #[test]
-    fn a_policy_of_a_module_that_does_not_return_is_removed_and_the_loop_goes_on() {
-        let text = "loop.period = \"2ms\"\nloop.hang = \"20ms\"\n[modules.policy]\nplugin = \"idle\"\n\
-                    [modules.other]\nplugin = \"idle\"\nstage = \"PostLoop\"\n";
-        let configuration =
-            Configuration::from_text("test.toml", text, &configuration::Options::default()).unwrap();
-        let mut agent = Agent::load(&configuration, &[Plugin::linked::<Idle>()], Options::default()).unwrap();
-        let seat = Arc::clone(&agent.composer.composition().present["policy"].seat);
-        let asked = Arc::new(AtomicU64::new(0));
-        agent.shared.set_policy(Some(Box::new(Hangs(Arc::clone(&asked)))), Some(seat));
-        let composer = agent.composer();
-        let end = agent.run(Box::new(move |cycle| {
-            let back = composer.modules()[1].ticks > 10;
-            if back && cycle.number > 60 || cycle.number > 10_000 { Control::Stop } else { Control::Continue }
-        }));
-        assert_eq!(end.unwrap(), End::Stopped);
-        let (cycles, _) = agent.board().read("loop/state/cycles").unwrap().unwrap();
-        assert_eq!(asked.load(Ordering::Relaxed), 5, "it is asked no more");
-        agent.composer().set_schedule(Schedule::default());
-        assert_eq!(Arc::strong_count(&asked), 1, "once it has returned, a change drops it");
-        assert_eq!(
-            agent.counts("other").unwrap().0 as f64,
-            cycles.as_f64().unwrap(),
-            "and no cycle is missed"
-        );
     }
 }

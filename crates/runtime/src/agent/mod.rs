@@ -181,7 +181,7 @@ impl Agent {
             synchronization: Arc::clone(&shared.synchronization),
             threads: Arc::clone(&threads),
             plugins: Arc::clone(&control),
-            policy: Arc::default(),
+            takeovers: Arc::default(),
             time: Arc::default(),
         };
         let ground = Ground {

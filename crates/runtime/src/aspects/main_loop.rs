@@ -1,83 +1,43 @@
-//! The aspect [`MainLoop`]: a module's policy in the place where the loop asks.
+//! The aspect [`MainLoop`]: a module takes the loop.
 
-use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::sync::Arc;
+use std::time::Duration;
 
-use slate_module::ModuleKind;
-use slate_module::aspect::{LoopPlace, MainLoop, PolicyTable};
-use slate_module::table::Bytes;
+use slate_module::aspect::{LoopPlace, MainLoop, PolicyTable, StageTable};
+use slate_module::table::{Bytes, DONE, REFUSED, Sink};
+use slate_module::{ModuleKind, Stage};
 
+use super::calls::{say, text};
 use super::{HostService, Means};
-use crate::main_loop::{LoopPolicy, Place};
+use crate::digest::Digest;
+use crate::main_loop::{LoopPolicy, Place, Schedule, ScheduledStage, Takeover, Takeovers};
 
-/// Where the loop finds the policy of a module; empty while no module has the loop.
-#[derive(Debug, Default)]
-pub(crate) struct PolicyPlace(Mutex<Option<Taken>>);
+/// What a policy returns after a panic.
+const PANICKED: i32 = -2;
 
-#[derive(Debug)]
-struct Taken {
+/// A policy of a module.
+struct ModulePolicy {
     table: PolicyTable,
-    module: Arc<str>,
+    /// The names of the stages, as the module sees them.
+    names: Vec<Bytes>,
+    /// Keeps the code of its calls.
+    #[allow(dead_code, reason = "it is kept, not used")]
+    kind: Option<ModuleKind>,
 }
 
-// SAFETY: a policy is `Send`, as the module's side demands, and called under the lock alone.
-unsafe impl Send for Taken {}
+// SAFETY: a policy is `Send`, as the module's side demands; the names point to the loop's own, and are only looked at
+// during a call that lends those.
+unsafe impl Send for ModulePolicy {}
 
-impl Drop for Taken {
+impl Drop for ModulePolicy {
     fn drop(&mut self) {
-        // SAFETY: the policy ends once, and its module ends it before its code goes.
+        // SAFETY: the policy ends once, and its code is kept.
         unsafe { (self.table.end)(self.table.owner) }
     }
 }
 
-impl PolicyPlace {
-    fn set(&self, taken: Option<Taken>) {
-        let mut place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let old = std::mem::replace(&mut *place, taken);
-        drop(place);
-        // The module's code runs here, which must not happen under the lock.
-        drop(old);
-    }
-
-    fn is_of(&self, module: &str) -> bool {
-        let place = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        place.as_ref().is_some_and(|taken| *taken.module == *module)
-    }
-
-    fn give_back(&self, module: &str) {
-        if self.is_of(module) {
-            self.set(None);
-        }
-    }
-}
-
-/// What the loop asks: the policy of the place, if there is one, and else the order of the stages.
-#[derive(Debug)]
-pub(crate) struct PlacePolicy {
-    place: Arc<PolicyPlace>,
-    /// The names of the stages, as a module sees them.
-    names: Vec<Bytes>,
-}
-
-// SAFETY: the names point to the loop's own, and are only looked at during a call that lends those.
-unsafe impl Send for PlacePolicy {}
-
-impl PlacePolicy {
-    pub fn new(place: Arc<PolicyPlace>) -> Self {
-        Self { place, names: Vec::new() }
-    }
-}
-
-impl LoopPolicy for PlacePolicy {
+impl LoopPolicy for ModulePolicy {
     fn next(&mut self, place: &Place<'_>) -> Option<usize> {
-        let in_order = place.after.map_or(0, |after| after + 1);
-        let in_order = (in_order < place.stages.len()).then_some(in_order);
-        let mut taken = match self.place.0.try_lock() {
-            Ok(taken) => taken,
-            Err(TryLockError::Poisoned(error)) => error.into_inner(),
-            // It is just taken or given back.
-            Err(TryLockError::WouldBlock) => return in_order,
-        };
-        let Some(policy) = &*taken else { return in_order };
         self.names.clear();
         self.names.extend(place.stages.iter().map(|name| Bytes::of(name)));
         let seen = LoopPlace {
@@ -88,25 +48,29 @@ impl LoopPolicy for PlacePolicy {
             now: place.now,
             cycle: place.cycle,
         };
-        // SAFETY: the policy is there as long as the lock is held, and the place lives during the call.
-        let next = unsafe { (policy.table.next)(policy.table.owner, &raw const seen) };
+        // SAFETY: the policy was not ended, and the place lives during the call.
+        let next = unsafe { (self.table.next)(self.table.owner, &raw const seen) };
         if next == PANICKED {
-            *taken = None;
-            return in_order;
+            // As a policy of the program does; it was reported when it happened.
+            std::panic::resume_unwind(Box::new("the policy of a module"));
         }
         usize::try_from(next).ok()
     }
 }
 
-/// What a policy returns after a panic.
-const PANICKED: i32 = -2;
+/// What a tick asks for.
+enum Asked {
+    Take(Box<ModulePolicy>, Option<Schedule>),
+    GiveBack,
+}
 
 struct Service {
     table: MainLoop,
-    place: Arc<PolicyPlace>,
-    module: Arc<str>,
-    /// What this tick asks for: the loop with a policy, or no longer.
-    asked: Option<Option<Taken>>,
+    takeovers: Arc<Takeovers>,
+    takeover: Arc<Takeover>,
+    /// The module's code.
+    kind: Option<ModuleKind>,
+    asked: Option<Asked>,
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
@@ -114,9 +78,10 @@ unsafe impl Send for Service {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     let mut service = Box::new(Service {
-        table: MainLoop { context: std::ptr::null_mut(), take, give_back, has },
-        place: Arc::clone(&means.policy),
-        module: Arc::clone(module),
+        table: MainLoop { context: std::ptr::null_mut(), take, take_order, give_back, has },
+        takeovers: Arc::clone(&means.takeovers),
+        takeover: means.takeovers.add(module),
+        kind: None,
         asked: None,
     });
     service.table.context = (&raw mut *service).cast();
@@ -128,21 +93,26 @@ impl HostService for Service {
         (&raw const self.table).cast()
     }
 
-    fn commit(&mut self, _: u64, _: Option<&mut crate::digest::Digest>) {
+    fn begin(&mut self, kind: &ModuleKind) {
+        self.abandon();
+        self.kind = Some(kind.clone());
+    }
+
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
         match self.asked.take() {
-            Some(Some(taken)) => self.place.set(Some(taken)),
-            Some(None) => self.place.give_back(&self.module),
+            Some(Asked::Take(policy, stages)) => self.takeover.take(policy, stages),
+            Some(Asked::GiveBack) => self.takeover.give_back(),
             None => {}
         }
     }
 
     fn abandon(&mut self) {
         self.asked = None;
-        self.place.give_back(&self.module);
+        self.takeover.give_back();
     }
 
-    fn begin(&mut self, _: &ModuleKind) {
-        self.abandon();
+    fn rest(&self, _: u64) {
+        self.takeover.suspend();
     }
 
     fn end(&mut self) {
@@ -153,22 +123,84 @@ impl HostService for Service {
 impl Drop for Service {
     fn drop(&mut self) {
         self.abandon();
+        self.takeovers.remove(&self.takeover);
     }
 }
 
-unsafe extern "C" fn take(context: *mut (), table: PolicyTable) {
-    // SAFETY: the context is the service, which the module's tick uses alone.
+impl Service {
+    fn policy(&self, table: PolicyTable) -> Box<ModulePolicy> {
+        Box::new(ModulePolicy { table, names: Vec::new(), kind: self.kind.clone() })
+    }
+}
+
+/// The schedule of a module's stages.
+///
+/// # Safety
+/// All of it is readable during the call.
+unsafe fn schedule(stages: &[StageTable]) -> Result<Schedule, String> {
+    let stage = |stage: &StageTable| {
+        let members = match stage.member_count {
+            0 => &[][..],
+            // SAFETY: passed on to the caller.
+            count => unsafe { std::slice::from_raw_parts(stage.members, count) },
+        };
+        // SAFETY: as above.
+        let name = unsafe { text(stage.name) };
+        let member = |number: &u32| {
+            let member = usize::try_from(*number).ok().and_then(|number| Stage::ALL.get(number));
+            member.copied().ok_or_else(|| {
+                format!(
+                    "`{name}` has no stage {number} of modules: they are numbered from 0 to {}",
+                    Stage::ALL.len() - 1
+                )
+            })
+        };
+        let members = members.iter().map(member).collect::<Result<_, _>>()?;
+        let timeout = (stage.timeout > 0).then(|| Duration::from_nanos(stage.timeout));
+        Ok(ScheduledStage { name, members, timeout })
+    };
+    let stages = stages.iter().map(stage).collect::<Result<_, String>>()?;
+    Schedule::new(stages).map_err(|error| error.to_string())
+}
+
+unsafe extern "C" fn take(
+    context: *mut (),
+    stages: *const StageTable,
+    count: usize,
+    policy: PolicyTable,
+    sink: *const Sink,
+) -> i32 {
+    // SAFETY: the context is the service, which the module's tick uses alone; all else lives during the call.
+    unsafe {
+        let service = &mut *context.cast::<Service>();
+        // It ends with this when the stages are refused.
+        let policy = service.policy(policy);
+        let stages = if count == 0 { &[] } else { std::slice::from_raw_parts(stages, count) };
+        match schedule(stages) {
+            Ok(stages) => {
+                service.asked = Some(Asked::Take(policy, Some(stages)));
+                DONE
+            }
+            Err(reason) => {
+                say(sink, &reason);
+                REFUSED
+            }
+        }
+    }
+}
+
+unsafe extern "C" fn take_order(context: *mut (), policy: PolicyTable) {
+    // SAFETY: as for `take`.
     let service = unsafe { &mut *context.cast::<Service>() };
-    service.asked = Some(Some(Taken { table, module: Arc::clone(&service.module) }));
+    service.asked = Some(Asked::Take(service.policy(policy), None));
 }
 
 unsafe extern "C" fn give_back(context: *mut ()) {
     // SAFETY: as for `take`.
-    unsafe { &mut *context.cast::<Service>() }.asked = Some(None);
+    unsafe { &mut *context.cast::<Service>() }.asked = Some(Asked::GiveBack);
 }
 
 unsafe extern "C" fn has(context: *mut ()) -> i32 {
     // SAFETY: as for `take`.
-    let service = unsafe { &*context.cast::<Service>() };
-    service.place.is_of(&service.module).into()
+    unsafe { &*context.cast::<Service>() }.takeover.is_held().into()
 }

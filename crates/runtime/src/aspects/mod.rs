@@ -24,8 +24,8 @@ use crate::actuators::ActuatorList;
 use crate::clock::Clock;
 use crate::digest::Digest;
 use crate::log::Logger;
+use crate::main_loop::Takeovers;
 use crate::synchronization::Synchronization;
-pub(crate) use main_loop::{PlacePolicy, PolicyPlace};
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
 pub(crate) use plugins::PluginControl;
 pub(crate) use threads::{Closed, Lingering, ThreadKeeper};
@@ -61,8 +61,8 @@ pub(crate) trait HostService: Send {
 pub(crate) struct Means {
     pub board: Arc<Board>,
     pub actuators: Arc<ActuatorList>,
-    /// Where the loop finds the policy of a module.
-    pub policy: Arc<PolicyPlace>,
+    /// Where modules take the loop.
+    pub takeovers: Arc<Takeovers>,
     /// Where the loop finds the time that a module has said.
     pub time: Arc<TimePlace>,
     pub logger: Arc<Logger>,

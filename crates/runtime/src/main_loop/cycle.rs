@@ -4,7 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use super::guest::{Asked, PutAway, ask};
-use super::{Control, Core, Cycle, Flow, PolicyRole, STAGE_LIMIT, Seat, Shared, TimeRole, workers};
+use super::takeover::Choice;
+use super::{
+    Control, Core, Cycle, Flow, PolicyRole, STAGE_LIMIT, Seat, Shared, TakeoverRole, TimeRole, workers,
+};
 use crate::clock::monotonic;
 use crate::main_loop::policy::Place;
 use crate::runner::StepCall;
@@ -200,6 +203,7 @@ fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
     core.time = Some(time);
     core.cycle += 1;
     shared.gauges.cycles.store(core.cycle, Ordering::Relaxed);
+    shared.settle(core);
     let nominal = if shared.clock.is_driven() { time } else { shared.clock.at(beginning.nominal) };
     core.position = Position { inside: true, nominal, ..Position::default() };
     for seat in core.plan.early.iter().filter(|seat| seat.is_idle()) {
@@ -222,37 +226,49 @@ enum Stages {
 
 /// Ends a stage, and begins the one that comes next.
 fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
-    let (after, count, asks) = {
+    let (after, stages_so_far, count, asks) = {
         // SAFETY: this thread holds the token; the reference ends before the policy is asked.
         let core = unsafe { shared.core() };
         if core.position.open {
             core.position.open = false;
             end_stage(shared, core, turn);
         }
-        (core.position.stage, core.plan.stages.len(), core.policy.is_some())
+        let asks = core.course.number != 0 || core.policy.is_some();
+        (core.position.stage, core.position.stages, core.plan.stages.len(), asks)
     };
     let mut next = Some(after.map_or(0, |after| after + 1)).filter(|next| *next < count);
     if asks {
         // SAFETY: as above.
         let stages = Arc::clone(&unsafe { shared.core() }.plan.names);
         let place = Place { after, stages: &stages, now: turn.now, cycle: turn.number };
-        let answer = match ask::<PolicyRole, _>(shared, |policy| policy.next(&place)) {
-            Asked::Answer(answer) => Some(answer),
-            Asked::Nobody => None,
+        // SAFETY: as above.
+        let number = unsafe { shared.core() }.course.number;
+        let asked = match number {
+            0 => ask::<PolicyRole, _>(shared, |policy| Choice::Stage(policy.next(&place))),
+            number => ask::<TakeoverRole, _>(shared, |takeover| takeover.choose(number, &place)),
+        };
+        let choice = match asked {
+            Asked::Answer(choice) => choice,
+            Asked::Nobody => Choice::InOrder,
             Asked::Lost => return Stages::Lost,
         };
         // SAFETY: asking was not given up, so this thread still holds the token.
         let core = unsafe { shared.core() };
-        match answer {
-            Some(Some(stage)) if stage >= count => {
-                shared.dismiss::<PolicyRole>(core, &format!("chose stage {stage} of {count}, from 0"));
+        let mut dismiss = |why: &str| match number {
+            0 => shared.dismiss::<PolicyRole>(core, why),
+            _ => shared.take_back(core, why),
+        };
+        match choice {
+            Choice::InOrder => {}
+            Choice::Panicked => dismiss("panicked"),
+            Choice::Stage(Some(stage)) if stage >= count => {
+                dismiss(&format!("chose stage {stage} of {count}, from 0"));
             }
-            Some(Some(_)) if core.position.stages >= STAGE_LIMIT => {
-                shared.dismiss::<PolicyRole>(core, &format!("chose {STAGE_LIMIT} stages in a cycle"));
+            Choice::Stage(Some(_)) if stages_so_far >= STAGE_LIMIT => {
+                dismiss(&format!("chose {STAGE_LIMIT} stages in a cycle"));
                 next = None;
             }
-            Some(answer) => next = answer,
-            None => {}
+            Choice::Stage(choice) => next = choice,
         }
         // To decide is no module's work.
         turn.mark = 0;
@@ -391,6 +407,9 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
         && job(shared) == Flow::Lost
     {
         return Flow::Lost;
+    }
+    if shared.lockstep {
+        shared.follow_here();
     }
     if let Some(look) = shared.after_cycle.get()
         && look(shared, turn.now) == Flow::Lost

@@ -1,7 +1,7 @@
 //! What is measured of the loop and its stages, and the properties that show it.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use slate_blackboard::channel::{Budget, Writer};
@@ -52,23 +52,39 @@ pub(super) struct StageGauge {
 }
 
 impl StageGauge {
-    pub fn new(name: &str, board: &Board, synchronization: &Synchronization, trace: &Trace) -> Self {
-        let doc = format!("How long the stage {name} takes.");
+    pub fn new(name: &str, synchronization: &Synchronization, trace: &Trace) -> Self {
         let emitter = |end| synchronization.emitter(&format!("/stage/{name}/{end}"), "main loop").ok();
         Self {
             name: name.into(),
             histogram: LiveHistogram::default(),
-            publication: Publication::new(add(board, &path(name), &doc, TimingHistogram::DESCRIPTOR)),
+            publication: Publication::new(None),
             start: emitter("start"),
             end: emitter("end"),
             label: trace.label(name).ok(),
         }
     }
 
-    /// Takes its property off the board.
-    pub fn remove(&self, board: &Board) {
-        // Who reads it keeps it.
-        let _ = board.remove(&path(&self.name));
+    fn emitters(&self) -> impl Iterator<Item = &Emitter> {
+        self.start.iter().chain(&self.end)
+    }
+
+    /// The loop has this stage: its property is on the board, and who waits for all that the loop emits waits for it.
+    pub fn show(&self, board: &Board) {
+        self.emitters().for_each(Emitter::enter);
+        let mut shown = self.publication.locked();
+        if shown.0.is_none() {
+            let doc = format!("How long the stage {} takes.", self.name);
+            *shown = (add(board, &path(&self.name), &doc, TimingHistogram::DESCRIPTOR), 0);
+        }
+    }
+
+    /// The loop does not have it for now; what was measured stays.
+    pub fn hide(&self, board: &Board) {
+        self.emitters().for_each(Emitter::leave);
+        if self.publication.locked().0.take().is_some() {
+            // Who reads it keeps it.
+            let _ = board.remove(&path(&self.name));
+        }
     }
 }
 
@@ -93,9 +109,13 @@ impl Publication {
         Self(Mutex::new((writer, 0)))
     }
 
+    fn locked(&self) -> MutexGuard<'_, (Option<Writer>, u64)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Shows the histogram if it has changed.
     pub fn show(&self, histogram: &LiveHistogram, copy: &mut Histogram, now: u64) {
-        let mut writer = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut writer = self.locked();
         let (Some(writer), shown) = &mut *writer else { return };
         let count = histogram.count();
         if std::mem::replace(shown, count) == count {

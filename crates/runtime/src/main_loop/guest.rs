@@ -25,6 +25,19 @@ impl<T: ?Sized> Guest<T> {
             |seat| watched.iter().any(|watch| watch.stage.is_some() && Arc::ptr_eq(&watch.seat, seat));
         self.seat.as_ref().is_some_and(|seat| !is_there(seat))
     }
+
+    /// Whether a thread is in it that was given up.
+    pub fn is_late(&self) -> bool {
+        self.seat.as_ref().is_some_and(|seat| seat.is_late())
+    }
+
+    /// To be kept until it has returned.
+    pub fn into_absent(self) -> Absent
+    where
+        Self: Send + 'static,
+    {
+        Absent { seat: self.seat.clone(), guest: Box::new(self) }
+    }
 }
 
 /// What came of asking.
@@ -41,6 +54,17 @@ pub(super) enum Asked<R> {
 pub(super) trait Role {
     type Code: ?Sized;
     fn guest(core: &mut Core) -> &mut Option<Guest<Self::Code>>;
+
+    /// Does what is to be done with one that did not return; says what it was.
+    fn put_away(core: &mut Core) -> &'static str
+    where
+        Guest<Self::Code>: Send + 'static,
+    {
+        let Some(guest) = Self::guest(core).take() else { return "" };
+        let what = guest.what;
+        core.absent.push(guest.into_absent());
+        what
+    }
 }
 
 /// A guest that did not return. Its thread is in it as long as its seat is late.
@@ -55,17 +79,6 @@ impl Absent {
     pub fn has_returned(&self) -> bool {
         self.seat.as_ref().is_some_and(|seat| !seat.is_late())
     }
-}
-
-/// Puts a guest that did not return away.
-fn put_away<R: Role>(core: &mut Core) -> &'static str
-where
-    Guest<R::Code>: Send + 'static,
-{
-    let Some(guest) = R::guest(core).take() else { return "" };
-    let what = guest.what;
-    core.absent.push(Absent { seat: guest.seat.clone(), guest: Box::new(guest) });
-    what
 }
 
 /// How the thread that takes the loop over gets rid of a guest that did not return; says what it was.
@@ -83,7 +96,7 @@ where
         let Some(guest) = R::guest(core) else { return Asked::Nobody };
         let seat = guest.seat.as_ref().map(Arc::as_ptr);
         let code: *mut R::Code = &raw mut *guest.code;
-        core.position.asking = Some(put_away::<R> as PutAway);
+        core.position.asking = Some(R::put_away as PutAway);
         (code, seat)
     };
     // SAFETY: the guest owns a share of the seat, and is not dropped while it is asked, also not when it is put away.

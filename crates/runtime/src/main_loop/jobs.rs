@@ -39,6 +39,8 @@ impl Token {
 pub(super) struct Jobs {
     waiting: AtomicBool,
     job: Mutex<Option<Job>>,
+    /// Whoever waits for a job has it.
+    turn: Mutex<()>,
 }
 
 impl Jobs {
@@ -68,13 +70,12 @@ const LOOK: Duration = Duration::from_millis(2);
 impl Shared {
     /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
     /// nothing when it lost the token, because a module of `seats` did not return in time.
-    ///
-    /// One caller at a time.
     pub fn between_cycles<R: Send + 'static>(
         &self,
         seats: &[Arc<Seat>],
         work: impl FnOnce(&Shared) -> Option<R> + Send + 'static,
     ) -> Result<R, NotReturned> {
+        let _turn = self.jobs.turn.lock().unwrap_or_else(PoisonError::into_inner);
         let (sender, receiver) = channel();
         let job: Job = Box::new(move |shared| match work(shared) {
             Some(result) => {

@@ -4,11 +4,13 @@
 //! thread and goes on without the late module. Under a time source the loop is in lockstep: everything depends on the
 //! virtual time alone, and a step that hangs ends the run.
 
+mod composing;
 mod cycle;
 mod driving;
 mod frozen;
 mod gauges;
 mod guest;
+mod handover;
 mod jobs;
 mod notices;
 mod pace;
@@ -16,6 +18,7 @@ mod plan;
 mod policy;
 mod schedule;
 mod seat;
+mod takeover;
 mod threads;
 mod tracing;
 mod watchdog;
@@ -41,10 +44,11 @@ pub(crate) use gauges::Publication;
 pub(crate) use pace::Pace;
 pub use pace::Rate;
 pub(crate) use plan::Levels;
-pub use policy::{LoopPolicy, Place, STAGE_LIMIT, SenseAct};
+pub use policy::{LoopPolicy, Place, STAGE_LIMIT};
 pub(crate) use schedule::is_name as is_stage_name;
 pub use schedule::{Schedule, ScheduleError, ScheduledStage};
 pub(crate) use seat::Seat;
+pub(crate) use takeover::{Takeover, Takeovers};
 pub(crate) use threads::{ModuleThreads, thread_name};
 pub use tracing::AgentTrace;
 pub(crate) use watchdog::{Watch, Watchdog};
@@ -52,8 +56,9 @@ pub(crate) use workers::Workers;
 
 use cycle::Position;
 use driving::Ending;
-use gauges::{LoopGauges, Publisher, StageGauge};
+use gauges::{LoopGauges, Publisher};
 use guest::{Absent, Guest, Role};
+use handover::Course;
 use jobs::{Jobs, Token};
 use notices::Notices;
 use plan::{Parts, Plan};
@@ -113,7 +118,11 @@ pub(crate) enum Flow {
 
 /// What the loop works on. Whoever holds the token has it alone.
 pub(crate) struct Core {
+    /// What the loop runs.
     plan: Plan,
+    /// The program's plan while it runs the stages of a module, and theirs while it does not.
+    aside: Plan,
+    course: Course,
     pub actuators: Vec<Arc<Actuator>>,
     pub digest: Option<Digest>,
     pace: Pace,
@@ -123,6 +132,7 @@ pub(crate) struct Core {
     /// The time of the last cycle, on the grid of the period or as the time source said.
     time: Option<u64>,
     policy: Option<Guest<dyn LoopPolicy>>,
+    takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
     /// Those of them that did not return.
     absent: Vec<Absent>,
@@ -131,7 +141,7 @@ pub(crate) struct Core {
     notices: Notices,
 }
 
-/// Who says which stage comes next.
+/// Who says which stage comes next, of the program.
 struct PolicyRole;
 
 impl Role for PolicyRole {
@@ -139,6 +149,22 @@ impl Role for PolicyRole {
 
     fn guest(core: &mut Core) -> &mut Option<Guest<dyn LoopPolicy>> {
         &mut core.policy
+    }
+}
+
+/// The module that may take the loop.
+struct TakeoverRole;
+
+impl Role for TakeoverRole {
+    type Code = Arc<Takeover>;
+
+    fn guest(core: &mut Core) -> &mut Option<Guest<Arc<Takeover>>> {
+        &mut core.takeover
+    }
+
+    /// It stays: while its module is late it is not asked, and that ends what it has taken.
+    fn put_away(_: &mut Core) -> &'static str {
+        TAKEOVER
     }
 }
 
@@ -167,6 +193,8 @@ pub(crate) struct Shared {
     core: UnsafeCell<Core>,
     token: Token,
     jobs: Jobs,
+    /// Whoever makes plans has it until they are exchanged.
+    planning: Mutex<()>,
     parts: Mutex<Parts>,
     watched: Mutex<Arc<[Watch]>>,
     /// For a stop, which waits for nothing else.
@@ -211,6 +239,8 @@ impl Shared {
         let synchronization = Arc::new(Synchronization::default());
         let core = Core {
             plan: Plan::default(),
+            aside: Plan::default(),
+            course: Course::default(),
             actuators: Vec::new(),
             digest: lockstep.then(Digest::new),
             pace,
@@ -219,6 +249,7 @@ impl Shared {
             cycle: 0,
             time: None,
             policy: None,
+            takeover: None,
             time_source: time_source.map(|code| Guest { what: TIME_SOURCE, seat: None, code }),
             absent: Vec::new(),
             position: Position::default(),
@@ -240,6 +271,7 @@ impl Shared {
             core: UnsafeCell::new(core),
             token: Token::default(),
             jobs: Jobs::default(),
+            planning: Mutex::default(),
             parts: Mutex::new(Parts { schedule, ..Parts::default() }),
             watched: Mutex::new(Arc::from([])),
             gates: Mutex::new(Arc::from([])),
@@ -311,108 +343,15 @@ impl Shared {
         self.token.give_back();
     }
 
-    /// From the next cycle on the loop runs these modules, by their stages, and ends stale commands of these actuators;
-    /// `threaded` are watched beside them. A policy or time source of a module that is not among them is removed.
-    ///
-    /// One caller at a time, as for all that changes the loop.
-    pub fn compose(&self, levels: Vec<Levels>, threaded: Vec<Arc<Seat>>, actuators: Vec<Arc<Actuator>>) {
-        self.compose_with(levels, threaded, actuators, || Ok::<(), ()>(()));
-    }
-
-    /// As [`compose`](Shared::compose), and does `work` in the same moment, before it: when that fails, all stays as it
-    /// is. Nothing when the loop was lost.
-    pub fn compose_with<R: Send + 'static, E: Send + 'static>(
-        &self,
-        levels: Vec<Levels>,
-        threaded: Vec<Arc<Seat>>,
-        actuators: Vec<Arc<Actuator>>,
-        work: impl FnOnce() -> Result<R, E> + Send + 'static,
-    ) -> Option<Result<R, E>> {
-        let mut parts = self.parts();
-        let before = (parts.levels.clone(), parts.threaded.clone());
-        (parts.levels, parts.threaded) = (levels, threaded);
-        drop(parts);
-        let gates = actuators.iter().cloned().collect();
-        let result = self.rebuild(Some(actuators), work);
-        match result {
-            Some(Ok(_)) => *self.gates.lock().unwrap_or_else(PoisonError::into_inner) = gates,
-            _ => {
-                let mut parts = self.parts();
-                (parts.levels, parts.threaded) = before;
-                let watched: Arc<[Watch]> =
-                    parts.watched().map(|(seat, stage)| Watch { seat, stage }).collect();
-                drop(parts);
-                *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = watched;
-            }
-        }
-        result
-    }
-
-    /// From the next cycle on the loop has these stages.
-    pub fn set_schedule(&self, schedule: Schedule) {
-        self.parts().schedule = schedule;
-        self.rebuild(None, || Ok::<(), ()>(()));
-    }
-
-    /// Makes the plan anew and exchanges it between two cycles, after `work`.
-    fn rebuild<R: Send + 'static, E: Send + 'static>(
-        &self,
-        actuators: Option<Vec<Arc<Actuator>>>,
-        work: impl FnOnce() -> Result<R, E> + Send + 'static,
-    ) -> Option<Result<R, E>> {
-        let mut parts = self.parts();
-        let gauges = std::mem::take(&mut parts.gauges);
-        for stage in parts.schedule.clone().stages() {
-            let gauge = gauges.get(stage.name.as_str()).cloned().unwrap_or_else(|| {
-                let trace = self.tracing.trace();
-                Arc::new(StageGauge::new(&stage.name, &self.board, &self.synchronization, trace))
-            });
-            parts.gauges.insert(Arc::clone(&gauge.name), gauge);
-        }
-        let plan = parts.plan();
-        let shortest = plan.stages.iter().map(|stage| stage.timeout).filter(|timeout| *timeout > 0).min();
-        self.shortest_timeout.store(shortest.unwrap_or(u64::MAX), Ordering::Relaxed);
-        let watched: Arc<[Watch]> = parts.watched().map(|(seat, stage)| Watch { seat, stage }).collect();
-        gauges.values().filter(|gauge| !parts.gauges.contains_key(&gauge.name)).for_each(|gauge| {
-            gauge.remove(&self.board);
-        });
-        drop(parts);
-        self.tracing.add_tracks(&watched);
-        *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&watched);
-        let exchanged = self.between_cycles(&[], move |shared| {
-            let result = match work() {
-                Ok(result) => result,
-                Err(error) => return Some(Err((error, plan))),
-            };
-            // SAFETY: jobs are done by who has the token.
-            let core = unsafe { shared.core() };
-            let plan = std::mem::replace(&mut core.plan, plan);
-            let actuators = actuators.map(|actuators| std::mem::replace(&mut core.actuators, actuators));
-            // A run that was ended by a step that did not return has left in the middle of its cycle.
-            core.position = Position::default();
-            shared.deadline.store(0, Ordering::Release);
-            let policy = core.policy.take_if(|guest| guest.has_left(&watched));
-            let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));
-            let returned: Vec<_> = core.absent.extract_if(.., |absent| absent.has_returned()).collect();
-            Some(Ok((result, (plan, actuators, policy, time_source, returned))))
-        });
-        // What is no longer needed is dropped here and not on the loop.
-        match exchanged {
-            Ok(Ok((result, _))) => Some(Ok(result)),
-            Ok(Err((error, _))) => Some(Err(error)),
-            Err(_) => None,
-        }
-    }
-
-    /// Sets who says which stage comes next; without anybody, the stages follow one another. A module of `seat` is on
-    /// the loop, and each call is watched like a step of its.
-    pub fn set_policy(&self, code: Option<Box<dyn LoopPolicy>>, seat: Option<Arc<Seat>>) {
-        let guest = code.map(|code| Guest { what: POLICY, seat, code });
+    /// Sets the program's policy, which says which stage comes next while no module has the loop; without one, the stages
+    /// follow one another.
+    pub fn set_policy(&self, code: Option<Box<dyn LoopPolicy>>) {
+        let guest = code.map(|code| Guest { what: POLICY, seat: None, code });
         self.exchange::<PolicyRole>(guest);
     }
 
-    /// Sets who says what time it is, on a clock that is driven; without anybody, time goes on by the period. As for
-    /// [`set_policy`](Shared::set_policy).
+    /// Sets who says what time it is, on a clock that is driven; without anybody, time goes on by the period. A module of
+    /// `seat` is on the loop, and each call is watched like a step of its.
     pub fn set_time_source(&self, code: Option<Box<dyn TimeSource>>, seat: Option<Arc<Seat>>) {
         let guest = code.map(|code| Guest { what: TIME_SOURCE, seat, code });
         self.exchange::<TimeRole>(guest);
@@ -432,4 +371,5 @@ impl Shared {
 
 /// What the log calls them.
 const POLICY: &str = "the policy of the main loop";
+const TAKEOVER: &str = "the policy of a module";
 const TIME_SOURCE: &str = "the time source";

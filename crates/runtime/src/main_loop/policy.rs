@@ -32,32 +32,3 @@ pub trait LoopPolicy: Send {
 
 /// A cycle of more stages than this is taken for one without an end, and its policy is removed.
 pub const STAGE_LIMIT: u32 = 1000;
-
-/// A loop of two stages, for [`Schedule::sense_act`](crate::Schedule::sense_act): it senses in every cycle and acts in
-/// one of some. An example of a policy, and of use where acting is slow.
-///
-/// ```
-/// use slate_runtime::{LoopPolicy, Place, SenseAct};
-///
-/// let stages = ["Sense".into(), "Act".into()];
-/// let mut policy = SenseAct { every: 2 };
-/// let mut next = |after, cycle| policy.next(&Place { after, stages: &stages, now: 0, cycle });
-/// assert_eq!((next(None, 1), next(Some(0), 1)), (Some(0), None));
-/// assert_eq!((next(None, 2), next(Some(0), 2), next(Some(1), 2)), (Some(0), Some(1), None));
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct SenseAct {
-    /// In one of so many cycles it acts; 0 counts as 1.
-    pub every: u64,
-}
-
-impl LoopPolicy for SenseAct {
-    fn next(&mut self, place: &Place<'_>) -> Option<usize> {
-        let sense = place.find("Sense");
-        match place.after {
-            None => sense,
-            after if after == sense && place.cycle.is_multiple_of(self.every.max(1)) => place.find("Act"),
-            _ => None,
-        }
-    }
-}

@@ -21,11 +21,18 @@ pub struct ScheduledStage {
 /// together to the stages that the loop has, so modules need no change when the loop has others.
 ///
 /// ```
-/// use slate_runtime::{Schedule, Stage};
+/// use slate_runtime::{Schedule, ScheduledStage, Stage};
 ///
-/// let names: Vec<_> = Schedule::sense_act().stages().iter().map(|stage| stage.name.clone()).collect();
-/// assert_eq!(names, ["Sense", "Act"]);
+/// let (sense, act) = Stage::ALL.split_at(5);
+/// let stage = |name: &str, members: &[Stage]| ScheduledStage {
+///     name: name.into(),
+///     members: members.into(),
+///     timeout: None,
+/// };
+/// let schedule = Schedule::new(vec![stage("Sense", sense), stage("Act", act)])?;
+/// assert_eq!(schedule.stages().len(), 2);
 /// assert_eq!(Schedule::default().stages().len(), Stage::ALL.len());
+/// # Ok::<(), slate_runtime::ScheduleError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Schedule {
@@ -119,17 +126,6 @@ impl Schedule {
             return Err(ScheduleError::Missing { stages: missing });
         }
         Ok(Self { stages })
-    }
-
-    /// Two stages: `Sense` up to the model of the world, and `Act` from there on.
-    pub fn sense_act() -> Self {
-        let (sense, act) = Stage::ALL.split_at(5);
-        let stage = |name: &str, members: &[Stage]| ScheduledStage {
-            name: name.into(),
-            members: members.into(),
-            timeout: None,
-        };
-        Self { stages: vec![stage("Sense", sense), stage("Act", act)] }
     }
 
     /// With a time-out of one stage.

@@ -38,8 +38,9 @@ pub struct Emitter {
 
 impl Emitter {
     pub(super) fn new(point: Arc<Point>, member: Arc<Member>) -> Self {
-        point.with_ancestors().for_each(|point| point.enter(&member));
-        Self { point, member }
+        let emitter = Self { point, member };
+        emitter.enter();
+        emitter
     }
 
     /// The point that it emits.
@@ -63,10 +64,20 @@ impl Emitter {
         self.member.emitted.fetch_add(1, Ordering::Relaxed);
         self.point.with_ancestors().for_each(|point| point.notify(1));
     }
+
+    /// Says that somebody may wait for it to emit, as from its beginning.
+    pub(crate) fn enter(&self) {
+        self.point.with_ancestors().for_each(|point| point.enter(&self.member));
+    }
+
+    /// Says that nobody needs to wait for it for now.
+    pub(crate) fn leave(&self) {
+        self.point.with_ancestors().for_each(|point| point.leave(&self.member));
+    }
 }
 
 impl Drop for Emitter {
     fn drop(&mut self) {
-        self.point.with_ancestors().for_each(|point| point.leave(&self.member));
+        self.leave();
     }
 }

@@ -32,7 +32,8 @@ fn a_stage_ends_when_its_time_is_up_and_the_late_module_is_named_until_it_return
         let modules = composer.modules();
         let planner = modules.iter().find(|module| module.name == "planner").unwrap();
         taken.lock().unwrap().push(planner.condition);
-        let done = planner.ticks >= 10 || start.elapsed() > Duration::from_secs(30);
+        // Long enough after its return for the watchdog to have seen it.
+        let done = planner.ticks >= 30 || start.elapsed() > Duration::from_secs(30);
         if done { Control::Stop } else { Control::Continue }
     }));
     assert_eq!(end.unwrap(), End::Stopped);

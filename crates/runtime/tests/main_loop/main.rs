@@ -28,7 +28,7 @@ use common::Number;
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::log::MemoryTarget;
-use slate_runtime::{Agent, Control, End, Observer, Options, Rate};
+use slate_runtime::{Agent, Control, End, Observer, Options, Rate, Schedule, ScheduledStage, Stage};
 
 /// Ports of [`Witness`].
 #[ports]
@@ -86,6 +86,17 @@ fn wall_clock(text: &str) -> (Agent, MemoryTarget) {
 fn witnesses(stages: &[(&str, &str)]) -> String {
     let module = |(name, stage)| format!("[modules.{name}]\nplugin = \"witness\"\nstage = \"{stage}\"\n");
     stages.iter().copied().map(module).collect()
+}
+
+/// A loop of two stages.
+fn sense_act() -> Schedule {
+    let (sense, act) = Stage::ALL.split_at(5);
+    let stage = |name: &str, members: &[Stage]| ScheduledStage {
+        name: name.into(),
+        members: members.into(),
+        timeout: None,
+    };
+    Schedule::new(vec![stage("Sense", sense), stage("Act", act)]).unwrap()
 }
 
 /// Stops after that many cycles.

@@ -3,7 +3,7 @@ use std::time::Duration;
 use slate_runtime::configuration::{self, Configuration};
 use slate_runtime::{Control, End, Schedule, ScheduleError, ScheduledStage, Stage};
 
-use super::{comes, lockstep, order, run, ticks, wall_clock, whole, witnesses};
+use super::{comes, lockstep, order, run, sense_act, ticks, wall_clock, whole, witnesses};
 
 const TWO: &str = r#"
 [loop]
@@ -60,7 +60,7 @@ fn the_stages_are_exchanged_while_the_agent_runs() {
             _ => false,
         };
         assert!(comes(|| measured("ActExec")));
-        composer.set_schedule(Schedule::sense_act());
+        composer.set_schedule(sense_act());
         assert!(comes(|| measured("Act") && measured("Sense")));
         let gone = !measured("ActExec");
         composer.set_schedule(Schedule::default());
@@ -81,7 +81,7 @@ fn the_stages_are_exchanged_while_the_agent_runs() {
 fn stages_are_exchanged_between_two_runs_too() {
     let mut agent = lockstep(&witnesses(&MODULES));
     run(&mut agent, 3);
-    agent.composer().set_schedule(Schedule::sense_act());
+    agent.composer().set_schedule(sense_act());
     run(&mut agent, 3);
     assert!(MODULES.iter().all(|(module, _)| ticks(&agent, module) == 6));
 }
@@ -107,7 +107,7 @@ fn a_schedule_has_each_stage_of_modules_once() {
     for name in ["", "a b", "a/b", "state", "histogram", &"x".repeat(33)] {
         assert_eq!(error(vec![stage(name, &all)]), ScheduleError::Name { name: name.into() });
     }
-    let unknown = Schedule::sense_act().with_timeout("Think", Duration::from_millis(1)).unwrap_err();
+    let unknown = sense_act().with_timeout("Think", Duration::from_millis(1)).unwrap_err();
     assert_eq!(unknown.to_string(), "the loop has no stage `Think`");
 }
 
@@ -120,7 +120,7 @@ fn report(text: &str) -> String {
 fn a_loop_is_read_from_the_configuration() {
     let text = format!("{TWO}[loop.timeouts]\nAct = \"5ms\"\n");
     let read = Configuration::from_text("test.toml", &text, &configuration::Options::default()).unwrap();
-    let expected = Schedule::sense_act().with_timeout("Act", Duration::from_millis(5)).unwrap();
+    let expected = sense_act().with_timeout("Act", Duration::from_millis(5)).unwrap();
     assert_eq!(*read.schedule(), expected);
     let text = "[loop]\nminimum = \"5ms\"\ntimeouts.Think = \"1ms\"\n";
     let read = Configuration::from_text("test.toml", text, &configuration::Options::default()).unwrap();

@@ -16,11 +16,12 @@ use slate_blackboard::commit::CommitWord;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, BoardError, Placement, Property};
+use slate_module::aspect::{MainLoop, Service};
 use slate_module::{Direction, PortDescription, Trigger};
 use slate_safety::StopLatch;
 
 use super::Mode;
-use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire};
+use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire, needs};
 use crate::actuators::Actuator;
 use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
@@ -109,9 +110,12 @@ impl Ground {
         Arc::clone(self.services.entry(path.into()).or_default())
     }
 
-    /// Whether a module with that trigger gets a thread of its own. Nobody waits for an isolated one on the wall clock.
-    pub fn has_own_thread(&self, trigger: &Trigger, isolated: bool) -> bool {
-        self.mode == Mode::Threaded && *trigger != Trigger::Stage || isolated && !self.lockstep
+    /// Whether a module gets a thread of its own. Nobody waits for an isolated one on the wall clock, and one that may
+    /// take the loop is on the loop, where it is watched.
+    pub fn has_own_thread(&self, surveyed: &Surveyed<'_>) -> bool {
+        let threaded = self.mode == Mode::Threaded && surveyed.trigger != Trigger::Stage;
+        let isolated = surveyed.module.isolated.value && !self.lockstep;
+        (threaded || isolated) && !needs(&surveyed.description, MainLoop::DESCRIPTOR.hash)
     }
 }
 
@@ -283,7 +287,7 @@ impl<'a> Builder<'a, '_> {
     fn wake_of(&mut self, name: &str) -> Option<Arc<Wake>> {
         let surveyed = self.survey.modules.iter().find(|surveyed| surveyed.module.name.value == name);
         let threaded = match surveyed {
-            Some(surveyed) => self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value),
+            Some(surveyed) => self.ground.has_own_thread(surveyed),
             None => self.ground.mode == Mode::Threaded || !self.ground.lockstep,
         };
         threaded.then(|| self.ground.post(name).wake)

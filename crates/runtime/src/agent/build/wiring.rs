@@ -107,7 +107,7 @@ impl Builder<'_, '_> {
     /// nothing.
     fn is_early(&self, m: usize, joint: &Joint<'_>) -> bool {
         let surveyed = self.surveyed(m);
-        joint.delayed && !self.ground.has_own_thread(&surveyed.trigger, surveyed.module.isolated.value)
+        joint.delayed && !self.ground.has_own_thread(surveyed)
     }
 
     /// The inputs and the sources of what is converted, in groups of those that one module writes.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use slate_module::Direction;
 use slate_module::aspect::{MainLoop, Service, TimeSource};
+use slate_module::{Description, Direction};
 
 use super::{Complaints, Surveyed};
 use crate::agent::catalogue::Catalogue;
@@ -67,18 +67,19 @@ pub(super) fn survey_services(
     services
 }
 
+/// Whether a module needs the service of that schema.
+pub(in crate::agent) fn needs(description: &Description, schema: u64) -> bool {
+    let mut ports = description.ports.iter();
+    ports.any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
+}
+
 /// One module has the main loop, and the one that says the time is the time source of the configuration.
 pub(super) fn check_single(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
     complaints: &mut Complaints<'_>,
 ) {
-    let users = |schema: u64| {
-        modules.iter().filter(move |surveyed| {
-            let mut ports = surveyed.description.ports.iter();
-            ports.any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
-        })
-    };
+    let users = |schema: u64| modules.iter().filter(move |surveyed| needs(&surveyed.description, schema));
     let mut loops = users(MainLoop::DESCRIPTOR.hash).map(|surveyed| &surveyed.module.name);
     if let (Some(first), Some(second)) = (loops.next(), loops.next()) {
         let message = format!("`{}` and `{}` both want the main loop", first.value, second.value);

@@ -18,6 +18,7 @@ use crate::link::{Filter, Place, Program};
 use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
 use crate::sharing::RemotePath;
+pub(super) use aspects::needs;
 pub(super) use links::remote_path;
 
 /// Ports that every module has beside its own.
