@@ -27,13 +27,15 @@ fn a_stage_ends_when_its_time_is_up_and_the_late_module_is_named_until_it_return
     let composer = agent.composer();
     let conditions: Collected<&'static str> = Arc::default();
     let taken = Arc::clone(&conditions);
+    let seen = log.clone();
     let start = Instant::now();
     let end = agent.run(Box::new(move |_| {
         let modules = composer.modules();
         let planner = modules.iter().find(|module| module.name == "planner").unwrap();
         taken.lock().unwrap().push(planner.condition);
-        // Long enough after its return for the watchdog to have seen it.
-        let done = planner.ticks >= 30 || start.elapsed() > Duration::from_secs(30);
+        // The watchdog sees its return when it looks next.
+        let returned = planner.ticks >= 10 && !lines(&seen, "planner returned after").is_empty();
+        let done = returned || start.elapsed() > Duration::from_secs(30);
         if done { Control::Stop } else { Control::Continue }
     }));
     assert_eq!(end.unwrap(), End::Stopped);
