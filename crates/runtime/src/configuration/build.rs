@@ -33,7 +33,8 @@ impl Build<'_> {
         self.problems.unknown_keys(agent, "in [agent]", &["name", "seed"]);
         let name = match agent.get("name") {
             Some(value) => {
-                self.problems.as_text("name", value, "robot1").filter(|name| self.agent_name(name))
+                let name = self.problems.as_text("name", value, "robot1");
+                name.filter(|name| self.problems.agent_name(name, name.span))
             }
             None => Some(Spanned::new(name_of_file(&self.sources.of(main).name), main)),
         };
@@ -51,15 +52,6 @@ impl Build<'_> {
         let message = format!("`seed` takes a whole number from 0, found {found}");
         self.problems.add(value.span, message, "write a number such as seed = 1");
         None
-    }
-
-    pub(super) fn agent_name(&mut self, name: &Spanned<String>) -> bool {
-        let good = Url::parse(&format!("slate://{}/module", name.value)).is_ok();
-        if !good {
-            let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";
-            self.problems.add(name.span, format!("`{}` can't name an agent", name.value), help);
-        }
-        good
     }
 
     pub(super) fn time_source(&mut self, root: &Table) -> Option<Spanned<String>> {

@@ -39,6 +39,11 @@ impl Diagnostic {
         Self { message, help, place: Some(Place { source, label, line, column }) }
     }
 
+    /// Place, message and help in a line.
+    pub(super) fn in_a_line(&self) -> String {
+        Line(self).to_string()
+    }
+
     /// What is wrong.
     pub fn message(&self) -> &str {
         &self.message

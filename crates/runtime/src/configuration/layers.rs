@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::files::{File, Files, Unreadable};
 use super::problems::{Problem, Problems, suggestion};
 use super::scope::flatten;
 use super::set::{Written, parse_set};
-use super::source::{Source, SourceKind, Sources, Span};
+use super::source::{Place, Source, SourceKind, Sources, Span};
 use super::value::{Entry, Table, Value};
 
 /// Reads the texts of a configuration and merges what they say.
@@ -23,13 +23,31 @@ pub(super) struct Layers {
     pub(super) files: Files,
     /// What each single setting says.
     pub(super) flat_sets: Vec<Table>,
+    /// The agent that is wanted, if one is named.
+    pub(super) agent: Option<String>,
+    /// The agents that the texts describe, and where each is first.
+    pub(super) agents: BTreeMap<String, Span>,
+    /// Whether the wanted one's table says how it is called.
+    pub(super) is_named: bool,
+    /// Whether what is read now belongs to the wanted one's table.
+    pub(super) own: bool,
+    /// Whether the agent may run on another machine, which has files that are not here.
+    pub(super) elsewhere: bool,
+    /// The files that were read, each by the path that is the same for all that lead to it.
+    pub(super) read: BTreeSet<PathBuf>,
     /// Files that include the current one, outermost first.
     open: Vec<PathBuf>,
-    read: BTreeSet<PathBuf>,
+    /// The text that includes the current one in the end.
+    root: Option<usize>,
     ranks: usize,
 }
 
 impl Layers {
+    /// Nothing yet, of that agent if there are several.
+    pub(super) fn of(agent: Option<String>, files: Files, elsewhere: bool) -> Self {
+        Self { agent, files, elsewhere, ..Self::default() }
+    }
+
     pub(super) fn defaults(&mut self) {
         self.text(
             "built-in defaults".into(),
@@ -43,6 +61,9 @@ impl Layers {
     pub(super) fn file(&mut self, path: &Path, asked: Option<Span>) {
         let failed = |this: &mut Self, reason: String, help: &str| {
             this.incomplete = true;
+            if this.elsewhere {
+                return;
+            }
             let message = format!("can't read the configuration {}: {reason}", crate::printable(path));
             this.problems.0.push(Problem { span: asked, message, help: Some(help.into()) });
         };
@@ -76,8 +97,23 @@ impl Layers {
         };
         let mut table = Table::of_item(document.as_table(), id, &mut self.problems);
         self.sources.0[id].document = Some(document);
+        let agents = table.entries.remove("agents");
+        let is_root = self.root.is_none();
+        self.root.get_or_insert(id);
+        self.table(id, table);
+        if let Some(agents) = agents {
+            self.agents(id, &agents);
+        }
+        if is_root {
+            self.root = None;
+        }
+    }
+
+    /// Takes over what a text says, or the part of it that is a source of its own.
+    pub(super) fn table(&mut self, id: usize, mut table: Table) {
         if let Some(Entry { value, .. }) = table.entries.remove("include") {
-            let folder = path.unwrap_or(Path::new(&self.sources.0[id].name)).parent().map(Path::to_owned);
+            let source = &self.sources.0[id];
+            let folder = source.path().unwrap_or(Path::new(&source.name)).parent().map(Path::to_owned);
             for file in self.problems.texts("include", &value, "common.toml") {
                 self.file(&folder.clone().unwrap_or_default().join(&file.value), Some(file.span));
             }
@@ -92,7 +128,8 @@ impl Layers {
     pub(super) fn sets<'a>(&mut self, kind: SourceKind, settings: impl IntoIterator<Item = Written<'a>>) {
         for Written { text, equals } in settings {
             let id = self.setting(kind, text);
-            let Some(mut table) = parse_set(text, equals, id, &mut self.problems) else { continue };
+            let Some(table) = parse_set(text, equals, id, &mut self.problems) else { continue };
+            let Some(mut table) = self.of_wanted(kind, table) else { continue };
             if let Some(Entry { key, .. }) = table.entries.remove("include") {
                 self.problems.add(key, "only a file includes others", "write `include` in the file");
             }
@@ -123,6 +160,10 @@ impl Layers {
         else {
             return;
         };
+        let for_one = match self.agents.is_empty() {
+            true => "",
+            false => "; a setting of one agent begins with `agents.`, its name and a dot",
+        };
         let problems = &mut self.problems;
         table.entries.retain(|name, entry| {
             let founded =
@@ -132,7 +173,7 @@ impl Layers {
                 let help = if was_good {
                     format!("it was there when this was changed: put it back, or take the change back with `slate config revert {section}`")
                 } else {
-                    suggestion(name, &known)
+                    suggestion(name, &known) + for_one
                 };
                 problems.add(entry.key, format!("no {what} is called `{name}`"), help);
             }
@@ -149,8 +190,18 @@ impl Layers {
     }
 
     fn push(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) -> usize {
-        let path = path.map(Path::to_owned);
-        self.sources.0.push(Source { name, kind, path, text, rank: usize::MAX, document: None });
+        let (path, id) = (path.map(Path::to_owned), self.sources.0.len());
+        let place = Place { root: self.root.unwrap_or(id), part_of: None, own: self.own };
+        self.sources.0.push(Source { name, kind, path, text, rank: usize::MAX, place, document: None });
+        id
+    }
+
+    /// A source of the part of a text that is the wanted agent's.
+    pub(super) fn part(&mut self, text: usize) -> usize {
+        let Source { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
+        let place = Place { part_of: Some(text), own: true, ..*place };
+        let (name, path, text) = (name.clone(), path.clone(), Arc::clone(whole));
+        self.sources.0.push(Source { name, kind: *kind, path, text, rank: usize::MAX, place, document: None });
         self.sources.0.len() - 1
     }
 

@@ -6,6 +6,9 @@
 //! and caret. Every value remembers where it is written, so that whoever finds out later that it doesn't fit can
 //! point there too ([`Configuration::diagnostic`]).
 //!
+//! A file may describe several agents: each has a table `agents.NAME` with what a configuration has, also an `include`,
+//! which goes over what the same file says outside of `agents` for all of them. [`Options::agent`] says which one is read.
+//!
 //! A [`Configuration`] never changes. A [`Database`] holds the one of a running agent, with a last layer of changes
 //! made at run time.
 //!
@@ -26,6 +29,7 @@
 //! # Ok::<(), slate_runtime::configuration::Report>(())
 //! ```
 
+mod agents;
 mod build;
 mod compare;
 mod database;
@@ -54,14 +58,14 @@ use crate::main_loop::Schedule;
 use crate::snapshot::Trigger;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
-use files::Files;
 pub use model::{
     Actuator, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets,
     Mission, Module, PluginEntry, RateLimit, Share, Transport,
 };
 use path::Prefix;
 use problems::Problems;
-use read::{Main, Request};
+use agents::Described;
+use read::Main;
 use source::Sources;
 pub use source::{Origin, Source, SourceKind, Span, Spanned};
 pub use value::{Entry, Table, Value};
@@ -75,6 +79,8 @@ pub struct Options {
     pub sets: Vec<String>,
     /// A file with the settings of this computer; it overrides the main file.
     pub host: Option<PathBuf>,
+    /// The agent that is read of a file that describes several, by the name of its table.
+    pub agent: Option<String>,
     /// Names at the top that belong to the application, such as `world`.
     pub extra_tables: Vec<String>,
 }
@@ -94,6 +100,8 @@ pub struct Setting {
 #[derive(Clone, Debug)]
 pub struct Configuration {
     sources: Sources,
+    /// Which agent this is, when the files describe several.
+    described: Option<Described>,
     /// What the files say, without the command line and changes at run time.
     files: Table,
     merged: Table,
@@ -116,7 +124,7 @@ impl Configuration {
     /// Everything that is wrong with any of them.
     pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Self, Report> {
         let main = Main::File(path.as_ref().to_owned());
-        read::read(&Request { main: &main, options, waiting: &[], changes: &[] }, Files::default()).result
+        agents::read_all(&main, options).result
     }
 
     /// Reads a text as if it were a file of that name; files it includes are found beside that name.
@@ -125,7 +133,15 @@ impl Configuration {
     /// Everything that is wrong with any of the layers.
     pub fn from_text(name: &str, text: &str, options: &Options) -> Result<Self, Report> {
         let main = Main::Text { name: name.into(), text: text.into() };
-        read::read(&Request { main: &main, options, waiting: &[], changes: &[] }, Files::default()).result
+        agents::read_all(&main, options).result
+    }
+
+    /// The agents that a file describes, by name; none when it is the configuration of one agent.
+    ///
+    /// # Errors
+    /// A file that can't be read, or is no TOML.
+    pub fn agents(path: impl AsRef<Path>, options: &Options) -> Result<Vec<String>, Report> {
+        agents::names(&Main::File(path.as_ref().to_owned()), options)
     }
 
     /// The agent's name; by default that of the file, without its ending.
@@ -205,8 +221,7 @@ impl Configuration {
 
     /// The setting at a path as `--set` takes it, such as `world.layout` or `log.levels."r2/planner"`.
     pub fn value(&self, path: &str) -> Option<&Spanned<Value>> {
-        let keys = toml_edit::Key::parse(path).ok()?;
-        let names = scope::flatten_path(keys.iter().map(|key| key.get().to_owned()).collect());
+        let names = scope::flatten_path(path::names(path, self.described_as()).ok()?);
         self.merged.at(names.iter().map(String::as_str))
     }
 
@@ -222,7 +237,7 @@ impl Configuration {
     /// # Errors
     /// The path is none.
     pub fn settings(&self, path: &str) -> Result<Vec<Setting>, Report> {
-        let prefix = Prefix::parse(path)?;
+        let prefix = Prefix::parse(path, self.described_as())?;
         let mut settings = Vec::new();
         compare::leaves(&self.merged, &[], &mut |path, value| {
             if prefix.holds(&path) {
@@ -246,6 +261,11 @@ impl Configuration {
     /// The texts, as they were found; the later of two doesn't always override the earlier.
     pub fn sources(&self) -> &[Source] {
         &self.sources.0
+    }
+
+    /// The name of this agent's table, when the files describe several agents.
+    fn described_as(&self) -> Option<&str> {
+        self.described.as_ref().map(|described| described.name.as_str())
     }
 
     /// An error at a place of this configuration, found by whoever uses it.

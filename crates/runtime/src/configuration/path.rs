@@ -4,13 +4,19 @@ use super::diagnostic::{Diagnostic, Report};
 use super::scope::{SECTIONS, flatten_path};
 
 /// The names of a path, as they are written.
-fn names(path: &str) -> Result<Vec<String>, Report> {
+///
+/// Those of an agent's own table lead to the same settings, when `agent` is one of several.
+pub(super) fn names(path: &str, agent: Option<&str>) -> Result<Vec<String>, Report> {
     let keys = toml_edit::Key::parse(path).map_err(|error| {
         let message = format!("`{path}` is no path: {}", error.message().trim());
         let help = "write names with dots between them, such as loop.period or log.levels.\"r2/planner\"";
         Diagnostic::without_place(message, Some(help.into()))
     })?;
-    Ok(keys.iter().map(|key| key.get().to_owned()).collect())
+    let mut names: Vec<_> = keys.iter().map(|key| key.get().to_owned()).collect();
+    if agent.is_some_and(|agent| names.starts_with(&["agents".to_owned(), agent.to_owned()])) {
+        names.drain(..2);
+    }
+    Ok(names)
 }
 
 /// The text of a path, which reads as the same path.
@@ -26,11 +32,11 @@ pub(super) struct Prefix(Vec<String>);
 
 impl Prefix {
     /// The part below a path, which may be that of a robot, such as `robots.r2`; an empty text is everything.
-    pub(super) fn parse(path: &str) -> Result<Self, Report> {
+    pub(super) fn parse(path: &str, agent: Option<&str>) -> Result<Self, Report> {
         if path.trim().is_empty() {
             return Ok(Self(Vec::new()));
         }
-        let names = names(path)?;
+        let names = names(path, agent)?;
         // Only a name inside a section of a robot has a form without it.
         let whole = names.first().is_some_and(|first| first == "robots") && names.len() <= 3;
         Ok(Self(if whole { names } else { flatten_path(names) }))

@@ -93,6 +93,7 @@ impl Configuration {
             path: None,
             text: text.into(),
             rank,
+            place: Default::default(),
             document: None,
         });
         configuration.modules.push(Module {

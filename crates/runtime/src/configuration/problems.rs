@@ -154,6 +154,16 @@ impl Problems {
         None
     }
 
+    /// Whether a text can name an agent.
+    pub(super) fn agent_name(&mut self, name: &str, span: Span) -> bool {
+        let good = Url::parse(&format!("slate://{name}/module")).is_ok();
+        if !good {
+            let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";
+            self.add(span, format!("`{name}` can't name an agent"), help);
+        }
+        good
+    }
+
     /// Whether a text can name a module, an actuator or (without a slash) a robot.
     pub(super) fn name(&mut self, what: &str, name: &str, slashes: bool, span: Span) -> bool {
         let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';

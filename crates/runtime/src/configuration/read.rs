@@ -1,10 +1,13 @@
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::agents::Described;
 use super::build::Build;
 use super::exclusive::settle;
 use super::files::Files;
 use super::layers::Layers;
+use super::problems::Problem;
 use super::set::Written;
 use super::source::{SourceKind, Span};
 use super::value::Table;
@@ -25,6 +28,15 @@ pub(super) struct Request<'a> {
     pub(super) waiting: &'a [Change],
     /// Made at run time, later ones last.
     pub(super) changes: &'a [Written<'a>],
+    /// Whether the agent may run on another machine; a file that is not here is then no mistake.
+    pub(super) elsewhere: bool,
+}
+
+impl<'a> Request<'a> {
+    /// What holds at the start.
+    pub(super) fn new(main: &'a Main, options: &'a Options) -> Self {
+        Self { main, options, waiting: &[], changes: &[], elsewhere: false }
+    }
 }
 
 /// What came of reading.
@@ -34,23 +46,18 @@ pub(super) struct Read {
     pub(super) files: Files,
     /// What each of the changes says, when all can be read.
     pub(super) changes: Vec<Table>,
+    /// The other agents that the files describe.
+    pub(super) others: Vec<String>,
+    /// The files that have a part in it, each by the path that is the same for all that lead to it.
+    pub(super) paths: BTreeSet<PathBuf>,
 }
 
 /// Reads a configuration; files that are known already are not read again.
 pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
-    let Request { main, options, waiting, changes } = request;
-    let mut layers = Layers::default();
-    layers.files = files;
-    layers.defaults();
-    layers.sets(SourceKind::Default, options.defaults.iter().map(|text| Written { text, equals: None }));
-    let main_source = layers.sources.0.len();
-    match main {
-        Main::File(path) => layers.file(path, None),
-        Main::Text { name, text } => layers.text(name.clone(), SourceKind::File, None, Arc::clone(text)),
-    }
-    if let Some(host) = &options.host {
-        layers.file(host, None);
-    }
+    let Request { options, waiting, changes, .. } = request;
+    let mut layers = layers(request, files);
+    layers.incomplete |= !layers.is_chosen();
+    layers.name_agent();
     let of_files = layers.merged.clone();
     layers.sets(SourceKind::Set, options.sets.iter().map(|text| Written { text, equals: None }));
     layers.flat_sets.clear();
@@ -58,20 +65,53 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
     layers.sets(SourceKind::Change, changes.iter().copied());
     let files = std::mem::take(&mut layers.files);
     let changes = std::mem::take(&mut layers.flat_sets);
-    Read { result: build(layers, of_files, options, main_source), files, changes }
+    let paths = std::mem::take(&mut layers.read);
+    let described = options.agent.clone().filter(|wanted| layers.agents.contains_key(wanted));
+    let described = described.map(|name| Described {
+        others: layers.agents.keys().filter(|other| **other != name).cloned().collect(),
+        name,
+    });
+    let others = described.as_ref().map_or(Vec::new(), |described| described.others.clone());
+    Read { result: build(layers, of_files, options, described), files, changes, others, paths }
+}
+
+/// Reads all texts that hold at the start, but for the command line.
+pub(super) fn layers(request: &Request<'_>, files: Files) -> Layers {
+    let Request { main, options, elsewhere, .. } = request;
+    let mut layers = Layers::of(options.agent.clone(), files, *elsewhere);
+    layers.defaults();
+    layers.sets(SourceKind::Default, options.defaults.iter().map(|text| Written { text, equals: None }));
+    match main {
+        Main::File(path) => layers.file(path, None),
+        Main::Text { name, text } => layers.text(name.clone(), SourceKind::File, None, Arc::clone(text)),
+    }
+    if let Some(host) = &options.host {
+        let described = layers.agents.clone();
+        layers.file(host, None);
+        // It says how things are here, and so brings no agent.
+        let all = std::mem::replace(&mut layers.agents, described);
+        for (name, span) in all {
+            if !layers.agents.contains_key(&name) {
+                layers.unknown(&name, Some(span));
+            }
+        }
+    }
+    layers
 }
 
 fn build(
     layers: Layers,
     mut files: Table,
     options: &Options,
-    main_source: usize,
+    described: Option<Described>,
 ) -> Result<Configuration, Report> {
     let Layers { sources, mut problems, mut merged, incomplete, .. } = layers;
     if incomplete {
         return Err(report(&sources, problems));
     }
-    let main = Span { source: main_source, start: 0, end: 0 };
+    // The first text that is no setting of the program; built-in defaults are one that is complete.
+    let main = sources.0.iter().position(|source| source.kind() == SourceKind::File).unwrap_or_default();
+    let main = Span { source: main, start: 0, end: 0 };
     let mut build = Build { sources: &sources, problems: &mut problems };
     build.top(&merged, &options.extra_tables);
     let agent = build.agent(&merged, main);
@@ -80,6 +120,12 @@ fn build(
     let mission = build.mission(&merged);
     let snapshot = build.snapshot(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
+    let wanted = options.agent.as_deref().filter(|_| described.is_none() && !name.is_empty());
+    if let Some(wanted) = wanted.filter(|wanted| *wanted != name) {
+        let message = format!("no agent is called `{wanted}`");
+        let help = format!("the configuration describes one, `{name}`");
+        build.problems.0.push(Problem { span: None, message, help: Some(help) });
+    }
     let share = build.share(&merged, name);
     let plugins = build.plugins(&merged);
     let mut modules = build.modules(&merged);
@@ -92,6 +138,7 @@ fn build(
             settle(&mut files, &sources);
             Ok(Configuration {
                 sources,
+                described,
                 files,
                 merged,
                 agent,

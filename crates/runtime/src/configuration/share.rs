@@ -18,7 +18,7 @@ impl Build<'_> {
         let mut agents = BTreeMap::new();
         let others = self.problems.table(table, "agents");
         for (name, entry) in others.into_iter().flat_map(Table::iter) {
-            self.agent_name(&Spanned::new(name.into(), entry.key));
+            self.problems.agent_name(name, entry.key);
             let Some(table) = self.problems.as_table(&format!("share.agents.{name}"), entry) else {
                 continue;
             };
@@ -27,6 +27,8 @@ impl Build<'_> {
                 agents.insert(name.to_owned(), at);
             }
         }
+        // A table for all agents has this one too.
+        agents.remove(agent);
         Some(Share { listen, agents })
     }
 

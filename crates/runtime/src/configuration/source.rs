@@ -60,8 +60,20 @@ pub struct Source {
     pub(super) text: Arc<str>,
     /// Of two sources, the one with the higher rank overrides the other.
     pub(super) rank: usize,
+    pub(super) place: Place,
     /// Kept with its comments and blanks, so that it can be saved back.
     pub(super) document: Option<toml_edit::Document<Arc<str>>>,
+}
+
+/// Where a text stands in a file that describes several agents.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Place {
+    /// The file that this one was included by in the end; what its table of an agent says goes over all of them.
+    pub(super) root: usize,
+    /// The text that this is a part of: the table of the agent that is read.
+    pub(super) part_of: Option<usize>,
+    /// Whether the table of that agent includes it.
+    pub(super) own: bool,
 }
 
 impl Source {
@@ -74,7 +86,8 @@ impl Source {
             SourceKind::File | SourceKind::Change | SourceKind::Plugin => "change",
         };
         let text = text.into();
-        Self { name: name.into(), kind, path: None, text, rank: usize::MAX, document: None }
+        let place = Place::default();
+        Self { name: name.into(), kind, path: None, text, rank: usize::MAX, place, document: None }
     }
 
     /// The file's path as given, `--set`, `change`, or `built-in defaults`.

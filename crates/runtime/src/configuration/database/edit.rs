@@ -8,16 +8,34 @@ use super::super::value::Value;
 use super::comments;
 use super::overwrite::{overwrite, overwrite_value};
 
-/// Sets what stands at a flat path, or else adds it; what it excludes is taken out.
-pub(super) fn set(document: &mut DocumentMut, path: &[String], value: &Value) {
-    let comments = counterpart(path).map_or(String::new(), |other| remove(document, &other));
-    let (keys, scope) = locate(document.as_table(), path);
-    put(document.as_item_mut(), &keys, &in_scope(path, value, &scope), comments, true);
+/// The table of a document in which settings are: all of it, or that of an agent, which is added if there is none.
+pub(super) fn part<'a>(document: &'a mut DocumentMut, agent: Option<&str>) -> &'a mut Item {
+    let mut item = document.as_item_mut();
+    for (key, depth) in agent.into_iter().flat_map(|agent| [("agents", 3), (agent, 2)]) {
+        let root = has_sections(item);
+        make_table(item, key, depth, root);
+        item = &mut item[key];
+    }
+    item
 }
 
-/// The keys that a flat path has in this document, and the robot in whose scope that is.
-fn locate(root: &Table, path: &[String]) -> (Vec<String>, String) {
+/// Whether what is in a table may have a section of its own.
+fn has_sections(item: &Item) -> bool {
+    item.as_table().is_some_and(|table| !table.is_dotted())
+}
+
+/// Sets what stands at a flat path, or else adds it; what it excludes is taken out.
+pub(super) fn set(part: &mut Item, path: &[String], value: &Value) {
+    let comments = counterpart(path).map_or(String::new(), |other| remove(part, &other));
+    let (keys, scope) = locate(part, path);
+    let root = has_sections(part);
+    put(part, &keys, &in_scope(path, value, &scope), comments, root);
+}
+
+/// The keys that a flat path has in this part, and the robot in whose scope that is.
+fn locate(part: &Item, path: &[String]) -> (Vec<String>, String) {
     let as_it_is = (path.to_vec(), String::new());
+    let Some(root) = part.as_table_like() else { return as_it_is };
     let [section, name, rest @ ..] = path else { return as_it_is };
     if !SECTIONS.contains(&section.as_str()) {
         return as_it_is;
@@ -153,18 +171,19 @@ pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_
 
 /// Takes out all that stands in the table at a flat path, which is then written as an empty one: it could show only by
 /// what was in it.
-pub(super) fn empty(document: &mut DocumentMut, path: &[String]) {
-    let (keys, _) = locate(document.as_table(), path);
-    let comments = remove(document, path);
-    put(document.as_item_mut(), &keys, &Value::Table(Default::default()), comments, true);
+pub(super) fn empty(part: &mut Item, path: &[String]) {
+    let (keys, _) = locate(part, path);
+    let comments = remove(part, path);
+    let root = has_sections(part);
+    put(part, &keys, &Value::Table(Default::default()), comments, root);
 }
 
 /// Takes out what stands at a flat path; its comments go to a line beside it, or before the line that it stood in.
-pub(super) fn take_out(document: &mut DocumentMut, path: &[String]) {
-    let (keys, _) = locate(document.as_table(), path);
-    let mut lost = remove(document, path);
+pub(super) fn take_out(part: &mut Item, path: &[String]) {
+    let (keys, _) = locate(part, path);
+    let mut lost = remove(part, path);
     for depth in (1..keys.len()).rev() {
-        let mut parent = Some(document.as_item_mut());
+        let mut parent = Some(&mut *part);
         for key in &keys[..depth - 1] {
             parent = parent.and_then(|item| item.as_table_like_mut()?.get_mut(key));
         }
@@ -189,10 +208,10 @@ fn comment_first(item: &mut Item, mut comments: String) -> Option<String> {
 }
 
 /// Takes out what stands at a flat path, and returns its comments.
-fn remove(document: &mut DocumentMut, path: &[String]) -> String {
-    let (keys, _) = locate(document.as_table(), path);
+fn remove(part: &mut Item, path: &[String]) -> String {
+    let (keys, _) = locate(part, path);
     let Some((last, parents)) = keys.split_last() else { return String::new() };
-    let mut item = Some(document.as_item_mut());
+    let mut item = Some(part);
     for key in parents {
         item = item.and_then(|item| item.as_table_like_mut()?.get_mut(key));
     }

@@ -75,7 +75,7 @@ impl Database {
         handler: impl FnMut(&Database, &[Change]) + Send + 'static,
     ) -> Result<Subscription, Report> {
         let subscriber = Arc::new(Subscriber {
-            prefix: Prefix::parse(path)?,
+            prefix: Prefix::parse(path, self.current().described_as())?,
             alive: AtomicBool::new(true),
             panics: AtomicU64::new(0),
             handler: Mutex::new(Box::new(handler)),

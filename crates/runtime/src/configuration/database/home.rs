@@ -22,6 +22,30 @@ pub(super) fn file(configuration: &Configuration, path: &Path) -> Option<usize> 
     configuration.sources().iter().position(|source| source.path() == Some(path))
 }
 
+/// Where a setting is written.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    /// The source that is the whole text.
+    pub(super) text: usize,
+    /// The agent in whose table it is.
+    pub(super) agent: Option<&'a str>,
+    /// Whether it is the place that was asked for, and not one that goes over it.
+    pub(super) stands: bool,
+}
+
+/// Where a change of what stands in a source is written: there, unless it would change other agents too; then in this
+/// one's table of the file that they share.
+pub(super) fn place(configuration: &Configuration, id: usize, is_of_others: impl Fn(&Path) -> bool) -> Place<'_> {
+    let agent = configuration.described_as();
+    let source = &configuration.sources()[id];
+    let alone = agent.is_none() || (source.place.own && !source.path().is_some_and(is_of_others));
+    match source.place.part_of {
+        Some(text) => Place { text, agent, stands: true },
+        None if alone => Place { text: id, agent: None, stands: true },
+        None => Place { text: source.place.root, agent, stands: false },
+    }
+}
+
 fn stands(configuration: &Configuration, path: &[String]) -> Option<usize> {
     let mut table = &configuration.files;
     let mut names = path.iter();

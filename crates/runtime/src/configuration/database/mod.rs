@@ -20,6 +20,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::compare::{differences, same};
 use super::files::Files;
 use super::path::{self, Prefix};
+use super::agents::read_all;
 use super::read::{Main, Read, Request, read};
 use super::set::{Written, first_equals, parse_set};
 use super::source::{Origin, Source, SourceKind, Sources};
@@ -130,8 +131,7 @@ impl Database {
     }
 
     fn new(main: Main, options: Options) -> Result<Self, Report> {
-        let Read { result, files, .. } =
-            read(&Request { main: &main, options: &options, waiting: &[], changes: &[] }, Files::default());
+        let Read { result, files, .. } = read_all(&main, &options);
         let state = State {
             configuration: Arc::new(result?),
             session: Session::default(),

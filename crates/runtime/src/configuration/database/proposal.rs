@@ -123,8 +123,8 @@ impl Database {
     /// # Errors
     /// The path is none, or what remains doesn't hold without them.
     pub fn revert(&self, path: &str) -> Result<Proposal, Report> {
-        let prefix = Prefix::parse(path)?;
         let mut state = self.state();
+        let prefix = Prefix::parse(path, state.configuration.described_as())?;
         state.session.0.retain(|change| !prefix.holds(&change.path));
         let files = state.files.clone();
         self.proposal(state, &[], Texts::Known(files)).0
@@ -168,7 +168,7 @@ impl Database {
         let written: Vec<_> = earlier.chain(changes.iter().copied()).collect();
         let Shared { main, options, .. } = &*self.shared;
         let request =
-            |waiting: &[Change], files| read(&Request { main, options, waiting, changes: &written }, files);
+            |waiting: &[Change], files| read(&Request { waiting, changes: &written, ..Request::new(main, options) }, files);
         let read = match texts {
             Texts::Known(files) => request(&waiting, files),
             Texts::Edited(files) => {

@@ -76,6 +76,8 @@ impl Database {
     fn edit(&self, state: &State, to: SaveTo) -> Result<Vec<Edited>, Report> {
         let configuration = &*state.configuration;
         let mut documents: BTreeMap<usize, DocumentMut> = BTreeMap::new();
+        let of_others = self.files_of_others(configuration);
+        let is_of_others = |path: &Path| state.files.get(path).is_none_or(|file| of_others.contains(&file.canonical));
         let mut gone = Vec::new();
         for (path, _, present) in differences(&configuration.files, &configuration.merged) {
             let Some(value) = present.filter(|value| of_session(configuration, value.span)) else {
@@ -89,7 +91,8 @@ impl Database {
                 (SaveTo::Host, Some(host)) => home::file(configuration, host),
                 (SaveTo::Host, None) => None,
             };
-            let Some((id, source)) = source.and_then(|id| Some((id, configuration.sources().get(id)?)))
+            let place = source.map(|id| home::place(configuration, id, is_of_others));
+            let Some((place, source)) = place.and_then(|place| Some((place, configuration.sources().get(place.text)?)))
             else {
                 return Err(refusal(
                     "there is no file of this computer to save to",
@@ -102,15 +105,18 @@ impl Database {
                     "save to the file of this computer, or start from a file",
                 ));
             };
-            let document = documents.entry(id).or_insert_with(|| document.clone().into_mut());
-            edit::set(document, &path, value);
+            let document = documents.entry(place.text).or_insert_with(|| document.clone().into_mut());
+            edit::set(edit::part(document, place.agent), &path, value);
         }
         // Last, as what is new takes over the comments.
         for path in gone {
-            if let Some(id) = home::home(configuration, &path)
-                && let Some(document) = configuration.sources().get(id).and_then(Source::document)
+            if let Some(place) = home::home(configuration, &path)
+                .map(|id| home::place(configuration, id, is_of_others))
+                .filter(|place| place.stands)
+                && let Some(document) = configuration.sources().get(place.text).and_then(Source::document)
             {
-                let document = documents.entry(id).or_insert_with(|| document.clone().into_mut());
+                let document = documents.entry(place.text).or_insert_with(|| document.clone().into_mut());
+                let document = edit::part(document, place.agent);
                 let table = &path[..path.len() - 1];
                 let is_empty = |entry: &Entry| entry.value.as_table().is_some_and(Table::is_empty);
                 if configuration.merged.entry(table).is_some_and(is_empty) {
@@ -130,15 +136,26 @@ impl Database {
         Ok(edited.collect())
     }
 
+    /// The files that other agents of the same file read too.
+    fn files_of_others(&self, configuration: &Configuration) -> BTreeSet<PathBuf> {
+        let Shared { main, options, .. } = &*self.shared;
+        let others = configuration.described.iter().flat_map(|described| &described.others);
+        let read = others.flat_map(|other| {
+            let options = Options { agent: Some(other.clone()), ..options.clone() };
+            read(&Request { elsewhere: true, ..Request::new(main, &options) }, Files::default()).paths
+        });
+        read.collect()
+    }
+
     /// What holds once the files are written: the same, with as little of the session as that takes.
     fn reread(&self, state: &State, files: Files) -> Result<State, Report> {
         let Shared { main, options, .. } = &*self.shared;
         let before = &state.configuration;
         // The next start has what waits.
         if !state.waiting.is_empty() {
-            read(&Request { main, options, waiting: &[], changes: &[] }, files.clone()).result?;
+            read(&Request::new(main, options), files.clone()).result?;
         }
-        let without = read(&Request { main, options, waiting: &state.waiting, changes: &[] }, files)
+        let without = read(&Request { waiting: &state.waiting, ..Request::new(main, options) }, files)
             .result_and_files()?;
         let mut session = state.session.clone();
         // What the command line sets otherwise stays changed.
@@ -157,8 +174,8 @@ impl Database {
         let (configuration, files) = if written.is_empty() {
             without
         } else {
-            read(&Request { main, options, waiting: &state.waiting, changes: &written }, without.1)
-                .result_and_files()?
+            let request = Request { waiting: &state.waiting, changes: &written, ..Request::new(main, options) };
+            read(&request, without.1).result_and_files()?
         };
         let lost = differences(&before.merged, &configuration.merged).into_iter().map(|(path, ..)| path);
         let unsaved = differences(&configuration.files, &configuration.merged)
