@@ -35,8 +35,15 @@ pub(super) fn read_all(main: &Main, options: &Options) -> Read {
         // The command line and the file of this computer are for the one that is started here.
         let options = Options { agent: Some(other.clone()), sets: Vec::new(), host: None, ..options.clone() };
         let request = Request { elsewhere: true, ..Request::new(main, &options) };
-        if let Err(report) = read(&request, read_one.files.clone()).result {
-            add(&report);
+        match (read(&request, read_one.files.clone()).result, &read_one.result) {
+            (Err(report), _) => add(&report),
+            (Ok(configuration), Ok(own)) if configuration.agent_name() == own.agent_name() => {
+                let message = format!("two agents are called `{}`", own.agent_name());
+                let help = "an agent is found by its name; leave `agent.name` out, and each is called like its table";
+                let name = &configuration.agent.name;
+                add(&configuration.diagnostic(name.span, message, Some(help.into())).into());
+            }
+            _ => {}
         }
     }
     if !diagnostics.is_empty() {
@@ -68,10 +75,13 @@ impl Layers {
                 self.agents.entry(name.into()).or_insert(entry.key);
             }
         }
-        let Some(wanted) = self.agent.clone().filter(|wanted| self.agents.contains_key(wanted)) else { return };
+        let Some(wanted) = self.agent.clone().filter(|wanted| self.agents.contains_key(wanted)) else {
+            return;
+        };
         let part = self.part(text);
         let document = self.sources.0[text].document.as_ref();
-        let own = document.and_then(|document| document.get("agents")?.as_table_like()?.get(&wanted)?.as_table_like());
+        let own = document
+            .and_then(|document| document.get("agents")?.as_table_like()?.get(&wanted)?.as_table_like());
         let Some(own) = own else { return };
         let table = Table::of_item(own, part, &mut self.problems);
         self.is_named |= table.at(["agent", "name"].into_iter()).is_some();
@@ -102,7 +112,8 @@ impl Layers {
                 if is_wanted {
                     own = Some(table.clone());
                 } else if kind == SourceKind::Change {
-                    let help = format!("change it there: --agent {name}, and the setting without `agents.{name}.`");
+                    let help =
+                        format!("change it there: --agent {name}, and the setting without `agents.{name}.`");
                     self.problems.add(entry.key, format!("`{name}` is another agent"), help);
                 }
             }
@@ -116,7 +127,8 @@ impl Layers {
         match (self.agent.clone(), first) {
             (None, Some(first)) => {
                 let names: Vec<_> = self.agents.keys().map(|name| format!("`{name}`")).collect();
-                let message = format!("several agents are described, and none is chosen: {}", names.join(", "));
+                let message =
+                    format!("several agents are described, and none is chosen: {}", names.join(", "));
                 let name = self.agents.keys().next().map_or("", String::as_str);
                 let help = format!("`slate run` starts them all, `slate run --agent {name}` one of them");
                 self.problems.add(first, message, help);

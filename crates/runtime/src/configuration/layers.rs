@@ -201,7 +201,15 @@ impl Layers {
         let Source { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
         let place = Place { part_of: Some(text), own: true, ..*place };
         let (name, path, text) = (name.clone(), path.clone(), Arc::clone(whole));
-        self.sources.0.push(Source { name, kind: *kind, path, text, rank: usize::MAX, place, document: None });
+        self.sources.0.push(Source {
+            name,
+            kind: *kind,
+            path,
+            text,
+            rank: usize::MAX,
+            place,
+            document: None,
+        });
         self.sources.0.len() - 1
     }
 

@@ -56,6 +56,7 @@ use std::path::{Path, PathBuf};
 
 use crate::main_loop::Schedule;
 use crate::snapshot::Trigger;
+use agents::Described;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 pub use model::{
@@ -64,7 +65,6 @@ pub use model::{
 };
 use path::Prefix;
 use problems::Problems;
-use agents::Described;
 use read::Main;
 use source::Sources;
 pub use source::{Origin, Source, SourceKind, Span, Spanned};
@@ -283,7 +283,8 @@ impl Configuration {
 
 /// All problems in the order of the texts; a setting that is written once is reported once.
 fn report(sources: &Sources, mut problems: Problems) -> Report {
-    problems.0.sort_by_key(|problem| problem.span.map(|span| (span.source, span.start)));
+    let text = |source: usize| sources.0[source].place.part_of.unwrap_or(source);
+    problems.0.sort_by_key(|problem| problem.span.map(|span| (text(span.source), span.start)));
     problems.0.dedup_by(|a, b| a.span == b.span && a.message == b.message);
     let diagnostics = problems.0.into_iter().map(|problem| match problem.span {
         Some(span) => Diagnostic::at(sources, span, problem.message, problem.help),

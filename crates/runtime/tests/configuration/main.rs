@@ -1,6 +1,7 @@
 //! What a configuration promises: a whole model or a report that shows what to do.
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+mod agents;
 mod changes;
 mod files;
 mod handlers;

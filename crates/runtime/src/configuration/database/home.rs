@@ -35,7 +35,11 @@ pub(super) struct Place<'a> {
 
 /// Where a change of what stands in a source is written: there, unless it would change other agents too; then in this
 /// one's table of the file that they share.
-pub(super) fn place(configuration: &Configuration, id: usize, is_of_others: impl Fn(&Path) -> bool) -> Place<'_> {
+pub(super) fn place(
+    configuration: &Configuration,
+    id: usize,
+    is_of_others: impl Fn(&Path) -> bool,
+) -> Place<'_> {
     let agent = configuration.described_as();
     let source = &configuration.sources()[id];
     let alone = agent.is_none() || (source.place.own && !source.path().is_some_and(is_of_others));

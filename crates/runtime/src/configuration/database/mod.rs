@@ -17,10 +17,10 @@ use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use super::agents::read_all;
 use super::compare::{differences, same};
 use super::files::Files;
 use super::path::{self, Prefix};
-use super::agents::read_all;
 use super::read::{Main, Read, Request, read};
 use super::set::{Written, first_equals, parse_set};
 use super::source::{Origin, Source, SourceKind, Sources};

@@ -167,8 +167,9 @@ impl Database {
         let earlier = earlier.iter().map(|text| Written { text, equals: None });
         let written: Vec<_> = earlier.chain(changes.iter().copied()).collect();
         let Shared { main, options, .. } = &*self.shared;
-        let request =
-            |waiting: &[Change], files| read(&Request { waiting, changes: &written, ..Request::new(main, options) }, files);
+        let request = |waiting: &[Change], files| {
+            read(&Request { waiting, changes: &written, ..Request::new(main, options) }, files)
+        };
         let read = match texts {
             Texts::Known(files) => request(&waiting, files),
             Texts::Edited(files) => {

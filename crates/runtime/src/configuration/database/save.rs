@@ -77,7 +77,8 @@ impl Database {
         let configuration = &*state.configuration;
         let mut documents: BTreeMap<usize, DocumentMut> = BTreeMap::new();
         let of_others = self.files_of_others(configuration);
-        let is_of_others = |path: &Path| state.files.get(path).is_none_or(|file| of_others.contains(&file.canonical));
+        let is_of_others =
+            |path: &Path| state.files.get(path).is_none_or(|file| of_others.contains(&file.canonical));
         let mut gone = Vec::new();
         for (path, _, present) in differences(&configuration.files, &configuration.merged) {
             let Some(value) = present.filter(|value| of_session(configuration, value.span)) else {
@@ -92,7 +93,8 @@ impl Database {
                 (SaveTo::Host, None) => None,
             };
             let place = source.map(|id| home::place(configuration, id, is_of_others));
-            let Some((place, source)) = place.and_then(|place| Some((place, configuration.sources().get(place.text)?)))
+            let Some((place, source)) =
+                place.and_then(|place| Some((place, configuration.sources().get(place.text)?)))
             else {
                 return Err(refusal(
                     "there is no file of this computer to save to",
@@ -174,7 +176,8 @@ impl Database {
         let (configuration, files) = if written.is_empty() {
             without
         } else {
-            let request = Request { waiting: &state.waiting, changes: &written, ..Request::new(main, options) };
+            let request =
+                Request { waiting: &state.waiting, changes: &written, ..Request::new(main, options) };
             read(&request, without.1).result_and_files()?
         };
         let lost = differences(&before.merged, &configuration.merged).into_iter().map(|(path, ..)| path);
