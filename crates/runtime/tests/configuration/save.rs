@@ -11,7 +11,7 @@ fn text(folder: &Folder, name: &str) -> String {
 }
 
 /// All values, without where they come from.
-fn values(configuration: &Configuration) -> Vec<String> {
+pub(super) fn values(configuration: &Configuration) -> Vec<String> {
     configuration.settings("").unwrap().iter().map(|s| format!("{}={}", s.path, s.value)).collect()
 }
 
@@ -299,7 +299,7 @@ fn line_ends_byte_order_mark_permissions_and_links_to_files_stay() {
     }
 }
 
-const COMMENTED: &str = r##"# c01 the main file
+pub(super) const COMMENTED: &str = r##"# c01 the main file
 include = "robot.toml" # c02
 seedling = "#not a comment" # c03
 
@@ -348,7 +348,7 @@ links."/b/z" = "b/z" # c35
 # c36 the end
 "##;
 
-const ROBOT: &str = r##"# c37 a robot
+pub(super) const ROBOT: &str = r##"# c37 a robot
 [robots.r2.modules] # c38
 a = {} # c39
 # c40
@@ -361,7 +361,7 @@ a = "debug" # c46
 # c47"##;
 
 /// A path and a value that it can have.
-fn change() -> impl Strategy<Value = (String, String)> {
+pub(super) fn change() -> impl Strategy<Value = (String, String)> {
     let number = || {
         prop_oneof![(-9..9i64).prop_map(|n| n.to_string()), (-9.0..9.0).prop_map(|n: f64| format!("{n:?}"))]
     };
