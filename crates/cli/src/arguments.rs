@@ -119,15 +119,19 @@ pub struct RunOptions {
     #[arg(required_unless_present = "resume")]
     pub name: Option<String>,
 
+    /// One of the agents that the file describes; all of them unless given.
+    #[arg(long, value_name = "NAME", requires = "name")]
+    pub agent: Option<String>,
+
     #[command(flatten)]
     pub common: Common,
 
-    /// No live display.
+    /// No live display; several agents have none.
     #[arg(long)]
     pub headless: bool,
 
     /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs of a simulator go as
-    /// fast as they can. A robot without a simulator goes with the wall clock.
+    /// fast as they can, unless they are one of several agents. A robot without a simulator goes with the wall clock.
     #[arg(long, value_parser = parse_rate)]
     pub rate: Option<Rate>,
 
@@ -139,9 +143,17 @@ pub struct RunOptions {
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
-    /// Where the report goes; `runs/<name>-<seed>` unless given.
+    /// Where the report goes; `runs/<name>-<seed>` unless given. Of several agents, each has a folder in it.
     #[arg(long)]
     pub out: Option<PathBuf>,
+
+    /// The actuators wait for `slate arm`, also those of a simulator.
+    #[arg(long)]
+    pub disarmed: bool,
+
+    /// One of several agents that are started together: it waits for the others, and ends with the one that starts it.
+    #[arg(long, hide = true)]
+    pub supervised: bool,
 }
 
 #[derive(Debug, Args)]

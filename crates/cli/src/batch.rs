@@ -23,10 +23,12 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
         let seed = options.seed + i;
         let mut sets = options.common.set.clone();
         sets.push(format!("agent.seed={seed}"));
-        let application = examples::find(&options.name, Vec::new(), sets, options.common.host.as_deref())?;
+        let application =
+            examples::find(&options.name, None, Vec::new(), sets, options.common.host.as_deref())?;
         let workers = options.common.workers.into();
         let mode = options.common.mode;
-        let how = How { mode, rate, workers, log: Vec::new(), trajectory: false, follows: false };
+        let how =
+            How { mode, rate, workers, log: Vec::new(), trajectory: false, follows: false, disarmed: false };
         summaries.push(Mission::load(application, how)?.run()?.summary);
         if counting {
             eprint!("\r{} of {} runs", i + 1, options.runs);

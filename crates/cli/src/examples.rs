@@ -71,10 +71,20 @@ pub fn plugins() -> Vec<Plugin> {
     vec![slate::sim::plugin(), slate_exp1::plugin()]
 }
 
-/// Finds an example by name, from any directory, or reads a configuration file; `defaults` hold where nothing says
-/// otherwise.
+/// The agents that a file describes, if it describes several.
+pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, Failure> {
+    let path = Path::new(name);
+    if EXAMPLES.iter().any(|example| example.name == name) || !path.is_file() {
+        return Ok(Vec::new());
+    }
+    Ok(Configuration::agents(path, &Options { host: host.map(Into::into), ..Options::default() })?)
+}
+
+/// Finds an example by name, from any directory, or reads a configuration file, of whose agents `agent` is meant;
+/// `defaults` hold where nothing says otherwise.
 pub fn find(
     name: &str,
+    agent: Option<&str>,
     defaults: Vec<String>,
     sets: Vec<String>,
     host: Option<&Path>,
@@ -83,6 +93,7 @@ pub fn find(
         defaults: defaults.clone(),
         sets,
         host: host.map(Into::into),
+        agent: agent.map(Into::into),
         extra_tables: EXTRA_TABLES.map(Into::into).to_vec(),
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
@@ -102,7 +113,9 @@ pub fn find(
         return Err(Failure::Unknown { name: name.into(), help });
     }
     let stem = path.file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned());
-    Ok(Application::new(&stem, Database::open(path, options(sets))?))
+    // Reports of several agents go to folders of their own.
+    let run = agent.map_or_else(|| stem.clone(), |agent| format!("{stem}-{agent}"));
+    Ok(Application::new(&run, Database::open(path, options(sets))?))
 }
 
 /// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.

@@ -26,6 +26,10 @@ pub enum Failure {
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
     WallClock,
+    #[error("a snapshot is that of one agent, and the file describes several: {}", .agents.join(", "))]
+    SeveralResumed { agents: Vec<String> },
+    #[error("the agent `{agent}` can't be started: {source}")]
+    Process { agent: String, source: std::io::Error },
     #[error("no agent runs here")]
     NoAgent,
     #[error("several agents run here: {}", .running.join(", "))]
@@ -102,6 +106,7 @@ impl Failure {
                               XDG_RUNTIME_DIR"
                 .into(),
             Self::SeveralAgents { running } => format!("choose one, such as --agent {}", running.first()?),
+            Self::SeveralResumed { agents } => format!("name it, such as --agent {}", agents.first()?),
             Self::Agent(ClientError::Refused(refusal)) => refusal.help.clone(),
             Self::Agent(ClientError::NoAgent { running, .. }) if !running.is_empty() => {
                 format!("there are: {}", running.join(", "))

@@ -5,6 +5,7 @@ mod batch;
 mod config;
 mod connection;
 mod course;
+mod deployment;
 mod display;
 mod examples;
 mod failure;
@@ -27,6 +28,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Verb};
+use failure::Failure;
 
 fn main() -> ExitCode {
     // An isolated module is this program, started once more.
@@ -40,8 +42,20 @@ fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let result = match &arguments.verb {
-        Verb::Run(options) => run::run(options),
+    match done(&arguments.verb) {
+        Ok(_) if output::is_lost() => ExitCode::from(2),
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            failure.print();
+            ExitCode::from(failure.code())
+        }
+    }
+}
+
+/// Does what is asked, and returns what the process ends with.
+fn done(verb: &Verb) -> Result<u8, Failure> {
+    let well = match verb {
+        Verb::Run(options) => return run::run(options),
         Verb::Batch(options) => batch::batch(options),
         Verb::Examples => examples::list(),
         Verb::Plugin(verb) => plugin::plugin(verb),
@@ -58,13 +72,5 @@ fn main() -> ExitCode {
         Verb::Reset(agent) => stop::reset(agent),
         Verb::Arm { actuator, agent } => stop::arm(agent, actuator.as_deref()),
     };
-    match result {
-        Ok(_) if output::is_lost() => ExitCode::from(2),
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(1),
-        Err(failure) => {
-            failure.print();
-            ExitCode::from(failure.code())
-        }
-    }
+    well.map(|well| u8::from(!well))
 }

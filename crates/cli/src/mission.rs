@@ -34,6 +34,8 @@ pub struct How {
     pub trajectory: bool,
     /// Whether its configuration may change while it runs.
     pub follows: bool,
+    /// Whether the actuators wait for a person even in a simulator.
+    pub disarmed: bool,
 }
 
 /// A run that is ready to start.
@@ -58,7 +60,7 @@ impl Mission {
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
             // Many runs at once would be several agents of one name.
             sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
-            armed: application.configuration.time_source().is_some(),
+            armed: !how.disarmed && application.configuration.time_source().is_some(),
             ..Options::default()
         };
         let agent = if how.follows {

@@ -9,14 +9,23 @@ use slate::runtime::remote::Server;
 use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};
+use crate::deployment::{self, Tether};
 use crate::display::Display;
 use crate::examples;
 use crate::failure::Failure;
 use crate::mission::{How, Mission};
 use crate::output;
 
-/// Runs an application once; true when it reached its goal.
-pub fn run(options: &RunOptions) -> Result<bool, Failure> {
+/// Runs an application once, or all the agents of a file; returns what the process ends with.
+pub fn run(options: &RunOptions) -> Result<u8, Failure> {
+    let agents = match &options.name {
+        Some(name) => examples::agents(name, options.common.host.as_deref())?,
+        None => Vec::new(),
+    };
+    if options.agent.is_none() && !agents.is_empty() {
+        return deployment::run(options, &agents);
+    }
+    let mut tether = options.supervised.then(Tether::new).transpose()?;
     let mut sets = options.common.set.clone();
     if let Some(seed) = options.seed {
         sets.push(format!("agent.seed={seed}"));
@@ -31,17 +40,19 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         (None, Some(snapshot)) => examples::of(snapshot, [defaults, sets].concat())?,
         (name, _) => {
             let name = name.as_deref().unwrap_or_default();
-            examples::find(name, defaults, sets, options.common.host.as_deref())?
+            let (agent, host) = (options.agent.as_deref(), options.common.host.as_deref());
+            examples::find(name, agent, defaults, sets, host)?
         }
     };
     let is_driven = application.configuration.time_source().is_some();
     if !is_driven && options.rate.is_some_and(|rate| rate != Rate::REALTIME) {
         return Err(Failure::WallClock);
     }
-    // Nobody watches a headless run, so it need not go at the pace of the wall clock unless that, or its threads, are
-    // what it runs on.
+    // Nobody watches a headless run, so it need not go at the pace of the wall clock unless that, its threads, or other
+    // agents are what it runs with.
     let is_threaded = options.common.mode == ModeName::Threaded;
-    let default = if live || is_threaded || !is_driven { Rate::REALTIME } else { Rate::Max };
+    let needs_wall_clock = live || is_threaded || !is_driven || !agents.is_empty();
+    let default = if needs_wall_clock { Rate::REALTIME } else { Rate::Max };
     let name = application.name.clone();
     let seed = application.configuration.seed().value;
     let directory =
@@ -55,6 +66,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         log: log.into_iter().collect(),
         trajectory: true,
         follows: true,
+        disarmed: options.disarmed,
     };
     let has_mission = application.configuration.mission().is_some();
     let mission = Mission::load(application, how)?;
@@ -62,6 +74,12 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         mission.resume(snapshot)?;
     }
     drop(snapshot);
+    if let Some(tether) = &mut tether
+        && !tether.wait()
+    {
+        // Another agent can't start, which is said; so none does.
+        return Ok(0);
+    }
     // Only now, as a configuration that is refused leaves nothing behind.
     std::fs::create_dir_all(&directory)
         .map_err(|source| Failure::File { path: directory.clone(), source })?;
@@ -78,6 +96,7 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
         Err(error) => eprintln!("{error}"),
     }
     let stopper = mission.agent.stopper();
+    let supervised = options.supervised;
     // The first Ctrl-C ends the run with its report, the second one the process.
     let asked = AtomicBool::new(false);
     let handled = ctrlc::set_handler(move || {
@@ -85,6 +104,10 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
             std::process::exit(130);
         }
         stopper.stop();
+        if supervised {
+            // Whoever supervises may be gone, and then nobody else ends what hangs.
+            deployment::end_later();
+        }
     });
     if let Err(error) = handled {
         eprintln!("Ctrl-C will end the run without a report: {error}");
@@ -108,5 +131,5 @@ pub fn run(options: &RunOptions) -> Result<bool, Failure> {
     if options.common.json {
         output::line(finished.summary.json_line()?);
     }
-    Ok(finished.summary.succeeded())
+    Ok(u8::from(!finished.summary.succeeded()))
 }

@@ -24,5 +24,6 @@ use arena::length;
 pub(crate) use arenas::Arenas;
 pub use child::enter;
 pub(crate) use library::{kinds as kinds_outside, probe};
+pub use process::describe;
 pub(crate) use proxy::{Isolation, Proxy};
-pub(crate) use supervisor::Supervisor;
+pub use supervisor::Supervisor;

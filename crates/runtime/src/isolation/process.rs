@@ -206,8 +206,8 @@ impl Drop for Process {
     }
 }
 
-/// How a process ended.
-fn describe(status: ExitStatus) -> String {
+/// How a process ended, in words: `ended with exit code 0`, `ended by signal 9 (killed)`.
+pub fn describe(status: ExitStatus) -> String {
     let Some(signal) = status.signal() else {
         return format!("ended with exit code {}", status.code().unwrap_or_default());
     };

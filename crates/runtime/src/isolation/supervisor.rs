@@ -1,8 +1,18 @@
 use std::collections::VecDeque;
 
-/// When a module that failed starts anew: after a delay that doubles with each failure, and not too often.
+/// When a process that failed, that of an isolated module or of an agent, starts anew: after a delay that doubles with
+/// each failure, and not too often.
+///
+/// ```
+/// use slate_runtime::isolation::Supervisor;
+///
+/// let mut supervisor = Supervisor::default();
+/// let delay = supervisor.failed(0).unwrap_or_default();
+/// assert!(!supervisor.take_due(delay - 1) && supervisor.take_due(delay));
+/// assert_eq!(supervisor.failed(delay), Some(2 * delay));
+/// ```
 #[derive(Debug, Default)]
-pub(crate) struct Supervisor {
+pub struct Supervisor {
     /// Times of the last restarts, nanoseconds.
     restarts: VecDeque<u64>,
     /// The last delay, nanoseconds; 0 before the first failure.
@@ -21,7 +31,8 @@ const LIMIT: usize = 5;
 const SPAN: u64 = 60 * SECOND;
 
 impl Supervisor {
-    /// The module failed at `now`: the delay until it starts anew, or nothing when it has failed too often.
+    /// It failed at `now` (nanoseconds, from whenever): the delay in nanoseconds until it starts anew, or nothing when it
+    /// has failed too often.
     pub fn failed(&mut self, now: u64) -> Option<u64> {
         while self.restarts.front().is_some_and(|restart| now.saturating_sub(*restart) > SPAN) {
             self.restarts.pop_front();
@@ -46,12 +57,19 @@ impl Supervisor {
         due
     }
 
-    /// In words, for who reads that it was given up.
-    pub fn limit() -> String {
-        format!(
-            "it was started anew {LIMIT} times within {} s and stays off until its plugin is reloaded",
-            SPAN / SECOND
-        )
+    /// When the next restart is due, if one is.
+    pub fn due(&self) -> Option<u64> {
+        self.due
+    }
+
+    /// How often is too often, in words, for who reads that it was given up.
+    pub fn too_often() -> String {
+        format!("it was started anew {LIMIT} times within {} s and stays off", SPAN / SECOND)
+    }
+
+    /// The same of an isolated module.
+    pub(crate) fn limit() -> String {
+        format!("{} until its plugin is reloaded", Self::too_often())
     }
 }
 

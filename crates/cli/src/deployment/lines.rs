@@ -1,0 +1,95 @@
+//! What agents print, whole lines with their names.
+
+use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use crossterm::style::{Color, Stylize};
+use serde_json::Value;
+
+/// A line that is longer comes in pieces (bytes).
+const LONGEST: u64 = 64 << 10;
+
+/// How long the last lines of an agent that has ended are waited for: what it started may hold them open.
+const LAST: Duration = Duration::from_secs(1);
+
+const COLOURS: [Color; 6] =
+    [Color::Cyan, Color::Magenta, Color::Yellow, Color::Green, Color::Blue, Color::Red];
+
+/// Where lines go.
+#[derive(Clone, Copy)]
+pub enum To {
+    Stdout,
+    Stderr,
+}
+
+impl To {
+    /// What begins the lines of an agent.
+    pub fn prefix(self, index: usize, name: &str, width: usize) -> String {
+        let terminal = match self {
+            Self::Stdout => io::stdout().is_terminal(),
+            Self::Stderr => io::stderr().is_terminal(),
+        };
+        let name = format!("{name:width$} |");
+        match terminal && std::env::var_os("NO_COLOR").is_none() {
+            true => format!("{} ", name.with(COLOURS[index % COLOURS.len()])),
+            false => format!("{name} "),
+        }
+    }
+
+    fn write(self, line: &[u8]) {
+        // In one piece, so that the lines of others don't come between; a closed one is nobody's loss.
+        let _ = match self {
+            Self::Stdout => io::stdout().lock().write_all(line),
+            Self::Stderr => io::stderr().lock().write_all(line),
+        };
+    }
+}
+
+/// A stream of lines that is passed on by a thread of its own.
+pub struct Relay(Receiver<Option<Value>>);
+
+impl Relay {
+    /// Begins. A summary, which is an object of JSON, is kept back if `keeps`.
+    pub fn start(
+        stream: impl Read + Send + 'static,
+        to: To,
+        prefix: String,
+        keeps: bool,
+    ) -> io::Result<Self> {
+        let (sender, receiver) = channel();
+        let relay = move || {
+            let mut stream = BufReader::new(stream);
+            let (mut line, mut summary) = (Vec::new(), None);
+            loop {
+                line.clear();
+                line.extend_from_slice(prefix.as_bytes());
+                match stream.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
+                    Ok(0) | Err(_) => break,
+                    Ok(_) => {}
+                }
+                let text = &line[prefix.len()..];
+                if keeps
+                    && text.starts_with(b"{")
+                    && let Ok(value) = serde_json::from_slice(text)
+                {
+                    summary = Some(value);
+                    continue;
+                }
+                if !line.ends_with(b"\n") {
+                    line.push(b'\n');
+                }
+                to.write(&line);
+            }
+            // Who waits for it may have given up.
+            let _ = sender.send(summary);
+        };
+        std::thread::Builder::new().name("lines".into()).spawn(relay)?;
+        Ok(Self(receiver))
+    }
+
+    /// Waits for the last line, and returns the summary.
+    pub fn finish(self) -> Option<Value> {
+        self.0.recv_timeout(LAST).ok().flatten()
+    }
+}

@@ -1,0 +1,192 @@
+//! One of several agents, as a process.
+
+use std::ffi::OsString;
+use std::io::{self, Read, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::Sender;
+
+use rustix::io::Errno;
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
+use serde_json::Value;
+use slate::runtime::Rate;
+use slate::runtime::isolation::Supervisor;
+
+use super::Event;
+use super::lines::{Relay, To};
+use crate::arguments::{Common, RunOptions};
+use crate::examples::Application;
+
+/// An agent, whether it runs or not.
+pub struct Member {
+    pub name: String,
+    pub supervisor: Supervisor,
+    pub running: Option<Running>,
+    /// How often it was started anew.
+    pub restarts: u32,
+    /// What it ended with, once it has ended for good.
+    pub code: Option<u8>,
+    /// What its last run was like, where that is wanted as JSON.
+    pub summary: Option<Value>,
+    arguments: Vec<OsString>,
+    index: usize,
+    /// The length of the longest name.
+    width: usize,
+    json: bool,
+}
+
+/// The process of an agent.
+pub struct Running {
+    child: Child,
+    /// Its other end is the agent's standard input.
+    stream: UnixStream,
+    lines: [Relay; 2],
+}
+
+impl Member {
+    /// An agent that does not run yet.
+    pub fn new(
+        options: &RunOptions,
+        (index, name): (usize, &str),
+        width: usize,
+        application: &Application,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            supervisor: Supervisor::default(),
+            running: None,
+            restarts: 0,
+            code: None,
+            summary: None,
+            arguments: arguments(options, name, application),
+            index,
+            width,
+            json: options.common.json,
+        }
+    }
+
+    /// Starts its process, which sends events.
+    pub fn start(&mut self, anew: bool, events: &Sender<Event>) -> io::Result<()> {
+        let (stream, theirs) = UnixStream::pair()?;
+        let (mut ready, index) = (stream.try_clone()?, self.index);
+        // This is the program as it runs, also when its file was replaced meanwhile.
+        let mut command = Command::new("/proc/self/exe");
+        command.arg0("slate").args(&self.arguments).args(anew.then_some("--disarmed"));
+        command.stdin(Stdio::from(OwnedFd::from(theirs))).stdout(Stdio::piped()).stderr(Stdio::piped());
+        // Ctrl-C reaches it through its supervisor, once.
+        command.process_group(0);
+        let mut child = command.spawn()?;
+        let id = Pid::from_child(&child);
+        let events = events.clone();
+        let watch = move || {
+            if ready.read_exact(&mut [0]).is_ok() {
+                let _ = events.send(Event::Ready(index));
+            }
+            // It is left to the supervisor to take note of the end, so that the number is that of no other process
+            // before.
+            let options = WaitIdOptions::EXITED | WaitIdOptions::NOWAIT;
+            while matches!(waitid(WaitId::Pid(id), options), Err(Errno::INTR)) {}
+            let _ = events.send(Event::Ended(index));
+        };
+        let started = std::thread::Builder::new()
+            .name("agent".into())
+            .spawn(watch)
+            .and_then(|_| self.relay(&mut child));
+        match started {
+            Ok(lines) => self.running = Some(Running { child, stream, lines }),
+            Err(error) => {
+                // It does nothing yet.
+                let _ = child.kill().and_then(|()| child.wait());
+                return Err(error);
+            }
+        }
+        self.restarts += u32::from(anew);
+        Ok(())
+    }
+
+    fn relay(&self, child: &mut Child) -> io::Result<[Relay; 2]> {
+        let lost = || io::Error::from(io::ErrorKind::BrokenPipe);
+        let (stdout, stderr) = (child.stdout.take().ok_or_else(lost)?, child.stderr.take().ok_or_else(lost)?);
+        let prefix = |to: To| to.prefix(self.index, &self.name, self.width);
+        Ok([
+            Relay::start(stdout, To::Stdout, prefix(To::Stdout), self.json)?,
+            Relay::start(stderr, To::Stderr, prefix(To::Stderr), false)?,
+        ])
+    }
+
+    /// Takes note that its process has ended, and how, when its last lines are out.
+    pub fn reap(&mut self) -> Option<ExitStatus> {
+        let Running { mut child, lines, .. } = self.running.take()?;
+        let [stdout, stderr] = lines.map(Relay::finish);
+        self.summary = stdout.or(stderr).or(self.summary.take());
+        child.wait().ok()
+    }
+}
+
+impl Running {
+    /// Lets the agent run, which is ready to.
+    pub fn release(&mut self) {
+        // It fails when the process has just ended, which is noticed.
+        let _ = self.stream.write_all(&[0]);
+    }
+
+    pub fn signal(&self, signal: Signal) {
+        let _ = kill_process(Pid::from_child(&self.child), signal);
+    }
+}
+
+/// What a process ended with, as a shell sees it.
+pub fn code(status: ExitStatus) -> u8 {
+    let code = status.code().or_else(|| status.signal().map(|signal| 128 + signal));
+    code.and_then(|code| u8::try_from(code).ok()).unwrap_or(2)
+}
+
+/// What the agent's process is started with, beside that it is the agent's.
+fn arguments(options: &RunOptions, name: &str, application: &Application) -> Vec<OsString> {
+    // All are named, so that none that comes later is forgotten.
+    let RunOptions {
+        name: file,
+        agent: _,
+        common,
+        headless: _,
+        rate,
+        seed,
+        resume: _,
+        out,
+        disarmed,
+        supervised: _,
+    } = options;
+    let Common { mode, workers, set, host, json } = common;
+    let mut arguments: Vec<OsString> = vec!["run".into(), "--supervised".into(), "--headless".into()];
+    let mut add = |option: &str, value: Option<OsString>| {
+        if let Some(value) = value {
+            // In one piece, as a value may begin with a dash.
+            let mut argument = OsString::from(format!("--{option}="));
+            argument.push(value);
+            arguments.push(argument);
+        }
+    };
+    add("agent", Some(name.into()));
+    add("mode", Some(mode.name().into()));
+    add("workers", Some(workers.to_string().into()));
+    set.iter().for_each(|set| add("set", Some(set.into())));
+    add("host", host.as_ref().map(Into::into));
+    // One without a simulator goes with the wall clock, whatever the pace of the others.
+    let rate = rate.filter(|_| application.configuration.time_source().is_some());
+    add(
+        "rate",
+        rate.map(|rate| match rate {
+            Rate::Max => "max".into(),
+            Rate::Times(factor) => factor.to_string().into(),
+        }),
+    );
+    add("seed", seed.map(|seed| seed.to_string().into()));
+    add("out", out.as_ref().map(|out| out.join(name).into()));
+    arguments.extend(json.then(|| "--json".into()));
+    arguments.extend(disarmed.then(|| "--disarmed".into()));
+    arguments.push("--".into());
+    arguments.extend(file.as_ref().map(Into::into));
+    arguments
+}

@@ -1,0 +1,263 @@
+//! The agents of one file, each in a process of its own, and the supervisor that starts them and starts again what
+//! crashes.
+
+mod lines;
+mod member;
+mod tether;
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use rustix::process::Signal;
+use serde_json::json;
+use slate::runtime::isolation::{Supervisor, describe};
+
+use crate::arguments::RunOptions;
+use crate::failure::Failure;
+use crate::{examples, output};
+use member::{Member, code};
+pub use tether::{Tether, end_later};
+
+/// How long an agent that was asked to end may take.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// What a process ends with that a person asked twice to.
+const INTERRUPTED: u8 = 130;
+
+/// The codes of a run that ended by itself: well, not well, refused or broken off.
+const BY_ITSELF: [u8; 4] = [0, 1, 2, INTERRUPTED];
+
+/// What happens to the supervisor.
+pub enum Event {
+    /// An agent can start, or has ended; by its place.
+    Ready(usize),
+    Ended(usize),
+    /// Ctrl-C, or what else asks a process to end.
+    Asked,
+}
+
+/// Runs all agents of a file until they have ended; returns the worst of what they end with.
+pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
+    if options.resume.is_some() {
+        return Err(Failure::SeveralResumed { agents: names.to_vec() });
+    }
+    let members = members(options, names)?;
+    let (sender, events) = channel();
+    let asked = sender.clone();
+    let handled = ctrlc::set_handler(move || {
+        let _ = asked.send(Event::Asked);
+    });
+    if let Err(error) = handled {
+        say(format_args!("Ctrl-C will end the agents without their reports: {error}"));
+    }
+    let mut deployment =
+        Deployment { members, sender, start: now(), ready: 0, stopping: None, refused: None, asked: 0 };
+    say(format_args!("agents: {}", names.join(", ")));
+    deployment.begin()?;
+    deployment.follow(&events);
+    if options.common.json {
+        output::json(&deployment.summary());
+    }
+    Ok(deployment.code())
+}
+
+/// The agents, if the configurations of all of them are good.
+fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failure> {
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
+    let file = options.name.as_deref().unwrap_or_default();
+    let read = |(index, name): (usize, &String)| {
+        let (sets, host) = (options.common.set.clone(), options.common.host.as_deref());
+        let application = examples::find(file, Some(name), Vec::new(), sets, host)?;
+        Ok(Member::new(options, (index, name), width, &application))
+    };
+    names.iter().enumerate().map(read).collect()
+}
+
+struct Deployment {
+    members: Vec<Member>,
+    sender: Sender<Event>,
+    start: Instant,
+    /// How many can start; they do when all can.
+    ready: usize,
+    /// Since when they are to end.
+    stopping: Option<Instant>,
+    /// What one ended with that could not start.
+    refused: Option<u8>,
+    /// How often a person asked for the end.
+    asked: u32,
+}
+
+impl Deployment {
+    /// Starts all processes, or none.
+    fn begin(&mut self) -> Result<(), Failure> {
+        for index in 0..self.members.len() {
+            if let Err(source) = self.members[index].start(false, &self.sender) {
+                let agent = self.members[index].name.clone();
+                self.signal(Signal::KILL);
+                self.members.iter_mut().for_each(|member| drop(member.reap()));
+                return Err(Failure::Process { agent, source });
+            }
+        }
+        Ok(())
+    }
+
+    /// Deals with what happens until all have ended.
+    fn follow(&mut self, events: &Receiver<Event>) {
+        while self.members.iter().any(|member| member.code.is_none()) {
+            let event = match self.due() {
+                Some(due) => events.recv_timeout(due.saturating_duration_since(now())),
+                None => events.recv().map_err(RecvTimeoutError::from),
+            };
+            match event {
+                Ok(Event::Ready(index)) => self.ready(index),
+                Ok(Event::Ended(index)) => self.ended(index),
+                Ok(Event::Asked) => self.asked(),
+                Err(_) => self.on_time(),
+            }
+        }
+    }
+
+    /// When something is to be done unless something happens.
+    fn due(&self) -> Option<Instant> {
+        let restarts = self.members.iter().filter_map(|member| member.supervisor.due());
+        let restart = restarts.min().map(|due| self.start + Duration::from_nanos(due));
+        self.stopping.map(|since| since + PATIENCE).or(restart)
+    }
+
+    fn nanoseconds(&self) -> u64 {
+        now().duration_since(self.start).as_nanos() as u64
+    }
+
+    fn is_started(&self) -> bool {
+        self.ready >= self.members.len()
+    }
+
+    fn ready(&mut self, index: usize) {
+        let was_started = self.is_started();
+        self.ready += 1;
+        if self.stopping.is_some() || !self.is_started() {
+            return;
+        }
+        let released = if was_started { index..index + 1 } else { 0..self.members.len() };
+        for member in &mut self.members[released] {
+            if let Some(running) = &mut member.running {
+                running.release();
+            }
+        }
+    }
+
+    fn ended(&mut self, index: usize) {
+        let (is_started, at) = (self.is_started(), self.nanoseconds());
+        let member = &mut self.members[index];
+        let Some(status) = member.reap() else { return };
+        let name = &member.name;
+        let code = code(status);
+        if self.stopping.is_some() {
+            member.code = Some(code);
+            if self.refused.is_none() {
+                say(format_args!("{name} {}", describe(status)));
+            }
+        } else if !is_started {
+            say(format_args!(
+                "{name} {} before it could start, so none of the agents does",
+                describe(status)
+            ));
+            member.code = Some(code.max(1));
+            self.refused = Some(code.max(1));
+            self.stop();
+        } else if BY_ITSELF.contains(&code) {
+            say(format_args!("{name} {}", describe(status)));
+            member.code = Some(code);
+        } else {
+            Self::fall(member, at, &describe(status), code);
+        }
+    }
+
+    /// An agent has crashed: it starts anew, unless it did too often.
+    fn fall(member: &mut Member, at: u64, how: &str, code: u8) {
+        let name = &member.name;
+        match member.supervisor.failed(at) {
+            Some(delay) => say(format_args!(
+                "{name} {how}; it starts anew in {} ms, disarmed: `slate arm --agent {name}` lets its actuators go on",
+                delay / 1_000_000
+            )),
+            None => {
+                say(format_args!("{name} {how}; {}", Supervisor::too_often()));
+                member.code = Some(code);
+            }
+        }
+    }
+
+    /// Starts anew what is due, or ends what should have ended.
+    fn on_time(&mut self) {
+        if self.stopping.is_some_and(|since| now() >= since + PATIENCE) {
+            self.signal(Signal::KILL);
+            // It can't be held up.
+            self.stopping = Some(now());
+            return;
+        }
+        let at = self.nanoseconds();
+        for member in &mut self.members {
+            if member.supervisor.take_due(at)
+                && let Err(error) = member.start(true, &self.sender)
+            {
+                Self::fall(member, at, &format!("can't be started: {error}"), 2);
+            }
+        }
+    }
+
+    fn asked(&mut self) {
+        self.asked += 1;
+        match self.asked {
+            1 => self.stop(),
+            _ => self.signal(Signal::KILL),
+        }
+    }
+
+    /// Asks all to end.
+    fn stop(&mut self) {
+        if self.stopping.is_some() {
+            return;
+        }
+        self.stopping = Some(now());
+        self.signal(Signal::INT);
+        // Those that wait to be started anew never are.
+        for member in self.members.iter_mut().filter(|member| member.running.is_none()) {
+            member.code.get_or_insert(2);
+        }
+    }
+
+    fn signal(&self, signal: Signal) {
+        self.members
+            .iter()
+            .filter_map(|member| member.running.as_ref())
+            .for_each(|running| running.signal(signal));
+    }
+
+    /// The worst that any agent ended with; of agents that were not started, that of the one that could not.
+    fn code(&self) -> u8 {
+        let interrupted = (self.asked > 1).then_some(INTERRUPTED);
+        let worst = self.members.iter().filter_map(|member| member.code).max();
+        interrupted.or(self.refused).or(worst).unwrap_or_default()
+    }
+
+    /// How each ended, for programs.
+    fn summary(&self) -> serde_json::Value {
+        let agents = self.members.iter().map(|member| {
+            let Member { name, code, restarts, summary, .. } = member;
+            (name.clone(), json!({ "code": code, "restarts": restarts, "summary": summary }))
+        });
+        json!({ "agents": agents.collect::<serde_json::Map<_, _>>() })
+    }
+}
+
+/// Says something to whoever started the agents; a closed terminal is nobody's loss.
+fn say(text: std::fmt::Arguments<'_>) {
+    use std::io::Write;
+    let _ = std::io::stderr().lock().write_all(format!("{text}\n").as_bytes());
+}
+
+#[allow(clippy::disallowed_methods, reason = "processes live by the wall clock")]
+fn now() -> Instant {
+    Instant::now()
+}
