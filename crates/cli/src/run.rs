@@ -74,6 +74,23 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         mission.resume(snapshot)?;
     }
     drop(snapshot);
+    let stopper = mission.agent.stopper();
+    let supervised = options.supervised;
+    // The first Ctrl-C ends the run with its report, the second one the process.
+    let asked = AtomicBool::new(false);
+    let handled = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::AcqRel) {
+            std::process::exit(130);
+        }
+        stopper.stop();
+        if supervised {
+            // Whoever supervises may be gone, and then nobody else ends what hangs.
+            deployment::end_later();
+        }
+    });
+    if let Err(error) = handled {
+        eprintln!("Ctrl-C will end the run without a report: {error}");
+    }
     if let Some(tether) = &mut tether
         && !tether.wait()
     {
@@ -94,23 +111,6 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         Ok(_) => {}
         // A robot does not stand still because of it.
         Err(error) => eprintln!("{error}"),
-    }
-    let stopper = mission.agent.stopper();
-    let supervised = options.supervised;
-    // The first Ctrl-C ends the run with its report, the second one the process.
-    let asked = AtomicBool::new(false);
-    let handled = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::AcqRel) {
-            std::process::exit(130);
-        }
-        stopper.stop();
-        if supervised {
-            // Whoever supervises may be gone, and then nobody else ends what hangs.
-            deployment::end_later();
-        }
-    });
-    if let Err(error) = handled {
-        eprintln!("Ctrl-C will end the run without a report: {error}");
     }
     let display = live.then(|| Display::start(&name, seed, &mission));
     let finished = mission.run();

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::{self, Read, Write};
+use std::net::Shutdown;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -35,6 +36,8 @@ pub struct Member {
     /// The length of the longest name.
     width: usize,
     json: bool,
+    /// Whether its actuators wait for a person from the start.
+    disarmed: bool,
 }
 
 /// The process of an agent.
@@ -64,6 +67,7 @@ impl Member {
             index,
             width,
             json: options.common.json,
+            disarmed: options.disarmed,
         }
     }
 
@@ -73,7 +77,11 @@ impl Member {
         let (mut ready, index) = (stream.try_clone()?, self.index);
         // This is the program as it runs, also when its file was replaced meanwhile.
         let mut command = Command::new("/proc/self/exe");
-        command.arg0("slate").args(&self.arguments).args(anew.then_some("--disarmed"));
+        command
+            .arg0("slate")
+            .arg("run")
+            .args((anew || self.disarmed).then_some("--disarmed"))
+            .args(&self.arguments);
         command.stdin(Stdio::from(OwnedFd::from(theirs))).stdout(Stdio::piped()).stderr(Stdio::piped());
         // Ctrl-C reaches it through its supervisor, once.
         command.process_group(0);
@@ -132,7 +140,20 @@ impl Running {
         let _ = self.stream.write_all(&[0]);
     }
 
-    pub fn signal(&self, signal: Signal) {
+    /// Asks it to end, also while it waits to be released.
+    pub fn interrupt(&self) {
+        self.signal(Signal::INT);
+        // It fails when the process has ended.
+        let _ = self.stream.shutdown(Shutdown::Both);
+    }
+
+    /// Ends it at once.
+    pub fn kill(&self) {
+        self.signal(Signal::KILL);
+    }
+
+    fn signal(&self, signal: Signal) {
+        // It is there until it is reaped.
         let _ = kill_process(Pid::from_child(&self.child), signal);
     }
 }
@@ -155,11 +176,11 @@ fn arguments(options: &RunOptions, name: &str, application: &Application) -> Vec
         seed,
         resume: _,
         out,
-        disarmed,
+        disarmed: _,
         supervised: _,
     } = options;
     let Common { mode, workers, set, host, json } = common;
-    let mut arguments: Vec<OsString> = vec!["run".into(), "--supervised".into(), "--headless".into()];
+    let mut arguments: Vec<OsString> = vec!["--supervised".into(), "--headless".into()];
     let mut add = |option: &str, value: Option<OsString>| {
         if let Some(value) = value {
             // In one piece, as a value may begin with a dash.
@@ -185,7 +206,6 @@ fn arguments(options: &RunOptions, name: &str, application: &Application) -> Vec
     add("seed", seed.map(|seed| seed.to_string().into()));
     add("out", out.as_ref().map(|out| out.join(name).into()));
     arguments.extend(json.then(|| "--json".into()));
-    arguments.extend(disarmed.then(|| "--disarmed".into()));
     arguments.push("--".into());
     arguments.extend(file.as_ref().map(Into::into));
     arguments

@@ -8,14 +8,13 @@ mod tether;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-use rustix::process::Signal;
 use serde_json::json;
 use slate::runtime::isolation::{Supervisor, describe};
 
 use crate::arguments::RunOptions;
 use crate::failure::Failure;
 use crate::{examples, output};
-use member::{Member, code};
+use member::{Member, Running, code};
 pub use tether::{Tether, end_later};
 
 /// How long an agent that was asked to end may take.
@@ -93,8 +92,10 @@ impl Deployment {
         for index in 0..self.members.len() {
             if let Err(source) = self.members[index].start(false, &self.sender) {
                 let agent = self.members[index].name.clone();
-                self.signal(Signal::KILL);
-                self.members.iter_mut().for_each(|member| drop(member.reap()));
+                self.each_running(Running::kill);
+                for member in &mut self.members {
+                    let _ = member.reap();
+                }
                 return Err(Failure::Process { agent, source });
             }
         }
@@ -191,7 +192,7 @@ impl Deployment {
     /// Starts anew what is due, or ends what should have ended.
     fn on_time(&mut self) {
         if self.stopping.is_some_and(|since| now() >= since + PATIENCE) {
-            self.signal(Signal::KILL);
+            self.each_running(Running::kill);
             // It can't be held up.
             self.stopping = Some(now());
             return;
@@ -210,7 +211,7 @@ impl Deployment {
         self.asked += 1;
         match self.asked {
             1 => self.stop(),
-            _ => self.signal(Signal::KILL),
+            _ => self.each_running(Running::kill),
         }
     }
 
@@ -220,18 +221,15 @@ impl Deployment {
             return;
         }
         self.stopping = Some(now());
-        self.signal(Signal::INT);
+        self.each_running(Running::interrupt);
         // Those that wait to be started anew never are.
         for member in self.members.iter_mut().filter(|member| member.running.is_none()) {
             member.code.get_or_insert(2);
         }
     }
 
-    fn signal(&self, signal: Signal) {
-        self.members
-            .iter()
-            .filter_map(|member| member.running.as_ref())
-            .for_each(|running| running.signal(signal));
+    fn each_running(&self, act: impl Fn(&Running)) {
+        self.members.iter().filter_map(|member| member.running.as_ref()).for_each(act);
     }
 
     /// The worst that any agent ended with; of agents that were not started, that of the one that could not.

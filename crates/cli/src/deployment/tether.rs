@@ -17,6 +17,8 @@ impl Tether {
     pub fn new() -> Result<Self, Failure> {
         let take = || -> io::Result<UnixStream> {
             set_parent_process_death_signal(Some(Signal::TERM))?;
+            // Tools list it by the name of its file, and that was /proc/self/exe.
+            rustix::thread::set_name(c"slate")?;
             let stream = UnixStream::from(io::stdin().as_fd().try_clone_to_owned()?);
             rustix::stdio::dup2_stdin(std::fs::File::open("/dev/null")?)?;
             Ok(stream)
