@@ -79,13 +79,17 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     // The first Ctrl-C ends the run with its report, the second one the process.
     let asked = AtomicBool::new(false);
     let handled = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::AcqRel) {
-            std::process::exit(130);
-        }
-        stopper.stop();
-        if supervised {
-            // Whoever supervises may be gone, and then nobody else ends what hangs.
-            deployment::end_later();
+        match asked.swap(true, Ordering::AcqRel) {
+            // The end of each thread of the supervisor may be another signal; its second Ctrl-C is none that is caught.
+            true if supervised => {}
+            true => std::process::exit(130),
+            false => {
+                stopper.stop();
+                if supervised {
+                    // Whoever supervises may be gone, and then nobody else ends what hangs.
+                    deployment::end_later();
+                }
+            }
         }
     });
     if let Err(error) = handled {
