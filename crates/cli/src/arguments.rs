@@ -6,6 +6,7 @@ use slate::runtime::{Mode, Rate};
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::link::{LinkOptions, UnlinkOptions};
+use crate::log::LogOptions;
 use crate::module::ModuleVerb;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
@@ -51,6 +52,8 @@ pub enum Verb {
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),
+    /// Shows the log of a running agent.
+    Log(LogOptions),
     /// Reads a property of a running agent, or a field of one.
     Get {
         /// Its URL, such as `/loop/histogram` or `/r2/planner/state/ticks`.
@@ -100,7 +103,7 @@ pub struct Common {
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=64))]
     pub workers: u8,
 
-    /// Sets a value of the configuration, such as `robots.r2.modules.planner.params.speed=0.2`; may be given several times.
+    /// Sets a value of the configuration, such as `robots.r2.modules.planner.params.careful_speed=0.08`; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<String>,
 

@@ -1,9 +1,10 @@
 //! The live display: how the robots stand, ten times a second. It reads by copying, so the run never waits for it.
 
+use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -11,11 +12,38 @@ use crossterm::cursor::{MoveToColumn, MoveUp};
 use crossterm::queue;
 use crossterm::style::Stylize;
 use crossterm::terminal::{Clear, ClearType, size};
+use slate::module::Level;
 use slate::record::Route;
+use slate::runtime::log::{LogTarget, MemoryTarget, Record};
 
 use crate::mission::Mission;
 use crate::observation::Observation;
 use crate::output;
+
+/// The log of a run whose display owns the terminal: above the robots, and kept for the report.
+#[derive(Clone, Default)]
+pub struct Lines {
+    pub kept: MemoryTarget,
+    /// What is not shown yet.
+    fresh: Arc<Mutex<VecDeque<Record>>>,
+}
+
+impl Lines {
+    fn fresh(&self) -> VecDeque<Record> {
+        std::mem::take(&mut self.fresh.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl LogTarget for Lines {
+    fn write(&mut self, record: &Record) {
+        self.kept.write(record);
+        let mut fresh = self.fresh.lock().unwrap_or_else(PoisonError::into_inner);
+        // More than that passes too fast to be read.
+        if fresh.len() < MemoryTarget::CAPACITY {
+            fresh.push_back(record.clone());
+        }
+    }
+}
 
 /// Shows a run until it is dropped.
 pub struct Display {
@@ -25,14 +53,14 @@ pub struct Display {
 
 impl Display {
     /// Begins to show a run.
-    pub fn start(name: &str, seed: u64, mission: &Mission) -> Self {
+    pub fn start(name: &str, seed: u64, mission: &Mission, lines: &Lines) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let (stopped, observation) = (Arc::clone(&stop), Arc::clone(&mission.observation));
         let title = format!("{name}, seed {seed}");
-        let clock = mission.agent.clock();
+        let (clock, lines) = (mission.agent.clock(), lines.clone());
         let thread = std::thread::Builder::new()
             .name("display".into())
-            .spawn(move || show(&title, &observation, &clock, &stopped))
+            .spawn(move || show(&title, &observation, &clock, &lines, &stopped))
             .ok();
         Self { stop, thread }
     }
@@ -48,7 +76,7 @@ impl Drop for Display {
     }
 }
 
-fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &AtomicBool) {
+fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, log: &Lines, stop: &AtomicBool) {
     let mut out = std::io::stdout();
     let terminal = out.is_terminal();
     let period = if terminal { Duration::from_millis(100) } else { Duration::from_secs(1) };
@@ -65,6 +93,7 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &
             }
             let _ = queue!(out, MoveToColumn(0), Clear(ClearType::FromCursorDown));
             lines = text.lines().count() as u16;
+            log.fresh().iter().for_each(|line| output::line(said(line)));
         }
         let _ = out.write_all(text.as_bytes());
         let _ = out.flush();
@@ -78,6 +107,16 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, stop: &
             std::thread::sleep(nap);
             left -= nap;
         }
+    }
+}
+
+/// A line of the log.
+fn said(record: &Record) -> String {
+    let text = record.to_string();
+    match record.level {
+        Level::Error => text.red().to_string(),
+        Level::Warn => text.yellow().to_string(),
+        _ => text,
     }
 }
 

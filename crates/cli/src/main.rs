@@ -10,6 +10,7 @@ mod display;
 mod examples;
 mod failure;
 mod link;
+mod log;
 mod mission;
 mod module;
 mod observation;
@@ -64,6 +65,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Unlink(options) => link::unlink(options),
         Verb::Peers(options) => peers::peers(options),
         Verb::Trace(options) => trace::trace(options),
+        Verb::Log(options) => log::log(options),
         Verb::Get { url, json, agent } => property::get(agent, url, *json),
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),

@@ -7,14 +7,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Whether something could not be written.
 static LOST: AtomicBool = AtomicBool::new(false);
 
+/// Whether who read it has gone.
+static UNREAD: AtomicBool = AtomicBool::new(false);
+
 /// Prints a line. Who reads it may have gone, as `head` does; then nobody misses the rest.
 pub fn line(text: impl Display) {
-    if let Err(error) = writeln!(std::io::stdout(), "{text}")
-        && error.kind() != ErrorKind::BrokenPipe
-        && !LOST.swap(true, Ordering::Relaxed)
-    {
-        eprintln!("stdout can't be written: {error}");
+    match writeln!(std::io::stdout(), "{text}") {
+        Ok(()) => {}
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => UNREAD.store(true, Ordering::Relaxed),
+        Err(error) => {
+            if !LOST.swap(true, Ordering::Relaxed) {
+                eprintln!("stdout can't be written: {error}");
+            }
+        }
     }
+}
+
+/// Whether nobody reads what is printed any more.
+pub fn is_unread() -> bool {
+    UNREAD.load(Ordering::Relaxed) || is_lost()
 }
 
 /// Whether something could not be written, so that whoever relies on it must know.

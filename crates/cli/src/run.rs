@@ -4,13 +4,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use slate::record::Report;
 use slate::runtime::Rate;
-use slate::runtime::log::{LogTarget, MemoryTarget};
+use slate::runtime::log::LogTarget;
 use slate::runtime::remote::Server;
 use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};
 use crate::deployment::{self, Tether};
-use crate::display::Display;
+use crate::display::{Display, Lines};
 use crate::examples;
 use crate::failure::Failure;
 use crate::mission::{How, Mission};
@@ -31,7 +31,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         sets.push(format!("agent.seed={seed}"));
     }
     let live = !options.headless;
-    // A live display owns the terminal, so the log is kept and written beside the report.
+    // A live display owns the terminal, so it shows the log too, which is also written beside the report.
     let owns_terminal = live && std::io::stdout().is_terminal();
     let defaults = vec![format!("log.targets.console={}", !owns_terminal)];
     let snapshot = options.resume.as_ref().map(Snapshot::read).transpose()?;
@@ -57,8 +57,8 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     let seed = application.configuration.seed().value;
     let directory =
         options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
-    let kept = MemoryTarget::default();
-    let log: Option<Box<dyn LogTarget>> = owns_terminal.then(|| Box::new(kept.clone()) as _);
+    let log_lines = Lines::default();
+    let log: Option<Box<dyn LogTarget>> = owns_terminal.then(|| Box::new(log_lines.clone()) as _);
     let how = How {
         mode: options.common.mode,
         rate: options.rate.unwrap_or(default),
@@ -116,7 +116,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         // A robot does not stand still because of it.
         Err(error) => eprintln!("{error}"),
     }
-    let display = live.then(|| Display::start(&name, seed, &mission));
+    let display = live.then(|| Display::start(&name, seed, &mission, &log_lines));
     let finished = mission.run();
     drop(server);
     drop(display);
@@ -124,7 +124,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     let report =
         Report { summary: &finished.summary, scene: &finished.scene, trajectory: &finished.trajectory };
     report.write(&directory)?;
-    let lines = kept.lines();
+    let lines = log_lines.kept.lines();
     if !lines.is_empty() {
         let path = directory.join("log.txt");
         let text: String = lines.iter().map(|line| format!("{line}\n")).collect();

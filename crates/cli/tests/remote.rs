@@ -130,6 +130,35 @@ fn the_console_shows_the_log_once_and_not_when_it_is_switched_off() {
 }
 
 #[test]
+fn the_log_of_a_running_agent_is_shown() {
+    let mut running = Running::new("log");
+    running.start("exp1", &EXP1);
+    running.done(&["stop", "a word for the log"]);
+    let eventually = |so: &dyn Fn() -> bool| {
+        let mut tries = 0..200;
+        assert!(
+            tries.any(|_| so() || {
+                std::thread::sleep(std::time::Duration::from_millis(50));
+                false
+            }),
+            "it never was"
+        );
+    };
+    eventually(&|| {
+        running.done(&["log"]).contains("warn  agent: the actuators are stopped: a word for the log")
+    });
+    running.done(&["reset"]);
+    eventually(&|| {
+        running.done(&["log", "-n", "1"]).trim_end().ends_with("the stop of the actuators is ended")
+    });
+    let json = running.done(&["log", "--json", "-n", "1"]);
+    let line: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((&line["module"], &line["level"]), (&"agent".into(), &"INFO".into()), "{json}");
+    running.interrupt();
+    running.finish();
+}
+
+#[test]
 fn a_file_is_edited_and_saved_while_its_agent_runs() {
     let mut running = Running::new("edited");
     let file = running.folder().join("robot.toml");

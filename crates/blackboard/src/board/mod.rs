@@ -12,8 +12,8 @@ pub use events::{Event, Observer, Settings};
 pub use pattern::{Pattern, PatternError};
 pub use property::{Access, Carrier, Property, Setter, Watching};
 
-use crate::channel::{Budget, Channel, ValueMemory};
-use crate::interface::{Descriptor, Value, View, find};
+use crate::channel::{Budget, Channel, FrozenValue, ValueMemory};
+use crate::interface::{Descriptor, FieldPath, Value, View, find};
 use crate::message::Mailbox;
 use crate::sync::RwLock;
 use crate::wake::Wake;
@@ -299,21 +299,34 @@ impl Board {
     /// # Errors
     /// When there is no such property or field.
     pub fn read(&self, path: &str) -> Result<Option<(Value, Stamp)>, BoardError> {
+        let (property, place) = self.target(path)?;
+        let Some((bytes, items, stamp)) = property.newest()? else { return Ok(None) };
+        Ok(value(property.descriptor(), &bytes, items, place.as_ref()).map(|value| (value, stamp)))
+    }
+
+    /// Reads all values that a property keeps, or a field of them, the oldest first: of a queue the last ones.
+    ///
+    /// # Errors
+    /// When there is no such property or field.
+    pub fn history(&self, path: &str) -> Result<Vec<(Value, Stamp)>, BoardError> {
+        let (property, place) = self.target(path)?;
+        let kept = property.freeze()?.unwrap_or_default().values;
+        let read = |kept: FrozenValue| {
+            let value = value(property.descriptor(), &kept.bytes, kept.items, place.as_ref());
+            value.map(|value| (value, kept.stamp))
+        };
+        Ok(kept.into_iter().filter_map(read).collect())
+    }
+
+    /// A property, and where a field of it is.
+    fn target(&self, path: &str) -> Result<(Arc<Property>, Option<FieldPath>), BoardError> {
         let (property, field) = self.find(path)?;
+        let wrong = |error| BoardError::Access { url: format!("/{}", property.path()), error };
         let place = match field.as_str() {
             "" => None,
-            field => Some(
-                find(property.descriptor(), field)
-                    .map_err(|error| BoardError::Access { url: format!("/{}", property.path()), error })?,
-            ),
+            field => Some(find(property.descriptor(), field).map_err(wrong)?),
         };
-        let Some((bytes, items, stamp)) = property.newest()? else { return Ok(None) };
-        let Some(view) = View::new(property.descriptor(), &bytes, items) else { return Ok(None) };
-        let value = match &place {
-            None => Some(view.value()),
-            Some(place) => view.at(place),
-        };
-        Ok(value.map(|value| (value, stamp)))
+        Ok((property, place))
     }
 
     /// Sets a parameter, or an input without a link, or a field of one.
@@ -363,6 +376,19 @@ impl Board {
 }
 
 /// The property at a path and the rest of the path; or the path to which aliases lead, if there is none.
+fn value(
+    descriptor: &'static Descriptor,
+    bytes: &[u8],
+    items: usize,
+    place: Option<&FieldPath>,
+) -> Option<Value> {
+    let view = View::new(descriptor, bytes, items)?;
+    match place {
+        None => Some(view.value()),
+        Some(place) => view.at(place),
+    }
+}
+
 fn look_up(path: &str, entries: &Entries) -> Result<(Arc<Property>, String), String> {
     let mut path = path.to_owned();
     // An alias leads to a property, not to another alias, but an application may chain them by mistake.

@@ -54,21 +54,35 @@ impl Settings {
 fn report(reporter: &WeakComposer, edit: Result<Edit, Report>) {
     let Some(composer) = reporter.upgrade() else { return };
     let say = |level, what: &str, changes: &[Change]| {
-        let paths: Vec<_> = changes.iter().map(|change| change.path.as_str()).collect();
-        if !paths.is_empty() {
-            composer.log(level, &format!("the edited configuration {what}: {}", paths.join(", ")));
+        if !changes.is_empty() {
+            composer.log(level, &format!("{what}: {}", some_of(changes)));
         }
     };
     match edit {
-        Ok(edit) => {
-            say(Level::Info, "holds now", &edit.changes);
-            say(Level::Warn, "holds from the next start", &edit.waiting);
+        Ok(Edit { changes, waiting, covered }) => {
+            if changes.is_empty() && waiting.is_empty() && covered.is_empty() {
+                composer.say("the edited configuration says what holds");
+            }
+            say(Level::Info, "the edited configuration holds now", &changes);
+            say(Level::Warn, "the edited configuration holds from the next start", &waiting);
+            let what = "the edited configuration is covered by what was set at run time, until that is taken back \
+                        (`slate config revert PATH`)";
+            say(Level::Warn, what, &covered);
         }
         Err(report) => {
             composer.log(Level::Error, "the edited configuration is refused; what held before goes on");
             report.render(false).lines().for_each(|line| composer.log(Level::Error, line));
         }
     }
+}
+
+/// The first paths; a line of the log is short.
+fn some_of(changes: &[Change]) -> String {
+    const MOST: usize = 6;
+    let paths: Vec<_> = changes.iter().take(MOST).map(|change| change.path.as_str()).collect();
+    let more = changes.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(", and {more} more: see `slate config diff`") } else { String::new() };
+    format!("{}{more}", paths.join(", "))
 }
 
 /// A setting that may change while the agent runs.

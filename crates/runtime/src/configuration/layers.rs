@@ -5,6 +5,7 @@ use std::sync::Arc;
 use toml_edit::{Document, TomlError};
 
 use super::files::{File, Files, Unreadable};
+use super::path;
 use super::problems::{Problem, Problems, suggestion};
 use super::scope::flatten;
 use super::set::{Written, parse_set};
@@ -171,7 +172,7 @@ impl Layers {
             let good = founded || known.contains(&name.as_str());
             if !good {
                 let help = if was_good {
-                    format!("it was there when this was changed: put it back, or take the change back with `slate config revert {section}`")
+                    format!("it was there when this was changed: put it back, or take the change back with `slate config revert {}`", path::render(&[section.into(), name.clone()]))
                 } else {
                     suggestion(name, &known) + for_one
                 };

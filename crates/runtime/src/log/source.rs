@@ -150,6 +150,9 @@ pub(crate) struct ModuleLog {
     held: Mutex<Vec<Line>>,
 }
 
+/// At the end of a line that was longer; half a character before it is shown as an unknown one.
+const CUT: &[u8] = b" ...";
+
 impl ModuleLog {
     /// The log of that module; `lossless` waits for a full buffer rather than drop a line.
     pub(super) fn new(
@@ -218,6 +221,10 @@ impl ModuleLog {
         let length = bytes.len().min(512);
         let mut text = [0; 512];
         text[..length].copy_from_slice(&bytes[..length]);
+        if length < bytes.len() {
+            // Who reads it must see that it goes on.
+            text[length - CUT.len()..].copy_from_slice(CUT);
+        }
         let source = Arc::clone(&self.source);
         let line = Line { time, level, source, dropped: 0, place: Place::Waited, length, text };
         if self.lossless && self.holding.load(Ordering::Relaxed) {

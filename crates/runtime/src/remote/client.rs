@@ -314,4 +314,9 @@ impl Client {
     pub fn read(&mut self, url: &str) -> Result<Option<Reading>, ClientError> {
         self.call(&Call::Read { url: url.into() })
     }
+
+    /// All values that a property keeps, or a field of them, the oldest first: of a queue the last ones.
+    pub fn history(&mut self, url: &str) -> Result<Vec<Reading>, ClientError> {
+        self.call(&Call::ReadHistory { url: url.into() })
+    }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 use slate_blackboard::interface;
-use slate_blackboard::{BoardError, Pattern, Property, Url};
+use slate_blackboard::{BoardError, Pattern, Property, Stamp, Url};
 
 use super::protocol::{
     Answer, Call, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, PropertyEntry, Reading,
@@ -78,12 +78,20 @@ impl Desk {
                     .fold(NewLink::new(to, from), |link, (name, value)| link.with(name, value));
                 let composer = &self.composer;
                 let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
-                result(self.changed(changes.map_err(refused)?))
+                let changes = changes.map_err(refused)?;
+                if !dry_run {
+                    self.say_changes("linked", &changes);
+                }
+                result(self.changed(changes))
             }
             Call::Unlink { to, dry_run } => {
                 let composer = &self.composer;
                 let changes = if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) };
-                result(self.changed(changes.map_err(refused)?))
+                let changes = changes.map_err(refused)?;
+                if !dry_run {
+                    self.say_changes("unlinked", &changes);
+                }
+                result(self.changed(changes))
             }
             Call::LinkList {} => {
                 let entry = |link: crate::LinkStatus| LinkEntry {
@@ -111,6 +119,7 @@ impl Desk {
                 snapshot(&read)
             }
             Call::Read { url } => self.read(&url),
+            Call::ReadHistory { url } => self.history(&url),
             Call::Stop { reason } => {
                 let reason = if reason.is_empty() { "by a tool" } else { &reason };
                 self.composer.stop_actuators(reason);
@@ -246,22 +255,34 @@ impl Desk {
         result(entries)
     }
 
-    fn read(&self, url: &str) -> Done {
-        let known = "`module list` shows the modules; their ports, params, enabled, state and timing are below their names";
+    /// The path of a URL, which leads to something.
+    fn path(&self, url: &str) -> Result<String, Refusal> {
         let parsed =
             Url::parse(url).map_err(|error| refusal(error.to_string(), "such as /module/property"))?;
-        let board = self.composer.board();
-        board.resolve(&parsed).map_err(|error| refusal(error.to_string(), known))?;
-        let reading = board.read(&parsed.path_in("")).map_err(|error| refusal(error.to_string(), known))?;
-        result(reading.map(|(value, stamp)| Reading {
-            value: serde_json::to_value(value).unwrap_or_default(),
-            sequence: stamp.sequence,
-            time: stamp.time,
-        }))
+        self.composer.board().resolve(&parsed).map_err(|error| refusal(error.to_string(), KNOWN))?;
+        Ok(parsed.path_in(""))
+    }
+
+    fn read(&self, url: &str) -> Done {
+        let read = self.composer.board().read(&self.path(url)?);
+        result(read.map_err(|error| refusal(error.to_string(), KNOWN))?.map(reading))
+    }
+
+    fn history(&self, url: &str) -> Done {
+        let kept = self.composer.board().history(&self.path(url)?);
+        let kept = kept.map_err(|error| refusal(error.to_string(), KNOWN))?;
+        result(kept.into_iter().map(reading).collect::<Vec<_>>())
     }
 }
 
 /// What was refused of a link; the text that a command makes of it is none of the user's, so it is not shown.
+const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
+
+fn reading((value, stamp): (interface::Value, Stamp)) -> Reading {
+    let value = serde_json::to_value(value).unwrap_or_default();
+    Reading { value, sequence: stamp.sequence, time: stamp.time }
+}
+
 fn refused(report: Report) -> Refusal {
     Refusal { report: None, ..report.into() }
 }

@@ -189,6 +189,12 @@ pub enum Call {
         /// Its URL.
         url: String,
     },
+    /// All values that a property keeps, or a field of them, the oldest first: a list of [`Reading`].
+    #[serde(rename = "read/history")]
+    ReadHistory {
+        /// Its URL.
+        url: String,
+    },
     /// Stops all actuators until `reset` and `arm`; nothing.
     #[serde(rename = "stop")]
     Stop {

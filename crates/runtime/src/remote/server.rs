@@ -298,7 +298,11 @@ enum Manner {
 impl Manner {
     fn of(call: &Call) -> Self {
         match call {
-            Call::Stop { .. } | Call::Reset {} | Call::Arm { .. } | Call::Read { .. } => Self::Prompt,
+            Call::Stop { .. }
+            | Call::Reset {}
+            | Call::Arm { .. }
+            | Call::Read { .. }
+            | Call::ReadHistory { .. } => Self::Prompt,
             Call::PluginList {} | Call::ModuleList {} => Self::Prompt,
             // They wait for the file at most, and a recording that goes on is never refused for who else is at work.
             Call::TraceProgress {} | Call::TraceEnd {} => Self::Prompt,

@@ -46,7 +46,7 @@ impl Desk {
     }
 
     pub(super) fn revert(&self, path: &str) -> Done {
-        let changed = self.database()?.revert(path)?.commit()?;
+        let changed = self.database()?.take_back(path)?;
         self.say_changes("taken back", &changed);
         match self.composer.unlinked() {
             Some(report) => Err(report.into()),
@@ -55,7 +55,7 @@ impl Desk {
     }
 
     /// Tells who reads the log later why the robot is another one from here on.
-    fn say_changes(&self, what: &str, changes: &[Change]) {
+    pub(super) fn say_changes(&self, what: &str, changes: &[Change]) {
         let value = |value: &Option<Value>| value.as_ref().map_or("none".into(), Value::to_string);
         for Change { path, before, after, .. } in changes {
             self.composer.say(&format!("a tool has {what} {path}: {} -> {}", value(before), value(after)));
@@ -106,7 +106,11 @@ impl Desk {
     }
 
     pub(super) fn save(&self, to: SaveTo) -> Done {
-        result(Saved { files: self.database()?.save(to)? })
+        let files = self.database()?.save(to)?;
+        for file in &files {
+            self.composer.say(&format!("a tool has saved the changes into {}", crate::printable(file)));
+        }
+        result(Saved { files })
     }
 }
 

@@ -98,7 +98,7 @@ fn an_invalid_edit_is_refused_whole_with_file_line_and_caret() {
     fs::write(folder.path("robot.toml"), "").unwrap();
     assert_eq!(
         next(&told).unwrap_err().to_string(),
-        "change:1:9: no module is called `a` (it was there when this was changed: put it back, or take the change back with `slate config revert modules`)"
+        "change:1:9: no module is called `a` (it was there when this was changed: put it back, or take the change back with `slate config revert modules.a`)"
     );
     database.revert("modules").unwrap().commit().unwrap();
     fs::write(folder.path("robot.toml"), "# none\n").unwrap();
@@ -143,6 +143,46 @@ fn what_is_told_may_panic_and_what_is_saved_is_no_edit() {
         let changes = next(&told).unwrap();
         assert!(changes.iter().all(|change| change.starts_with("loop")), "{changes:?}");
     }
+}
+
+#[test]
+fn an_edit_of_what_was_set_at_run_time_is_told_and_never_overwritten() {
+    let folder = folder("covered");
+    let (database, _watch, told) = watched(&folder);
+    database.set(&[("modules.a.params.x", "5"), ("modules.a.params.y", "6")]).unwrap();
+    fs::write(folder.path("robot.toml"), "[modules.a]\nparams.x = 2\n").unwrap();
+    let edit = told.recv_timeout(Duration::from_secs(60)).unwrap().unwrap();
+    assert!(edit.changes.is_empty(), "{:?}", edit.changes);
+    assert_eq!(shown(&edit.covered), ["modules.a.params.x: 5 -> 2"]);
+    let refused = database.save(SaveTo::Origin).unwrap_err().to_string();
+    assert!(
+        refused.contains("`modules.a.params.x` was set to 5 at run time, and a file was then edited to 2"),
+        "{refused}"
+    );
+    assert_eq!(fs::read_to_string(folder.path("robot.toml")).unwrap(), "[modules.a]\nparams.x = 2\n");
+    // Set again, it is meant.
+    database.set(&[("modules.a.params.x", "7")]).unwrap();
+    assert!(database.covered().is_empty());
+    database.save(SaveTo::Origin).unwrap();
+    assert!(fs::read_to_string(folder.path("robot.toml")).unwrap().contains("params.x = 7"));
+    // Taken back, what the file says holds.
+    database.set(&[("modules.a.params.x", "8")]).unwrap();
+    fs::write(folder.path("robot.toml"), "[modules.a]\nparams.x = 3\nparams.y = 6\n").unwrap();
+    let edit = told.recv_timeout(Duration::from_secs(60)).unwrap().unwrap();
+    assert_eq!(shown(&edit.covered), ["modules.a.params.x: 8 -> 3"]);
+    assert_eq!(shown(&database.take_back("modules.a.params").unwrap()), ["modules.a.params.x: 8 -> 3"]);
+    assert!(database.covered().is_empty());
+}
+
+#[test]
+fn a_mended_file_is_told() {
+    let folder = folder("mended");
+    let (_database, _watch, told) = watched(&folder);
+    let good = fs::read_to_string(folder.path("exp1.toml")).unwrap();
+    fs::write(folder.path("exp1.toml"), "nonsense").unwrap();
+    assert!(told.recv_timeout(Duration::from_secs(60)).unwrap().is_err());
+    fs::write(folder.path("exp1.toml"), good).unwrap();
+    assert!(told.recv_timeout(Duration::from_secs(60)).unwrap().unwrap().changes.is_empty());
 }
 
 #[test]

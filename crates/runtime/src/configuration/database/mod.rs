@@ -1,6 +1,7 @@
 //! A configuration that changes while the agent runs.
 
 mod comments;
+mod covered;
 mod edit;
 mod handlers;
 mod home;
@@ -83,6 +84,8 @@ struct State {
     files: Files,
     /// What they say and only the next start can have.
     waiting: Vec<Change>,
+    /// What they were edited to where something else was set at run time.
+    covered: Vec<Change>,
     /// Counts the changes of the state, so that a proposal can tell whether it was overtaken.
     generation: u64,
 }
@@ -137,6 +140,7 @@ impl Database {
             session: Session::default(),
             files,
             waiting: Vec::new(),
+            covered: Vec::new(),
             generation: 0,
         };
         let shared = Shared {

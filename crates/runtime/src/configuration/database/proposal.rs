@@ -37,6 +37,7 @@ pub struct Proposal {
     files: Files,
     changes: Vec<Change>,
     waiting: Vec<Change>,
+    covered: Vec<Change>,
     /// The generation that it starts from.
     generation: u64,
 }
@@ -65,6 +66,11 @@ impl Proposal {
         &self.waiting
     }
 
+    /// What edited files say of settings that were changed at run time, as [`Database::covered`] once this is committed.
+    pub fn covered(&self) -> &[Change] {
+        &self.covered
+    }
+
     /// Makes it the configuration that holds, and calls the handlers of what changes.
     ///
     /// They were called when this returns, unless it is called by one of them or while another thread calls them:
@@ -83,7 +89,7 @@ impl Proposal {
 
     /// Nothing if it was overtaken.
     pub(super) fn apply(self) -> Option<Vec<Change>> {
-        let Self { database, configuration, session, files, changes, waiting, generation } = self;
+        let Self { database, configuration, session, files, changes, waiting, covered, generation } = self;
         let shared = &database.shared;
         {
             let _turn = lock(&shared.turn);
@@ -91,7 +97,7 @@ impl Proposal {
             if state.generation != generation {
                 return None;
             }
-            *state = State { configuration, session, files, waiting, generation: generation + 1 };
+            *state = State { configuration, session, files, waiting, covered, generation: generation + 1 };
             shared.handlers.queue(&changes);
         }
         shared.handlers.deliver(&database);
@@ -130,6 +136,19 @@ impl Database {
         self.proposal(state, &[], Texts::Known(files)).0
     }
 
+    /// Takes back what the session has changed at a path and below it: [`revert`](Self::revert) and
+    /// [commit](Proposal::commit), again if somebody else was faster.
+    ///
+    /// # Errors
+    /// As of [`revert`](Self::revert).
+    pub fn take_back(&self, path: &str) -> Result<Vec<Change>, Report> {
+        loop {
+            if let Some(changes) = self.revert(path)?.apply() {
+                return Ok(changes);
+            }
+        }
+    }
+
     /// The configuration with the files as they are on the disk now; the session stays on top.
     ///
     /// # Errors
@@ -162,7 +181,7 @@ impl Database {
         changes: &[Written<'_>],
         texts: Texts,
     ) -> (Result<Proposal, Report>, Files) {
-        let State { configuration: before, mut session, mut waiting, generation, .. } = state;
+        let State { configuration: before, mut session, mut waiting, mut covered, generation, .. } = state;
         let earlier = session.texts();
         let earlier = earlier.iter().map(|text| Written { text, equals: None });
         let written: Vec<_> = earlier.chain(changes.iter().copied()).collect();
@@ -170,6 +189,7 @@ impl Database {
         let request = |waiting: &[Change], files| {
             read(&Request { waiting, changes: &written, ..Request::new(main, options) }, files)
         };
+        let is_edited = matches!(texts, Texts::Edited(_));
         let read = match texts {
             Texts::Known(files) => request(&waiting, files),
             Texts::Edited(files) => {
@@ -182,7 +202,17 @@ impl Database {
         let files = read.files;
         let result = read.result.and_then(|configuration| {
             let new = read.changes.len() - changes.len();
-            read.changes[new..].iter().for_each(|change| session.add(change));
+            let mut set_again = Session::default();
+            for change in &read.changes[new..] {
+                session.add(change);
+                set_again.add(change);
+            }
+            if is_edited {
+                let news = covered::by_session(&session, &before, &configuration);
+                covered.retain(|old| !news.iter().any(|new| new.names == old.names));
+                covered.extend(news);
+            }
+            covered.retain(|covered| session.has(&covered.names) && !set_again.has(&covered.names));
             let changes = list(&before, &configuration);
             // Everything was read and nothing is changed yet; shown are the texts as they were given.
             self.validate(&configuration, &changes)?;
@@ -193,6 +223,7 @@ impl Database {
                 files: files.clone(),
                 changes,
                 waiting,
+                covered,
                 generation,
             })
         });

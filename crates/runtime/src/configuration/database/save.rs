@@ -46,6 +46,7 @@ impl Database {
         }
         let _turn = lock(&self.shared.turn);
         let state = self.state();
+        covered::refuse(&state.covered)?;
         let edited = self.edit(&state, to)?;
         let mut files = state.files.clone();
         for file in &edited {
@@ -191,7 +192,14 @@ impl Database {
             ));
         }
         let (waiting, generation) = (state.waiting.clone(), state.generation + 1);
-        Ok(State { configuration: Arc::new(configuration), session, files, waiting, generation })
+        Ok(State {
+            configuration: Arc::new(configuration),
+            session,
+            files,
+            waiting,
+            covered: Vec::new(),
+            generation,
+        })
     }
 }
 

@@ -25,6 +25,11 @@ impl Session {
         });
     }
 
+    /// Whether it has changed what is at a path, or something above or below it.
+    pub(super) fn has(&self, path: &[String]) -> bool {
+        self.0.iter().any(|change| change.path.starts_with(path) || path.starts_with(&change.path))
+    }
+
     /// The changes as texts, to be read again.
     pub(super) fn texts(&self) -> Vec<String> {
         self.0.iter().map(|change| format!("{}={}", render(&change.path), change.value)).collect()

@@ -10,12 +10,14 @@ use super::*;
 const PERIOD: Duration = Duration::from_millis(250);
 
 /// What became of edited files.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Edit {
     /// What holds now.
     pub changes: Vec<Change>,
     /// What they say and only the next start can have, also since earlier edits.
     pub waiting: Vec<Change>,
+    /// What they say of settings that were changed at run time, which hold, also since earlier edits.
+    pub covered: Vec<Change>,
 }
 
 /// Lasts as long as edited files are taken over.
@@ -95,8 +97,12 @@ impl Watcher {
         let now =
             state.files.fresh(self.refused.as_ref().map_or(&Files::default(), |refused| &refused.files));
         if state.files.hold_in(&now) {
-            (self.seen, self.refused) = (None, None);
-            return None;
+            self.seen = None;
+            // What was wrong is mended.
+            let state = self.database.state();
+            let as_before =
+                || Ok(Edit { changes: Vec::new(), waiting: state.waiting, covered: state.covered });
+            return self.refused.take().map(|_| as_before());
         }
         match &self.refused {
             Some(refused) if refused.files == now && refused.generation == generation => return None,
@@ -111,8 +117,9 @@ impl Watcher {
         match result {
             // Overtaken by another change: the next look tries again.
             Ok(proposal) => {
-                let waiting = proposal.waiting().to_vec();
-                proposal.apply().map(|changes| Ok(Edit { changes, waiting }))
+                let (waiting, covered) = (proposal.waiting().to_vec(), proposal.covered().to_vec());
+                self.refused = None;
+                proposal.apply().map(|changes| Ok(Edit { changes, waiting, covered }))
             }
             Err(report) => {
                 let text = report.to_string();
