@@ -312,6 +312,9 @@ fn what_one_refuses_starts_none() {
     let twice = "[agents.a]\nshare.listen = \"local:x\"\n[agents.b]\nshare.listen = \"local:x\"\n";
     fs::write(folder.join("twice.toml"), twice).unwrap();
     refused("twice.toml", &[], &["local:x", "in use"]);
+    let one_log = "[log.targets.file]\npath = \"agent.log\"\n[agents.a]\n[agents.b]\n";
+    fs::write(folder.join("log.toml"), one_log).unwrap();
+    refused("log.toml", &[], &["`a` and `b` would write the same file", "log.toml:2"]);
     // Names.
     refused("team.toml", &["--agent", "watchr"], &["no agent is called `watchr`", "did you mean `watcher`?"]);
     refused("team.toml", &["--set", "agents.watchr.loop.period=1ms"], &["no agent is called `watchr`"]);

@@ -50,4 +50,6 @@ mod documents {
     mod team_knowledge {}
     #[doc = include_str!("../../../book/src/14-sharing.md")]
     mod sharing {}
+    #[doc = include_str!("../../../book/src/16-deployment.md")]
+    mod deployment {}
 }

@@ -22,7 +22,10 @@ use crate::examples::Application;
 
 /// An agent, whether it runs or not.
 pub struct Member {
+    /// As the file names its table.
     pub name: String,
+    /// As tools find it.
+    pub called: String,
     pub supervisor: Supervisor,
     pub running: Option<Running>,
     /// How often it was started anew.
@@ -58,6 +61,7 @@ impl Member {
     ) -> Self {
         Self {
             name: name.into(),
+            called: application.configuration.agent_name().into(),
             supervisor: Supervisor::default(),
             running: None,
             restarts: 0,

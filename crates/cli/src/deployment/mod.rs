@@ -5,10 +5,13 @@ mod lines;
 mod member;
 mod tether;
 
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use serde_json::json;
+use slate::runtime::configuration::{Configuration, Spanned};
 use slate::runtime::isolation::{Supervisor, describe};
 
 use crate::arguments::RunOptions;
@@ -23,8 +26,9 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// What a process ends with that a person asked twice to.
 const INTERRUPTED: u8 = 130;
 
-/// The codes of a run that ended by itself: well, not well, refused or broken off.
-const BY_ITSELF: [u8; 4] = [0, 1, 2, INTERRUPTED];
+/// The codes of a run that ended by itself: well, not well, refused; or that a person broke off, by SIGHUP, SIGINT or
+/// SIGTERM before it caught them.
+const BY_ITSELF: [u8; 6] = [0, 1, 2, 129, INTERRUPTED, 143];
 
 /// What happens to the supervisor.
 pub enum Event {
@@ -64,12 +68,30 @@ pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
 fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failure> {
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
     let file = options.name.as_deref().unwrap_or_default();
-    let read = |(index, name): (usize, &String)| {
+    let mut files: BTreeMap<PathBuf, &str> = BTreeMap::new();
+    let mut members = Vec::new();
+    for (index, name) in names.iter().enumerate() {
         let (sets, host) = (options.common.set.clone(), options.common.host.as_deref());
         let application = examples::find(file, Some(name), Vec::new(), sets, host)?;
-        Ok(Member::new(options, (index, name), width, &application))
-    };
-    names.iter().enumerate().map(read).collect()
+        let configuration = &application.configuration;
+        for path in written(configuration) {
+            if let Some(other) = files.insert(path.value.clone(), name) {
+                let message = format!("`{other}` and `{name}` would write the same file");
+                let help = format!("give `{name}` one of its own, in [agents.{name}]");
+                return Err(Failure::Configuration(
+                    configuration.diagnostic(path.span, message, Some(help)).into(),
+                ));
+            }
+        }
+        members.push(Member::new(options, (index, name), width, &application));
+    }
+    Ok(members)
+}
+
+/// The files that an agent writes by its configuration.
+fn written(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathBuf>> {
+    let log = configuration.log().targets.file.as_ref().map(|file| &file.path);
+    log.into_iter().chain(configuration.snapshot().map(|snapshot| &snapshot.file))
 }
 
 struct Deployment {
@@ -176,15 +198,15 @@ impl Deployment {
 
     /// An agent has crashed: it starts anew, unless it did too often.
     fn fall(member: &mut Member, at: u64, how: &str, code: u8) {
-        let name = &member.name;
-        match member.supervisor.failed(at) {
+        let Member { name, called, supervisor, code: ended, .. } = member;
+        match supervisor.failed(at) {
             Some(delay) => say(format_args!(
-                "{name} {how}; it starts anew in {} ms, disarmed: `slate arm --agent {name}` lets its actuators go on",
+                "{name} {how}; it starts anew in {} ms, disarmed: `slate arm --agent {called}` lets its actuators go on",
                 delay / 1_000_000
             )),
             None => {
                 say(format_args!("{name} {how}; {}", Supervisor::too_often()));
-                member.code = Some(code);
+                *ended = Some(code);
             }
         }
     }
