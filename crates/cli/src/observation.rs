@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate::blackboard::interface::{Field, Value, View};
 use slate::blackboard::{Board, Property};
 use slate::record::{Route, Sample};
-use slate::runtime::configuration::Configuration;
+use slate::runtime::configuration::{Configuration, Diagnostic, Table};
 
 use crate::failure::Failure;
 
@@ -38,10 +38,31 @@ pub struct RobotNow {
     pub clearance: Option<f64>,
 }
 
+/// What means nothing in `[report]`.
+fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
+    let mut complaints = Vec::new();
+    let mut check = |place: &str, table: &Table, known: &[&str]| {
+        for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
+            let message = format!("unknown key `{name}` in [{place}]");
+            let help = format!("known are {}", known.join(", "));
+            complaints.push(configuration.diagnostic(entry.key, message, Some(help)));
+        }
+    };
+    let Some(report) = configuration.table("report") else { return complaints };
+    check("report", report, &["robots", "metrics", "speed"]);
+    let robots = report.get("robots").and_then(|robots| robots.as_table());
+    for (name, entry) in robots.into_iter().flat_map(Table::iter) {
+        if let Some(robot) = entry.value.as_table() {
+            check(&format!("report.robots.{name}"), robot, &["pose", "status", "clearance"]);
+        }
+    }
+    complaints
+}
+
 impl Observation {
     /// What the configuration names.
     pub fn new(configuration: &Configuration, board: &Board) -> Result<Self, Failure> {
-        let mut complaints = Vec::new();
+        let mut complaints = unknown_keys(configuration);
         let mut robots = Vec::new();
         let mut find = |path: &str| {
             let spanned = configuration.value(path)?;

@@ -59,6 +59,8 @@ fn settings_that_are_wrong_are_shown() {
         refused(name, &["run", "exp1", "--headless", "--set", setting], &[&["--set"], words].concat());
     };
     set("equals", "nonsense", &["no `=`", "path=value"]);
+    set("report", "report.bogus=1", &["unknown key `bogus`", "speed"]);
+    set("report_robot", "report.robots.r2.poze='/x'", &["unknown key `poze`", "pose"]);
     set("path", "robots.r2.modules.planer.params.speed=1", &["planer"]);
     set("parameter", "robots.r2.modules.planner.params.sped=1", &["sped", "speed"]);
     set("type", "robots.r2.modules.planner.params.speed=fast", &["speed", "fast"]);

@@ -96,7 +96,15 @@ impl Watchdog {
                 && now >= deadline
                 && shared.deadline.load(Ordering::Acquire) == deadline
             {
-                self.give_up(watch, seen, now, &format!("tick before the time of stage {stage} was up"));
+                self.give_up(
+                    watch,
+                    seen,
+                    now,
+                    &format!(
+                        "tick before the time of stage {stage} was up, after {} ms",
+                        milliseconds(now.saturating_sub(seen.since))
+                    ),
+                );
                 continue;
             }
             let limit = seen.since + self.hang;
@@ -118,9 +126,8 @@ impl Watchdog {
         if let Some(unsaid) = seen.notices.pass(now) {
             seen.said = true;
             let text = format!(
-                "{} has not returned from its {when}, after {} ms; its outputs are safe values until it does{}",
+                "{} has not returned from its {when}; its outputs are safe values until it does{}",
                 seat.name,
-                milliseconds(now.saturating_sub(seen.since)),
                 repeated(unsaid)
             );
             shared.logger.log(shared.clock.now(), Level::Error, &text);

@@ -56,8 +56,10 @@ impl Desk {
 
     /// Tells who reads the log later why the robot is another one from here on.
     pub(super) fn say_changes(&self, what: &str, changes: &[Change]) {
-        let value = |value: &Option<Value>| value.as_ref().map_or("none".into(), Value::to_string);
         for Change { path, before, after, .. } in changes {
+            let default =
+                || self.default_of(path).map_or("none".into(), |default| format!("{default} (default)"));
+            let value = |value: &Option<Value>| value.as_ref().map_or_else(default, Value::to_string);
             self.composer.say(&format!("a tool has {what} {path}: {} -> {}", value(before), value(after)));
         }
     }
