@@ -41,9 +41,14 @@ pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
 }
 
 fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
-    let changed = agent.connect()?.enable(name, on)?;
-    let (state, already) = (if on { "on" } else { "off" }, if changed { "" } else { " already" });
+    let switched = agent.connect()?.enable(name, on)?;
+    let (state, already) = (if on { "on" } else { "off" }, if switched.changed { "" } else { " already" });
     output::line(format_args!("{name} is {state}{already}"));
+    if let Some(plugin) = switched.needs_reload {
+        output::line(format_args!(
+            "it has failed for good, so it begins when its plugin is reloaded: slate plugin reload {plugin}"
+        ));
+    }
     Ok(())
 }
 
