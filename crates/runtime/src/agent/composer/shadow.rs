@@ -11,7 +11,7 @@ use slate_module::{Description, Direction, Interface, Plugin, PortDescription};
 use super::exchange::{Exchanged, exchange_one};
 use super::gather::other_plugin;
 use super::reload::{Carried, Reload, alike};
-use super::{Composer, Origin, PluginError, unknown};
+use super::{Composer, Origin, PluginError, not_loaded};
 use crate::agent::composition::Composition;
 use crate::clock::monotonic;
 use crate::main_loop::Seat;
@@ -36,7 +36,7 @@ impl Composer {
     pub fn shadow(&self, name: &str, file: &Path) -> Result<Vec<String>, PluginError> {
         let mut composition = self.composition();
         if composition.catalogue.plugin(name).is_none() {
-            return Err(unknown(&composition, name));
+            return Err(not_loaded(&composition, name));
         }
         if composition.trials.contains_key(name) {
             let help = format!("`slate plugin promote {name}`, or `slate plugin shadow {name} --end`");
