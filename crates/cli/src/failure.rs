@@ -40,6 +40,8 @@ pub enum Failure {
     PluginName { name: String },
     #[error("{}", no_checkout(.said.as_deref()))]
     NoCheckout { said: Option<PathBuf> },
+    #[error("agent `{agent}` has ended without finishing the trace")]
+    TraceWithoutEnd { agent: String, left: Option<PathBuf> },
     #[error("`{path}` can't be used: {source}")]
     File { path: PathBuf, source: std::io::Error },
 }
@@ -117,6 +119,14 @@ impl Failure {
             }
             Self::NoCheckout { .. } => {
                 "name their folder with --slate PATH: the one that has crates/plugin".into()
+            }
+            Self::TraceWithoutEnd { left: None, .. } => {
+                "what it had recorded was no whole file and is removed; start the agent and record again"
+                    .into()
+            }
+            Self::TraceWithoutEnd { left: Some(part), .. } => {
+                let part = slate::runtime::printable(part);
+                format!("what it had recorded is no whole file: remove {part}")
             }
             _ => return None,
         })
