@@ -92,6 +92,50 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
 }
 
 #[test]
+fn copies_of_libraries_are_swept_when_their_agent_was_killed_and_not_before() {
+    let mut running = Running::new("copies");
+    let temporary = running.folder().join("tmp");
+    // Of a process that is gone, and what is called nearly so.
+    for name in ["slate-1-1", "slate-1000", "slate-1-x", "slate-test-1-1"] {
+        std::fs::create_dir_all(temporary.join(name)).unwrap();
+        std::fs::write(temporary.join(name).join("lib.so"), "").unwrap();
+    }
+    std::os::unix::fs::symlink(running.folder(), temporary.join("slate-2-2")).unwrap();
+    let start = |running: &mut Running, agent: &str| {
+        let mut command = running.command(&EXP1);
+        command.env("TMPDIR", &temporary);
+        running.launch(agent, command);
+        running.done(&["plugin", "reload", "slate-exp1", &library("libslate_exp1.so"), "--agent", agent]);
+    };
+    let copies = || {
+        let entries = std::fs::read_dir(&temporary).unwrap().map(|entry| entry.unwrap().file_name());
+        let mut names: Vec<_> = entries.map(|name| name.into_string().unwrap()).collect();
+        names.retain(|name| !["slate-1000", "slate-1-x", "slate-test-1-1", "slate-2-2"].contains(&&**name));
+        names.sort();
+        names
+    };
+    start(&mut running, "exp1");
+    let first = copies();
+    assert_eq!(first.len(), 1, "{first:?}");
+    start(&mut running, "exp1-2");
+    let both = copies();
+    assert!(both.len() == 2 && both.contains(&first[0]), "{both:?}");
+    running.kill();
+    assert_eq!(copies(), both);
+    start(&mut running, "exp1");
+    let later = copies();
+    assert!(later.len() == 2 && !later.contains(&first[0]), "{later:?}");
+    assert!(later.iter().any(|copy| both.contains(copy)), "that of the one that lives: {later:?}");
+    for _ in 0..2 {
+        running.interrupt();
+        running.finish();
+    }
+    assert_eq!(copies(), [""; 0]);
+    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 4, "nothing else is touched");
+    assert!(temporary.join("slate-1000/lib.so").is_file());
+}
+
+#[test]
 fn output_that_is_lost_is_told() {
     let mut running = Running::new("lost");
     running.start("exp1", &EXP1);
