@@ -36,8 +36,10 @@ pub enum Failure {
     Library(#[from] LibraryError),
     #[error("{0}")]
     Snapshot(SnapshotError),
-    #[error("`{name}` can't be the name of a plugin")]
-    PluginName { name: String },
+    #[error("`{name}` can't be the name of a plugin: {reason}")]
+    PluginName { name: String, reason: &'static str },
+    #[error("`{path}` can't be used: it is there already")]
+    Taken { path: PathBuf },
     #[error("{}", no_checkout(.said.as_deref()))]
     NoCheckout { said: Option<PathBuf> },
     #[error("agent `{agent}` has ended without finishing the trace")]
@@ -112,11 +114,8 @@ impl Failure {
             Self::Agent(ClientError::Version { .. }) => "use the `slate` that runs the agent".into(),
             Self::Agent(_) => "look at the agent's log".into(),
             Self::Library(error) => error.help.clone(),
-            Self::PluginName { .. } => {
-                "choose small letters, digits, - and _, a letter first, and no word of \
-                                        Rust, such as `wall-follower`"
-                    .into()
-            }
+            Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
+            Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {
                 "name their folder with --slate PATH: the one that has crates/plugin".into()
             }

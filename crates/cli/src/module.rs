@@ -6,7 +6,7 @@ use crate::output;
 
 #[derive(Debug, Subcommand)]
 pub enum ModuleVerb {
-    /// Lists the modules of a running agent, how they are, and how often they ticked, came late and panicked.
+    /// Lists the modules of a running agent, how they are, and how often they ticked, came late and crashed.
     List {
         /// Prints the list as JSON.
         #[arg(long)]
@@ -58,12 +58,12 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
         output::json(&modules);
         return Ok(());
     }
-    let head = ["module", "condition", "ticks", "late", "panics", "plugin", "shadow"].map(String::from);
+    let head = ["module", "condition", "ticks", "late", "crashes", "plugin", "shadow"].map(String::from);
     let row = |module: &slate::runtime::remote::ModuleEntry| {
-        let [ticks, misses, panics] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
+        let [ticks, misses, crashes] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
         let shadow = if module.has_shadow { "new code beside it" } else { "" };
         let [name, condition, plugin] = [&module.name, &module.condition, &module.plugin].map(Clone::clone);
-        [name, condition, ticks, misses, panics, plugin, shadow.into()]
+        [name, condition, ticks, misses, crashes, plugin, shadow.into()]
     };
     output::columns([head].into_iter().chain(modules.iter().map(row)));
     Ok(())

@@ -42,6 +42,11 @@ fn a_load_says_which_code_it_took() {
         list.lines().find(|line| line.starts_with("slate-exp1")).unwrap().to_owned()
     };
     assert!(line().contains("  linked in  "), "{}", line());
+    let whole = running.done(&list);
+    assert!(whole.contains("r2/planner") && whole.lines().all(|line| line.len() < 100), "{whole}");
+    let modules: Vec<_> = whole.lines().flat_map(|line| line.split([' ', ','])).collect();
+    assert_eq!(modules.iter().filter(|word| **word == "r2/planner").count(), 1, "{whole}");
+    assert!(running.done(&["module", "list"]).lines().next().unwrap().contains("late  crashes  plugin"));
     running.done(&["plugin", "unload", "slate-exp1"]);
     assert!(line().contains("not loaded; linked in"), "{}", line());
     let said = running.done(&["plugin", "load", "slate-exp1"]);

@@ -314,7 +314,7 @@ pub struct ModuleEntry {
     pub ticks: u64,
     /// Ticks beyond the deadline.
     pub misses: u64,
-    /// Panics caught.
+    /// Panics caught; of an isolated module also each other end of its process: a fault, a kill, a step that hung.
     pub panics: u64,
     /// Whether new code runs beside it; how that goes is at its `shadow`.
     #[serde(default)]
