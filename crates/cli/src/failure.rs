@@ -38,6 +38,8 @@ pub enum Failure {
     Snapshot(SnapshotError),
     #[error("`{name}` can't be the name of a plugin: {reason}")]
     PluginName { name: String, reason: &'static str },
+    #[error("no plugin `{name}` is loaded")]
+    NotLoaded { name: String },
     #[error("`{path}` can't be used: it is there already")]
     Taken { path: PathBuf },
     #[error("{}", no_checkout(.said.as_deref()))]
@@ -115,6 +117,9 @@ impl Failure {
             Self::Agent(_) => "look at the agent's log".into(),
             Self::Library(error) => error.help.clone(),
             Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
+            Self::NotLoaded { .. } => {
+                "`slate plugin list` shows those that are; of a list of plugins, name them one by one".into()
+            }
             Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {
                 "name their folder with --slate PATH: the one that has crates/plugin".into()

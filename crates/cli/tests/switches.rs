@@ -63,6 +63,11 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
     running.start("exp1", &EXP1);
     let file = library("libslate_exp1.so");
     running.fails(1, &["plugin", "shadow", "slate-exp2", &file], &["no plugin `slate-exp2`", "slate-exp1"]);
+    running.fails(
+        2,
+        &["plugin", "shadow", "slate-exp2"],
+        &["no plugin `slate-exp2` is loaded", "plugin list"],
+    );
     running.fails(1, &["plugin", "promote", "slate-exp1"], &["no new code runs beside it"]);
     running.fails(1, &["plugin", "shadow", "slate-exp1", "--end"], &["no new code runs beside it"]);
     assert!(running.done(&["plugin", "shadow", "slate-exp1"]).contains("no new code runs beside slate-exp1"));
@@ -100,12 +105,14 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
 fn copies_of_libraries_are_swept_when_their_agent_was_killed_and_not_before() {
     let mut running = Running::new("copies");
     let temporary = running.folder().join("tmp");
-    // Of a process that is gone, and what is called nearly so.
-    for name in ["slate-1-1", "slate-1000", "slate-1-x", "slate-test-1-1"] {
+    // No process has such a number: one that is gone, and what is called nearly so. The last is of one that lives, and of
+    // a version that locks nothing.
+    let others = ["slate-9000001", "slate-9000001-x", "slate-test-9000001-1", "slate-1-1"];
+    for name in others.into_iter().chain(["slate-9000001-1"]) {
         std::fs::create_dir_all(temporary.join(name)).unwrap();
         std::fs::write(temporary.join(name).join("lib.so"), "").unwrap();
     }
-    std::os::unix::fs::symlink(running.folder(), temporary.join("slate-2-2")).unwrap();
+    std::os::unix::fs::symlink(running.folder(), temporary.join("slate-9000002-2")).unwrap();
     let start = |running: &mut Running, agent: &str| {
         let mut command = running.command(&EXP1);
         command.env("TMPDIR", &temporary);
@@ -115,7 +122,7 @@ fn copies_of_libraries_are_swept_when_their_agent_was_killed_and_not_before() {
     let copies = || {
         let entries = std::fs::read_dir(&temporary).unwrap().map(|entry| entry.unwrap().file_name());
         let mut names: Vec<_> = entries.map(|name| name.into_string().unwrap()).collect();
-        names.retain(|name| !["slate-1000", "slate-1-x", "slate-test-1-1", "slate-2-2"].contains(&&**name));
+        names.retain(|name| name != "slate-9000002-2" && !others.contains(&&**name));
         names.sort();
         names
     };
@@ -136,8 +143,8 @@ fn copies_of_libraries_are_swept_when_their_agent_was_killed_and_not_before() {
         running.finish();
     }
     assert_eq!(copies(), [""; 0]);
-    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 4, "nothing else is touched");
-    assert!(temporary.join("slate-1000/lib.so").is_file());
+    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 5, "nothing else is touched");
+    assert!(others.iter().all(|name| temporary.join(name).join("lib.so").is_file()));
 }
 
 #[test]

@@ -185,10 +185,12 @@ fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
         return Ok(());
     }
     let plugins = client.plugins()?;
-    let modules = plugins.iter().filter(|plugin| plugin.name == name).flat_map(|plugin| &plugin.modules);
+    let Some(plugin) = plugins.iter().find(|plugin| plugin.name == name && plugin.loaded) else {
+        return Err(Failure::NotLoaded { name: name.into() });
+    };
     let head = ["module", "steps", "different", "skipped", "panics", "first difference"].map(String::from);
     let mut rows = vec![head];
-    for module in modules {
+    for module in &plugin.modules {
         let Ok(Some(reading)) = client.read(&format!("/{module}/shadow")) else { continue };
         let number = |field: &str| reading.value[field].as_u64().unwrap_or(0);
         let first = match number("first_difference") {

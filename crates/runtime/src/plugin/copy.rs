@@ -74,12 +74,13 @@ fn is_at(open: &File, path: &Path) -> bool {
     open.metadata().ok().zip(fs::symlink_metadata(path).ok()).is_some_and(|(own, found)| same(own, found))
 }
 
-/// Removes the copies of this user's processes that were killed: nobody has their folders locked. That is no matter of
-/// process numbers, which are others in a container.
+/// Removes the copies of this user's processes that were killed: nobody has their folders locked, which also holds for
+/// processes in containers, and no process has their number, as agents of older versions lock nothing.
 fn sweep(place: &Path) {
     let Ok(entries) = fs::read_dir(place) else { return };
     let user = rustix::process::geteuid().as_raw();
-    for entry in entries.flatten().filter(|entry| entry.file_name().to_str().is_some_and(is_of_copy)) {
+    let is_left = |name: &str| process_of(name).is_some_and(|id| !Path::new("/proc").join(id).exists());
+    for entry in entries.flatten().filter(|entry| entry.file_name().to_str().is_some_and(is_left)) {
         let path = entry.path();
         let own = fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir() && found.uid() == user);
         let Some(folder) = own.then(|| File::open(&path).ok()).flatten() else { continue };
@@ -90,9 +91,9 @@ fn sweep(place: &Path) {
     }
 }
 
-/// Whether a folder is called as those of copies are.
-fn is_of_copy(name: &str) -> bool {
+/// The number of the process whose copy is in a folder of that name; nothing for other folders.
+fn process_of(name: &str) -> Option<&str> {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    let numbers = name.strip_prefix("slate-").and_then(|rest| rest.split_once('-'));
-    numbers.is_some_and(|(process, number)| is_number(process) && is_number(number))
+    let (process, number) = name.strip_prefix("slate-")?.split_once('-')?;
+    (is_number(process) && is_number(number)).then_some(process)
 }

@@ -127,7 +127,9 @@ fn what_can_not_be_done_with_a_plugin_that_is_not_loaded_or_a_list_is_said() {
     let refusals = |name: &str| {
         let reload = composer.reload(name, None).unwrap_err();
         let shadow = composer.shadow(name, &plain()).unwrap_err();
-        [composer.unload(name).unwrap_err(), reload, shadow].map(|refusal| complaint(&refusal))
+        let (end, promote) = (composer.end_shadow(name).unwrap_err(), composer.promote(name).unwrap_err());
+        let unload = composer.unload(name).unwrap_err();
+        [unload, reload, shadow, end, promote].map(|refusal| complaint(&refusal))
     };
     for refusal in refusals("counter") {
         assert_says(&refusal, &["plugin `counter` is not loaded", "slate plugin load counter"]);
