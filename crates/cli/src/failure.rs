@@ -40,10 +40,16 @@ pub enum Failure {
     Library(#[from] LibraryError),
     #[error("{0}")]
     Snapshot(SnapshotError),
-    #[error("`{name}` can't be the name of a plugin")]
-    PluginName { name: String },
+    #[error("`{name}` can't be the name of a plugin: {reason}")]
+    PluginName { name: String, reason: &'static str },
+    #[error("no plugin `{name}` is loaded")]
+    NotLoaded { name: String },
+    #[error("`{path}` can't be used: it is there already")]
+    Taken { path: PathBuf },
     #[error("{}", no_checkout(.said.as_deref()))]
     NoCheckout { said: Option<PathBuf> },
+    #[error("agent `{agent}` has ended without finishing the trace")]
+    TraceWithoutEnd { agent: String, left: Option<PathBuf> },
     #[error("`{path}` can't be used: {source}")]
     File { path: PathBuf, source: std::io::Error },
 }
@@ -115,13 +121,21 @@ impl Failure {
             Self::Agent(ClientError::Version { .. }) => "use the `slate` that runs the agent".into(),
             Self::Agent(_) => "look at the agent's log".into(),
             Self::Library(error) => error.help.clone(),
-            Self::PluginName { .. } => {
-                "choose small letters, digits, - and _, a letter first, and no word of \
-                                        Rust, such as `wall-follower`"
-                    .into()
+            Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
+            Self::NotLoaded { .. } => {
+                "`slate plugin list` shows those that are; of a list of plugins, name them one by one".into()
             }
+            Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {
                 "name their folder with --slate PATH: the one that has crates/plugin".into()
+            }
+            Self::TraceWithoutEnd { left: None, .. } => {
+                "what it had recorded was no whole file and is removed; start the agent and record again"
+                    .into()
+            }
+            Self::TraceWithoutEnd { left: Some(part), .. } => {
+                let part = slate::runtime::printable(part);
+                format!("what it had recorded is no whole file: remove {part}")
             }
             _ => return None,
         })

@@ -6,7 +6,7 @@ use crate::output;
 
 #[derive(Debug, Subcommand)]
 pub enum ModuleVerb {
-    /// Lists the modules of a running agent, how they are, and how often they ticked, came late and panicked.
+    /// Lists the modules of a running agent, how they are, and how often they ticked, came late and crashed.
     List {
         /// Prints the list as JSON.
         #[arg(long)]
@@ -41,9 +41,14 @@ pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
 }
 
 fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
-    let changed = agent.connect()?.enable(name, on)?;
-    let (state, already) = (if on { "on" } else { "off" }, if changed { "" } else { " already" });
+    let switched = agent.connect()?.enable(name, on)?;
+    let (state, already) = (if on { "on" } else { "off" }, if switched.changed { "" } else { " already" });
     output::line(format_args!("{name} is {state}{already}"));
+    if let Some(plugin) = switched.needs_reload {
+        output::line(format_args!(
+            "it has failed for good, so it begins when its plugin is reloaded: slate plugin reload {plugin}"
+        ));
+    }
     Ok(())
 }
 
@@ -53,12 +58,12 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
         output::json(&modules);
         return Ok(());
     }
-    let head = ["module", "condition", "ticks", "late", "panics", "plugin", "shadow"].map(String::from);
+    let head = ["module", "condition", "ticks", "late", "crashes", "plugin", "shadow"].map(String::from);
     let row = |module: &slate::runtime::remote::ModuleEntry| {
-        let [ticks, misses, panics] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
+        let [ticks, misses, crashes] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
         let shadow = if module.has_shadow { "new code beside it" } else { "" };
         let [name, condition, plugin] = [&module.name, &module.condition, &module.plugin].map(Clone::clone);
-        [name, condition, ticks, misses, panics, plugin, shadow.into()]
+        [name, condition, ticks, misses, crashes, plugin, shadow.into()]
     };
     output::columns([head].into_iter().chain(modules.iter().map(row)));
     Ok(())

@@ -1,3 +1,5 @@
+use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -42,8 +44,10 @@ pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
         .map_err(|source| Failure::File { path: options.out.clone(), source })?;
     let mut client = options.agent.connect()?;
     let interrupted = interrupts();
-    client.record_trace(&file)?;
-    let recorded = record(&mut client, options.seconds, &interrupted)?;
+    let recorded = client
+        .record_trace(&file)
+        .and_then(|()| record(&mut client, options.seconds, &interrupted))
+        .map_err(|error| without_end(error, &file))?;
     if options.json {
         output::json(&recorded);
     } else {
@@ -90,6 +94,45 @@ fn record(client: &mut Client, seconds: f64, interrupted: &Receiver<()>) -> Resu
         }
     }
     client.end_trace()
+}
+
+/// An agent that was killed can't clean up, so this does it.
+fn without_end(error: ClientError, file: &Path) -> Failure {
+    use ErrorKind::{BrokenPipe, ConnectionReset, UnexpectedEof};
+    let ClientError::Lost { name, error: lost } = &error else { return error.into() };
+    if !matches!(lost.kind(), BrokenPipe | ConnectionReset | UnexpectedEof) {
+        return error.into();
+    }
+    let part = part_of(file);
+    for _ in 0..100 {
+        match remove_abandoned(&part) {
+            Ok(true) => return Failure::TraceWithoutEnd { agent: name.clone(), left: None },
+            // Of a process that ends, the connection may be closed before the file.
+            Ok(false) => std::thread::sleep(Duration::from_millis(20)),
+            Err(_) => break,
+        }
+    }
+    Failure::TraceWithoutEnd { agent: name.clone(), left: Some(part) }
+}
+
+/// Where an agent writes a file until it is whole.
+fn part_of(file: &Path) -> PathBuf {
+    let mut name = file.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    file.with_file_name(name)
+}
+
+/// Removes what nobody writes any more, which is not locked; false when somebody does.
+fn remove_abandoned(part: &Path) -> std::io::Result<bool> {
+    let file = match File::open(part) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(true),
+        opened => opened?,
+    };
+    match file.try_lock() {
+        Ok(()) => std::fs::remove_file(part).map(|()| true),
+        Err(TryLockError::WouldBlock) => Ok(false),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
 }
 
 fn summary(recorded: &TraceEntry, file: &Path) -> String {

@@ -72,6 +72,34 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
 }
 
 #[test]
+fn a_struct_is_a_state_with_the_line_that_the_manifest_has_for_it() {
+    let folder = folder("new_state");
+    assert!(slate(&folder, &["plugin", "new", "keeper"]).status.success());
+    let edit = |file: &str, edits: &[(&str, &str)]| {
+        let path = folder.join("keeper").join(file);
+        let mut text = std::fs::read_to_string(&path).unwrap();
+        for (old, new) in edits {
+            assert!(text.contains(old), "{old}: {text}");
+            text = text.replace(old, new);
+        }
+        std::fs::write(path, text).unwrap();
+    };
+    edit("Cargo.toml", &[("# serde = ", "serde = ")]);
+    let state =
+        "#[derive(Default, serde::Serialize, serde::Deserialize)]\npub struct Kept {\n    steps: u64,\n}\n";
+    edit(
+        "src/lib.rs",
+        &[
+            ("/// The module;", &format!("{state}\n/// The module;")),
+            ("type State = ();", "type State = Kept;"),
+            ("fn tick(_: &mut (), ", "fn tick(kept: &mut Kept, "),
+            ("-> Outcome {\n", "-> Outcome {\n        kept.steps += 1;\n"),
+        ],
+    );
+    assert!(cargo(&folder.join("keeper"), "test").contains("4 passed"));
+}
+
+#[test]
 fn names_that_no_plugin_can_have_and_folders_that_are_there_are_refused() {
     let folder = folder("new_refused");
     for name in ["Follower", "2d", "a b", "", "../x", "fn", "slate-plugin", "slate-module", "käfer"] {
@@ -82,7 +110,19 @@ fn names_that_no_plugin_can_have_and_folders_that_are_there_are_refused() {
     std::fs::create_dir(folder.join("taken")).unwrap();
     let output = slate(&folder, &["plugin", "new", "taken"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(text(&output.stderr).contains("`taken` can't be used"), "{output:?}");
+    let said = text(&output.stderr);
+    assert!(said.contains("`taken` can't be used: it is there already"), "{said}");
+    assert!(said.contains("help: choose another name"), "{said}");
+    for (name, reason) in [
+        ("2d", "a letter first"),
+        ("fn", "a word of Rust"),
+        ("slate", "Slate's own packages"),
+        ("slate-plugin", "Slate's own packages"),
+        ("simulator", "has something of that name"),
+    ] {
+        let said = text(&slate(&folder, &["plugin", "new", name]).stderr);
+        assert!(said.contains(&format!("`{name}` can't be the name")) && said.contains(reason), "{said}");
+    }
     let output = slate(&folder, &["plugin", "new", "follower", "--slate", "."]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(text(&output.stderr).contains("crates/plugin"), "{output:?}");

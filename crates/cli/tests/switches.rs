@@ -42,6 +42,11 @@ fn a_load_says_which_code_it_took() {
         list.lines().find(|line| line.starts_with("slate-exp1")).unwrap().to_owned()
     };
     assert!(line().contains("  linked in  "), "{}", line());
+    let whole = running.done(&list);
+    assert!(whole.contains("r2/planner") && whole.lines().all(|line| line.len() < 100), "{whole}");
+    let modules: Vec<_> = whole.lines().flat_map(|line| line.split([' ', ','])).collect();
+    assert_eq!(modules.iter().filter(|word| **word == "r2/planner").count(), 1, "{whole}");
+    assert!(running.done(&["module", "list"]).lines().next().unwrap().contains("late  crashes  plugin"));
     running.done(&["plugin", "unload", "slate-exp1"]);
     assert!(line().contains("not loaded; linked in"), "{}", line());
     let said = running.done(&["plugin", "load", "slate-exp1"]);
@@ -58,6 +63,11 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
     running.start("exp1", &EXP1);
     let file = library("libslate_exp1.so");
     running.fails(1, &["plugin", "shadow", "slate-exp2", &file], &["no plugin `slate-exp2`", "slate-exp1"]);
+    running.fails(
+        2,
+        &["plugin", "shadow", "slate-exp2"],
+        &["no plugin `slate-exp2` is loaded", "plugin list"],
+    );
     running.fails(1, &["plugin", "promote", "slate-exp1"], &["no new code runs beside it"]);
     running.fails(1, &["plugin", "shadow", "slate-exp1", "--end"], &["no new code runs beside it"]);
     assert!(running.done(&["plugin", "shadow", "slate-exp1"]).contains("no new code runs beside slate-exp1"));
@@ -89,6 +99,52 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
     assert_eq!(said.matches("goes on with its state").count(), modules, "{said}");
     assert_eq!(lines(&["module", "list"], "new code beside it"), 0);
     assert_eq!(lines(&["plugin", "list"], &file), 1, "it is its code now");
+}
+
+#[test]
+fn copies_of_libraries_are_swept_when_their_agent_was_killed_and_not_before() {
+    let mut running = Running::new("copies");
+    let temporary = running.folder().join("tmp");
+    // No process has such a number: one that is gone, and what is called nearly so. The last is of one that lives, and of
+    // a version that locks nothing.
+    let others = ["slate-9000001", "slate-9000001-x", "slate-test-9000001-1", "slate-1-1"];
+    for name in others.into_iter().chain(["slate-9000001-1"]) {
+        std::fs::create_dir_all(temporary.join(name)).unwrap();
+        std::fs::write(temporary.join(name).join("lib.so"), "").unwrap();
+    }
+    std::os::unix::fs::symlink(running.folder(), temporary.join("slate-9000002-2")).unwrap();
+    let start = |running: &mut Running, agent: &str| {
+        let mut command = running.command(&EXP1);
+        command.env("TMPDIR", &temporary);
+        running.launch(agent, command);
+        running.done(&["plugin", "reload", "slate-exp1", &library("libslate_exp1.so"), "--agent", agent]);
+    };
+    let copies = || {
+        let entries = std::fs::read_dir(&temporary).unwrap().map(|entry| entry.unwrap().file_name());
+        let mut names: Vec<_> = entries.map(|name| name.into_string().unwrap()).collect();
+        names.retain(|name| name != "slate-9000002-2" && !others.contains(&&**name));
+        names.sort();
+        names
+    };
+    start(&mut running, "exp1");
+    let first = copies();
+    assert_eq!(first.len(), 1, "{first:?}");
+    start(&mut running, "exp1-2");
+    let both = copies();
+    assert!(both.len() == 2 && both.contains(&first[0]), "{both:?}");
+    running.kill();
+    assert_eq!(copies(), both);
+    start(&mut running, "exp1");
+    let later = copies();
+    assert!(later.len() == 2 && !later.contains(&first[0]), "{later:?}");
+    assert!(later.iter().any(|copy| both.contains(copy)), "that of the one that lives: {later:?}");
+    for _ in 0..2 {
+        running.interrupt();
+        running.finish();
+    }
+    assert_eq!(copies(), [""; 0]);
+    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 5, "nothing else is touched");
+    assert!(others.iter().all(|name| temporary.join(name).join("lib.so").is_file()));
 }
 
 #[test]

@@ -163,6 +163,23 @@ fn a_trace_ends_with_its_agent_and_is_kept() {
 }
 
 #[test]
+fn a_trace_whose_agent_is_killed_leaves_nothing_and_says_so() {
+    let mut running = Running::new("trace_killed");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    let older = running.folder().join("trace.json");
+    std::fs::write(&older, "older").unwrap();
+    let child = recording(&running, "trace.json");
+    running.kill();
+    let output = child.wait_with_output().unwrap();
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("error: agent `exp1` has ended without finishing the trace"), "{stderr}");
+    assert!(stderr.contains("help: what it had recorded was no whole file and is removed"), "{stderr}");
+    assert!(!running.folder().join("trace.json.part").exists());
+    assert_eq!(std::fs::read_to_string(&older).unwrap(), "older");
+}
+
+#[test]
 fn a_disk_without_room_ends_a_trace_in_words() {
     let mut running = Running::new("trace_full");
     // The agent may write no file of more than 32 KiB.
@@ -180,6 +197,10 @@ fn a_disk_without_room_ends_a_trace_in_words() {
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "older");
     assert!(!running.folder().join("trace.json.part").exists());
     assert!(running.done(&["module", "list"]).contains("WORKING"));
+    running.interrupt();
+    let log = text(&running.finish().stderr);
+    let line = log.lines().find(|line| line.contains("the trace has failed")).unwrap_or(&log);
+    assert!(line.contains(" error agent: "), "{line}");
 }
 
 /// An agent that answers so to each call.

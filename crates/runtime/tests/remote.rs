@@ -21,7 +21,7 @@ use slate_module::prelude::*;
 use slate_module::{Level, Plugin};
 use slate_runtime::configuration::{self, Database, SaveTo};
 use slate_runtime::log::MemoryTarget;
-use slate_runtime::remote::{Client, ClientError, LINE_LIMIT, Refusal, Server, agents};
+use slate_runtime::remote::{Client, ClientError, LINE_LIMIT, Refusal, Server, Switched, agents};
 use slate_runtime::{Agent, Control, Options, Rate};
 
 #[ports]
@@ -293,9 +293,10 @@ fn modules_are_switched_by_name() {
     let teller = client.modules().unwrap().into_iter().find(|module| module.name == "teller").unwrap();
     assert_eq!((teller.kind.as_str(), teller.condition.as_str(), teller.ticks), ("teller", "INACTIVE", 0));
     assert_eq!(client.differences().unwrap()[0].path, "modules.teller.enabled");
-    assert!(!client.enable("teller", false).unwrap(), "it is off already");
-    assert!(client.enable("teller", true).unwrap());
-    assert!(!client.enable("teller", true).unwrap(), "it is on already");
+    assert!(!client.enable("teller", false).unwrap().changed, "it is off already");
+    let on = Switched { changed: true, needs_reload: None };
+    assert_eq!(client.enable("teller", true).unwrap(), on);
+    assert!(!client.enable("teller", true).unwrap().changed, "it is on already");
     assert!(client.differences().unwrap().is_empty(), "as the file says");
     agent.step();
     assert_eq!(agent.counts("teller").unwrap().0, 1);
@@ -322,7 +323,13 @@ fn switching_what_does_nothing_is_refused() {
     let faulted = refused(client.enable("teller", true));
     assert!(faulted.message.contains("`teller` has failed for good"), "{faulted:?}");
     assert!(faulted.help.contains(&format!("slate plugin reload {}", teller.plugin)), "{faulted:?}");
-    assert!(client.enable("teller", false).unwrap(), "off it can be");
+    assert!(client.enable("teller", false).unwrap().changed, "off it can be");
+    assert!(!client.enable("teller", false).unwrap().changed);
+    let on = Switched { changed: true, needs_reload: Some(teller.plugin) };
+    assert_eq!(client.enable("teller", true).unwrap(), on, "and on again, for when it is reloaded");
+    assert_eq!(client.read("/teller/enabled/value").unwrap().unwrap().value, true);
+    assert!(client.differences().unwrap().iter().all(|different| !different.path.ends_with("enabled")));
+    refused(client.enable("teller", true));
 }
 
 #[test]

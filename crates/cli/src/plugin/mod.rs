@@ -115,16 +115,36 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
         return Ok(());
     }
     let head = ["plugin", "version", "library", "modules", "shadow"].map(String::from);
-    let row = |plugin: &PluginEntry| {
+    let rows = |plugin: &PluginEntry| {
         let library = match (&plugin.file, plugin.loaded) {
             (file, false) => format!("not loaded; {}", code(file.as_deref())),
             (file, true) => code(file.as_deref()),
         };
         let shadow = plugin.shadow.as_deref().map(slate::runtime::printable).unwrap_or_default();
-        [plugin.name.clone(), plugin.version.clone(), library, plugin.modules.join(", "), shadow]
+        let mut modules = wrapped(&plugin.modules).into_iter();
+        let first = modules.next().unwrap_or_default();
+        let row = [plugin.name.clone(), plugin.version.clone(), library, first, shadow];
+        let more = modules.map(|modules| ["".into(), "".into(), "".into(), modules, "".into()]);
+        [row].into_iter().chain(more).collect::<Vec<_>>()
     };
-    output::columns([head].into_iter().chain(plugins.iter().map(row)));
+    output::columns([head].into_iter().chain(plugins.iter().flat_map(rows)));
     Ok(())
+}
+
+/// How wide a list of names gets.
+const WIDTH: usize = 40;
+
+/// Names with commas, in as many lines as they need.
+fn wrapped(names: &[String]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for (i, name) in names.iter().enumerate() {
+        let comma = if i + 1 < names.len() { "," } else { "" };
+        match lines.last_mut() {
+            Some(line) if line.len() + name.len() + 2 <= WIDTH => *line += &format!(" {name}{comma}"),
+            _ => lines.push(format!("{name}{comma}")),
+        }
+    }
+    lines
 }
 
 fn load(agent: &AgentOption, plugin: &str) -> Result<(), Failure> {
@@ -165,10 +185,12 @@ fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
         return Ok(());
     }
     let plugins = client.plugins()?;
-    let modules = plugins.iter().filter(|plugin| plugin.name == name).flat_map(|plugin| &plugin.modules);
+    let Some(plugin) = plugins.iter().find(|plugin| plugin.name == name && plugin.loaded) else {
+        return Err(Failure::NotLoaded { name: name.into() });
+    };
     let head = ["module", "steps", "different", "skipped", "panics", "first difference"].map(String::from);
     let mut rows = vec![head];
-    for module in modules {
+    for module in &plugin.modules {
         let Ok(Some(reading)) = client.read(&format!("/{module}/shadow")) else { continue };
         let number = |field: &str| reading.value[field].as_u64().unwrap_or(0);
         let first = match number("first_difference") {

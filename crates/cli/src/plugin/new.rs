@@ -1,5 +1,6 @@
 //! Writes a crate that is a plugin.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
@@ -13,12 +14,11 @@ const FILES: [(&str, &str); 4] = [
     (".gitignore", "/target\n/runs\n"),
 ];
 
+/// What the configuration of the new crate names.
+const NAMED: [&str; 3] = ["simulator", "referee", "wheels"];
+
 /// No package can be called so.
-const RESERVED: [&str; 60] = [
-    // What the configuration of the new crate names.
-    "simulator",
-    "referee",
-    "wheels",
+const RESERVED: [&str; 56] = [
     "abstract",
     "alloc",
     "as",
@@ -61,7 +61,6 @@ const RESERVED: [&str; 60] = [
     "ref",
     "return",
     "self",
-    "slate-plugin",
     "std",
     "static",
     "struct",
@@ -79,8 +78,8 @@ const RESERVED: [&str; 60] = [
 ];
 
 pub fn new(name: &str, slate: Option<&Path>) -> Result<(), Failure> {
-    if !is_name(name) {
-        return Err(Failure::PluginName { name: name.into() });
+    if let Some(reason) = objection(name) {
+        return Err(Failure::PluginName { name: name.into(), reason });
     }
     let slate = checkout(slate)?;
     let folder = Path::new(name);
@@ -89,7 +88,10 @@ pub fn new(name: &str, slate: Option<&Path>) -> Result<(), Failure> {
         |source| Failure::File { path, source }
     };
     // Whatever is there already is somebody's work.
-    std::fs::create_dir(folder).map_err(failed(folder))?;
+    std::fs::create_dir(folder).map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => Failure::Taken { path: folder.into() },
+        _ => failed(folder)(source),
+    })?;
     let slate_path = format!("{:?}", slate.join("crates/plugin"));
     let kind = name.replace('-', "_");
     for (file, text) in FILES {
@@ -119,13 +121,21 @@ To exchange the code under the robot, let it go slowly, and change src/lib.rs me
     Ok(())
 }
 
-fn is_name(name: &str) -> bool {
+/// Why a plugin can't be called so.
+fn objection(name: &str) -> Option<&'static str> {
     let small = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
-    name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small)
-        && !RESERVED.contains(&name)
-        // The packages that the new one depends on are called so.
-        && name != "slate"
-        && !name.starts_with("slate-")
+    if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small)) {
+        Some("a name has small letters, digits, - and _, a letter first")
+    } else if RESERVED.contains(&name) {
+        Some("it is a word of Rust or Cargo")
+    } else if name == "slate" || name.starts_with("slate-") {
+        // The new package depends on some of them.
+        Some("Slate's own packages are called so")
+    } else if NAMED.contains(&name) {
+        Some("the simulator's configuration, which comes with the plugin, has something of that name")
+    } else {
+        None
+    }
 }
 
 /// Slate's sources: where they are said to be, or else where this program was built, or where it is called.

@@ -15,9 +15,9 @@ mod survey;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
+use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 use slate_blackboard::Board;
@@ -315,7 +315,7 @@ impl Agent {
 
     /// What ends a run from another thread.
     pub fn stopper(&self) -> Stopper {
-        Stopper { shared: Arc::clone(&self.shared) }
+        Stopper { shared: Arc::downgrade(&self.shared) }
     }
 
     /// One cycle of the main loop, in the caller's thread and without a watchdog.
@@ -408,15 +408,17 @@ impl Drop for Agent {
     }
 }
 
-/// Ends a run from another thread.
+/// Ends a run from another thread. It keeps nothing of its agent: a handler of signals has it until the process ends.
 #[derive(Clone)]
 pub struct Stopper {
-    shared: Arc<Shared>,
+    shared: Weak<Shared>,
 }
 
 impl Stopper {
-    /// Ends the run after the present cycle.
+    /// Ends the run after the present cycle, if the agent is still there.
     pub fn stop(&self) {
-        self.shared.finish(End::Stopped);
+        if let Some(shared) = self.shared.upgrade() {
+            shared.finish(End::Stopped);
+        }
     }
 }

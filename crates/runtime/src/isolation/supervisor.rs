@@ -47,6 +47,17 @@ impl Supervisor {
         Some(self.delay)
     }
 
+    /// Forgets all failures, as its code is another one now. A restart that is waited for is still made.
+    pub fn forget(&mut self) {
+        self.restarts.clear();
+        self.delay = 0;
+    }
+
+    /// Whether a restart is waited for.
+    pub fn is_waiting(&self) -> bool {
+        self.due.is_some()
+    }
+
     /// Whether a restart is due; it then counts as made.
     pub fn take_due(&mut self, now: u64) -> bool {
         let due = self.due.is_some_and(|due| now >= due);

@@ -3,12 +3,13 @@
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use libloading::os::unix;
 use slate_module::table::ABI;
 use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable};
 
+use super::copy::PrivateCopy;
 use super::{LibraryError, LibraryOutline};
 use crate::isolation;
 
@@ -16,9 +17,9 @@ use crate::isolation;
 /// one that it has already, and as the original may be built anew while the copy is in use.
 struct Library {
     handle: Option<unix::Library>,
-    /// Removed with the library, unless it belongs to another process.
     copy: PathBuf,
-    is_own: bool,
+    /// Goes after the library; none when the copy belongs to another process.
+    _own: Option<PrivateCopy>,
     residence: Arc<AtomicU8>,
 }
 
@@ -50,11 +51,6 @@ impl Drop for Library {
         let resident = unsafe { unix::Library::open(Some(&self.copy), unix::RTLD_LAZY | RTLD_NOLOAD) };
         let state = if resident.is_ok() || closed.is_err() { RESIDENT } else { UNMAPPED };
         self.residence.store(state, Ordering::Release);
-        if self.is_own {
-            // What can't be removed is in a folder for temporary files.
-            let _ = std::fs::remove_file(&self.copy);
-            let _ = self.copy.parent().map(std::fs::remove_dir);
-        }
     }
 }
 
@@ -90,10 +86,15 @@ pub(crate) fn load_for(
         ));
     }
     let residence = Residence::default();
-    let copy = private_copy(file).map_err(|error| {
+    let copy = PrivateCopy::of(file).map_err(|error| {
         refuse(format!("can't be copied to {}: {error}", std::env::temp_dir().display()), "make room there")
     })?;
-    let library = Library { handle: None, copy, is_own: true, residence: Arc::clone(&residence.0) };
+    let library = Library {
+        handle: None,
+        copy: copy.file().into(),
+        _own: Some(copy),
+        residence: Arc::clone(&residence.0),
+    };
     let plugin = if outside {
         let copy = library.copy.clone();
         let library: Arc<dyn std::any::Any + Send + Sync> = Arc::new(library);
@@ -121,7 +122,7 @@ pub(crate) fn load_for(
 pub(crate) fn open_as_it_is(copy: &Path) -> Result<Plugin, LibraryError> {
     let outline = LibraryOutline::read(copy)?;
     let residence = Residence::default().0;
-    open(copy, Library { handle: None, copy: copy.into(), is_own: false, residence }, &outline)
+    open(copy, Library { handle: None, copy: copy.into(), _own: None, residence }, &outline)
 }
 
 /// The file that a kind's library was opened from, if it is of one.
@@ -218,17 +219,4 @@ unsafe fn missing_call(module: *const ModuleTable) -> Option<&'static str> {
 fn in_full(error: &libloading::Error, copy: &Path) -> String {
     let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
     text.replace(&format!("{}: ", copy.display()), "")
-}
-
-/// Counts copies.
-static COPIES: AtomicU64 = AtomicU64::new(1);
-
-/// Copies the file into a folder of its own, so that debuggers find it under its name.
-fn private_copy(file: &Path) -> std::io::Result<PathBuf> {
-    let number = COPIES.fetch_add(1, Ordering::Relaxed);
-    let folder = std::env::temp_dir().join(format!("slate-{}-{number}", std::process::id()));
-    std::fs::create_dir_all(&folder)?;
-    let copy = folder.join(file.file_name().unwrap_or("plugin.so".as_ref()));
-    std::fs::copy(file, &copy)?;
-    Ok(copy)
 }

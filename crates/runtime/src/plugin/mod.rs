@@ -1,5 +1,6 @@
 //! Plugins as shared libraries: what a file says of itself before it is opened, and opening it.
 
+mod copy;
 mod library;
 mod outline;
 mod whole;

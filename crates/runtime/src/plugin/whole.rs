@@ -12,23 +12,24 @@ type Section = SectionHeader64<Endianness>;
 pub(super) fn check<'d>(header: &FileHeader64<Endianness>, bytes: impl ReadRef<'d>) -> Result<(), String> {
     let damaged = |error: object::Error| format!("is damaged: {error}");
     let endian = header.endian().map_err(damaged)?;
+    let size = bytes.len().map_err(|()| "has no size")?;
+    // Linkers put the headers of the sections last, so they are what a file that is cut off has lost.
+    let length = u64::from(header.e_shnum(endian)) * u64::from(header.e_shentsize(endian));
+    let end = header.e_shoff(endian).saturating_add(length);
+    if end > size {
+        return Err(format!("is cut off after {size} of {end} bytes, or damaged at its beginning"));
+    }
     let segments = header.program_headers(endian, bytes).map_err(damaged)?;
     let sections = header.sections(endian, bytes).map_err(damaged)?;
     let view = View { endian, segments };
-    let size = bytes.len().map_err(|()| "has no size")?;
-    let is_cut = segments.iter().any(|segment| !is_in_file(segment.file_range(endian), size))
-        || sections
-            .iter()
-            .any(|section| section.file_range(endian).is_some_and(|range| !is_in_file(range, size)));
-    if is_cut {
-        return Err(format!("is cut off after {size} bytes"));
-    }
     view.loads()?;
     for (i, segment) in segments.iter().enumerate() {
-        view.segment(segment).map_err(|problem| format!("is damaged: segment {i} {problem}"))?;
+        let checked = in_file(segment.file_range(endian), size).and_then(|()| view.segment(segment));
+        checked.map_err(|problem| format!("is damaged: segment {i} {problem}"))?;
     }
     for (index, section) in sections.enumerate() {
-        view.section(section).map_err(|problem| {
+        let checked = section.file_range(endian).map_or(Ok(()), |range| in_file(range, size));
+        checked.and_then(|()| view.section(section)).map_err(|problem| {
             let name = sections.section_name(endian, section).unwrap_or_default();
             format!("is damaged: section {} `{}` {problem}", index.0, String::from_utf8_lossy(name))
         })?;
@@ -37,8 +38,9 @@ pub(super) fn check<'d>(header: &FileHeader64<Endianness>, bytes: impl ReadRef<'
     view.read_only_later(&sections)
 }
 
-fn is_in_file((start, length): (u64, u64), size: u64) -> bool {
-    start.checked_add(length).is_some_and(|end| end <= size)
+fn in_file((start, length): (u64, u64), size: u64) -> Result<(), &'static str> {
+    let fits = start.checked_add(length).is_some_and(|end| end <= size);
+    if fits { Ok(()) } else { Err("is not in the file") }
 }
 
 /// The smallest page of any machine.

@@ -11,7 +11,7 @@ use super::line::{self, Line};
 use super::place;
 use super::protocol::{
     Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
-    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, TraceEntry,
+    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, Switched, TraceEntry,
     UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
@@ -233,8 +233,8 @@ impl Client {
         self.call(&Call::ModuleList {})
     }
 
-    /// Switches a module on or off; false when it was so already.
-    pub fn enable(&mut self, name: &str, on: bool) -> Result<bool, ClientError> {
+    /// Switches a module on or off.
+    pub fn enable(&mut self, name: &str, on: bool) -> Result<Switched, ClientError> {
         let name = name.into();
         self.call(&if on { Call::ModuleEnable { name } } else { Call::ModuleDisable { name } })
     }

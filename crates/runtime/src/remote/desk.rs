@@ -9,7 +9,7 @@ use slate_blackboard::{BoardError, Pattern, Property, Stamp, Url};
 
 use super::protocol::{
     Answer, Call, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, PropertyEntry, Reading,
-    Refusal, Reloaded, SnapshotEntry, UnloadedPlugin,
+    Refusal, Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
 };
 use super::trace::ToolTrace;
 use crate::configuration::{Configuration, Database, Report};
@@ -206,16 +206,15 @@ impl Desk {
             let message = format!("`{name}` is the time source, and without it the world stands still");
             return Err(refusal(message, "end the agent instead"));
         }
-        if on && module.condition == "FAULTED" {
-            let message = format!("`{name}` has failed for good, so switching it on does nothing");
-            return Err(refusal(
-                message,
-                &format!("reload its plugin: slate plugin reload {}", module.plugin),
-            ));
-        }
+        let has_failed = on && module.condition == "FAULTED";
         let present = self.composer.board().read(&format!("{name}/enabled/value"));
         if present.ok().flatten().is_some_and(|(value, _)| value == interface::Value::Bool(on)) {
-            return result(false);
+            if has_failed {
+                let message = format!("`{name}` has failed for good, so switching it on does nothing");
+                let help = format!("reload its plugin: slate plugin reload {}", module.plugin);
+                return Err(refusal(message, &help));
+            }
+            return result(Switched { changed: false, needs_reload: None });
         }
         match self.database.as_ref().filter(known) {
             Some(database) => {
@@ -234,7 +233,7 @@ impl Desk {
             None => self.composer.enable(name, on)?,
         }
         self.composer.say(&format!("a tool has switched {name} {}", if on { "on" } else { "off" }));
-        result(true)
+        result(Switched { changed: true, needs_reload: has_failed.then(|| module.plugin.clone()) })
     }
 
     fn properties(&self, pattern: Option<&str>) -> Done {

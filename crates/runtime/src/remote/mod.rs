@@ -46,6 +46,6 @@ pub use place::{agents, folder};
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
     ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry,
-    TraceEntry, TrackEntry, UnloadedPlugin, VERSION,
+    Switched, TraceEntry, TrackEntry, UnloadedPlugin, VERSION,
 };
 pub use server::{OpenError, Server};

@@ -90,13 +90,13 @@ pub enum Call {
     /// All modules: a list of [`ModuleEntry`].
     #[serde(rename = "module/list")]
     ModuleList {},
-    /// Switches a module on: false when it was already.
+    /// Switches a module on: [`Switched`].
     #[serde(rename = "module/enable")]
     ModuleEnable {
         /// Its name.
         name: String,
     },
-    /// Switches a module off: false when it was already.
+    /// Switches a module off: [`Switched`].
     #[serde(rename = "module/disable")]
     ModuleDisable {
         /// Its name.
@@ -274,6 +274,15 @@ pub struct LoadedPlugin {
     pub file: Option<PathBuf>,
 }
 
+/// What came of switching a module.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Switched {
+    /// Whether that changed anything; else it was so already.
+    pub changed: bool,
+    /// The plugin with whose reload the module begins; none unless it was switched on and has failed for good.
+    pub needs_reload: Option<String>,
+}
+
 /// A plugin that was unloaded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UnloadedPlugin {
@@ -311,7 +320,7 @@ pub struct ModuleEntry {
     pub ticks: u64,
     /// Ticks beyond the deadline.
     pub misses: u64,
-    /// Panics caught.
+    /// Panics caught; of an isolated module also each other end of its process: a fault, a kill, a step that hung.
     pub panics: u64,
     /// Whether new code runs beside it; how that goes is at its `shadow`.
     #[serde(default)]

@@ -3,6 +3,8 @@
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
+use slate_module::Level;
+
 use super::desk::refusal;
 use super::protocol::{Refusal, TraceEntry, TrackEntry};
 use super::replacement::Replacement;
@@ -89,16 +91,16 @@ impl ToolTrace {
                     Ok(entry(&file, true, recorded))
                 });
                 let kept = kept.map_err(|error| failed(&file, &error));
-                composer.say(&match &kept {
+                match &kept {
                     Ok(entry) => {
                         let (spans, missing) = (entry.spans(), entry.missing());
-                        format!(
-                            "the trace {} has {spans} spans; {missing} are missing",
-                            crate::printable(&file)
-                        )
+                        let file = crate::printable(&file);
+                        composer.say(&format!("the trace {file} has {spans} spans; {missing} are missing"));
                     }
-                    Err(refusal) => format!("the trace has failed: {}", refusal.message),
-                });
+                    Err(refusal) => {
+                        composer.log(Level::Error, &format!("the trace has failed: {}", refusal.message));
+                    }
+                }
                 *self = Self::Over(kept);
             }
             other => *self = other,

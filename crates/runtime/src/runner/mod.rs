@@ -327,7 +327,15 @@ impl Runner {
     /// forgotten.
     pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
         self.panics_in_a_row = 0;
-        if self.condition() == Condition::Faulted {
+        let mut comes_again = false;
+        if let Some(supervised) = &mut self.supervised {
+            supervised.supervisor.forget();
+            comes_again = supervised.supervisor.is_waiting();
+        }
+        if instance.is_null() && !comes_again {
+            // The exchange is taken back, and the old code had failed for good.
+            self.set_condition(Condition::Faulted, self.last_tick);
+        } else if self.condition() == Condition::Faulted {
             self.set_condition(Condition::Working, self.last_tick);
         }
         self.tick = kind.table().tick;
@@ -335,6 +343,7 @@ impl Runner {
         self.withdraw();
         self.services.iter_mut().for_each(|service| service.begin(&self.kind));
         let old = std::mem::replace(&mut self.instance, instance);
+        self.show_process(self.last_tick, true);
         Retired::new(kind, old, self.patience.clone())
     }
 

@@ -12,11 +12,12 @@ use crate::Test;
 use crate::common::{configuration, number};
 use crate::modules::plugins;
 
-pub const TESTS: [Test; 4] = [
+pub const TESTS: [Test; 5] = [
     ("a library that aborts is refused unless it is isolated", refused_in_the_host),
     ("a library is opened by the process of its module", opened_elsewhere),
     ("a library that ends who opens it ends no host", tried_first),
     ("an isolated module is reloaded, vetoes and is unloaded", reloaded_and_unloaded),
+    ("failures before a reload are forgotten", forgotten),
 ];
 
 /// Builds the plugin in a folder of this run.
@@ -137,4 +138,32 @@ fn reloaded_and_unloaded() {
     let copies = std::fs::read_dir(std::env::temp_dir()).unwrap().flatten();
     let prefix = format!("slate-{}-", std::process::id());
     assert_eq!(copies.filter(|copy| copy.file_name().to_string_lossy().starts_with(&prefix)).count(), 0);
+}
+
+/// Kills the process of the module; the milliseconds of the agent's time until the module works again.
+fn away_when_killed(agent: &mut Agent) -> u64 {
+    let condition = |agent: &Agent| {
+        let (value, _) = agent.board().read("c_counter/state/condition").unwrap().unwrap();
+        value.as_str().unwrap().to_owned()
+    };
+    let id = number(agent, "c_counter/process/id").to_string();
+    assert!(Command::new("kill").args(["-KILL", &id]).status().unwrap().success());
+    let mut steps_until = |wanted: &str| {
+        let steps = (0..2000).find(|_| {
+            agent.step();
+            condition(agent) == wanted
+        });
+        assert!(steps.is_some(), "it never is {wanted}");
+        agent.now()
+    };
+    (steps_until("FAILED").abs_diff(steps_until("WORKING"))) / 1_000_000
+}
+
+fn forgotten() {
+    let mut agent = load(true).unwrap();
+    agent.step();
+    for version in [2, 1] {
+        assert_eq!([(); 4].map(|()| away_when_killed(&mut agent)), [100, 200, 400, 800]);
+        agent.composer().reload("c_counter", Some(&build(version))).unwrap();
+    }
 }

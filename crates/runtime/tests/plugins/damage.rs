@@ -189,7 +189,22 @@ fn a_file_that_is_cut_off_anywhere_is_refused() {
         let known = ["is no shared library", "is cut off after", "is damaged"];
         assert!(known.iter().any(|said| refusal.problem.contains(said)), "{length}: {refusal}");
     }
-    assert_says(&refusal_of(&whole[..whole.len() / 2]), &["damaged", "build or copy it again"]);
+    let cut = format!("is cut off after {} of {} bytes", whole.len() / 2, whole.len());
+    assert_says(&refusal_of(&whole[..whole.len() / 2]), &[&cut, "build or copy it again"]);
+}
+
+#[test]
+fn a_whole_file_that_is_damaged_is_not_called_cut_off() {
+    let whole = bytes();
+    let [_, segments, sections, _] = headers(&whole).try_into().unwrap();
+    // The offsets of the first segment and of the first section that is one.
+    for (at, says) in [(segments.start + 8, "segment 0"), (sections.start + 64 + 24, "section 1")] {
+        let mut bytes = whole.clone();
+        bytes[at..at + 8].copy_from_slice(&(1_u64 << 40).to_le_bytes());
+        let text = refusal_of(&bytes);
+        assert_says(&text, &["is damaged: ", says, "is not in the file"]);
+        assert!(!text.contains("cut off"), "{text}");
+    }
 }
 
 /// Where a file says what is where: its headers, and the outline.

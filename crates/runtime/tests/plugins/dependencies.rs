@@ -115,3 +115,63 @@ fn a_list_that_contains_itself_is_refused_with_its_circle() {
     let own = Configuration::from_text("test.toml", "[plugins.a]\nplugins = [\"a\"]", &Default::default());
     assert_says(&own.unwrap_err().to_string(), &["test.toml:2:12", "a -> a"]);
 }
+
+#[test]
+fn what_can_not_be_done_with_a_plugin_that_is_not_loaded_or_a_list_is_said() {
+    let text = dormant("counter", &plain())
+        + &dormant("smoother", &libraries().other("smoother"))
+        + "[plugins.all]\nplugins = [\"counter\", \"smoother\"]\nload = false\n"
+        + "[plugins.reader]\nload = false\n[plugins.nothing]\nload = false\n";
+    let agent = lockstep(&text);
+    let composer = agent.composer();
+    let refusals = |name: &str| {
+        let reload = composer.reload(name, None).unwrap_err();
+        let shadow = composer.shadow(name, &plain()).unwrap_err();
+        let (end, promote) = (composer.end_shadow(name).unwrap_err(), composer.promote(name).unwrap_err());
+        let unload = composer.unload(name).unwrap_err();
+        [unload, reload, shadow, end, promote].map(|refusal| complaint(&refusal))
+    };
+    for refusal in refusals("counter") {
+        assert_says(&refusal, &["plugin `counter` is not loaded", "slate plugin load counter"]);
+    }
+    for loaded in [false, true] {
+        let [unload, exchanges @ ..] = refusals("all");
+        assert_says(&unload, &["no plugin of the list `all` is loaded", "slate plugin load all"]);
+        for refusal in exchanges {
+            assert_says(&refusal, &["`all` is a list of plugins", "each of its plugins: counter, smoother"]);
+        }
+        if !loaded {
+            composer.load("all").unwrap();
+            assert_says(&complaint(&composer.reload("all", None).unwrap_err()), &["counter, smoother"]);
+            composer.unload("all").unwrap();
+        }
+    }
+    for refusal in refusals("countr") {
+        assert_says(&refusal, &["no plugin `countr`; nearest: counter"]);
+    }
+    assert_says(&complaint(&composer.load("nothing").unwrap_err()), &["`nothing` has neither a file nor"]);
+    // One that is linked in is found without a file.
+    let reader = composer.plugins().into_iter().find(|plugin| plugin.name == "reader").unwrap();
+    assert!(reader.loaded);
+    composer.unload("reader").unwrap();
+    assert_says(&complaint(&composer.unload("reader").unwrap_err()), &["`reader` is not loaded"]);
+    composer.load("reader").unwrap();
+}
+
+#[test]
+fn a_list_loads_what_its_own_entry_does_not_and_each_plugin_is_listed_once() {
+    let text = library("counter", &plain())
+        + &dormant("smoother", &libraries().other("smoother"))
+        + "[plugins.all]\nplugins = [\"counter\", \"smoother\"]\n";
+    let agent = lockstep(&text);
+    let listed = || {
+        let mut plugins: Vec<_> =
+            agent.composer().plugins().into_iter().map(|plugin| (plugin.name, plugin.loaded)).collect();
+        plugins.retain(|(name, _)| ["counter", "smoother"].contains(&name.as_str()));
+        plugins.sort();
+        plugins
+    };
+    assert_eq!(listed(), [("counter".into(), true), ("smoother".into(), true)]);
+    agent.composer().unload("smoother").unwrap();
+    assert_eq!(listed(), [("counter".into(), true), ("smoother".into(), false)]);
+}

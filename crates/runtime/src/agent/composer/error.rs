@@ -42,6 +42,36 @@ pub enum PluginError {
         /// The names most like it.
         near: Vec<String>,
     },
+    /// It is known, but not loaded.
+    #[error("plugin `{name}` is not loaded")]
+    #[diagnostic(help("load it first: slate plugin load {name}"))]
+    NotLoaded {
+        /// Its name.
+        name: String,
+    },
+    /// It is a list, whose plugins are not loaded.
+    #[error("no plugin of the list `{name}` is loaded")]
+    #[diagnostic(help("load them first: slate plugin load {name}"))]
+    NoneLoaded {
+        /// Its name.
+        name: String,
+    },
+    /// The code of one plugin is exchanged at a time.
+    #[error("`{name}` is a list of plugins, and code is exchanged one plugin at a time")]
+    #[diagnostic(help("do it for each of its plugins: {}", .members.join(", ")))]
+    List {
+        /// Its name.
+        name: String,
+        /// The plugins that are meant.
+        members: Vec<String>,
+    },
+    /// The configuration does not say where its code is.
+    #[error("plugin `{name}` has neither a file nor a list of plugins in the configuration")]
+    #[diagnostic(help("give it one: [plugins.{name}] file = \"lib{name}.so\""))]
+    NoFile {
+        /// Its name.
+        name: String,
+    },
     /// Its code came with the program.
     #[error("plugin `{name}` is linked in, so there is no file that it can be reloaded from")]
     #[diagnostic(help("name the library that shall replace it"))]

@@ -86,11 +86,8 @@ impl<'a> Gathered<'a> {
     fn entry(&mut self, name: &str) -> Result<(), PluginError> {
         let entry = self.composition.configuration.plugins().iter().find(|entry| entry.name.value == name);
         let linked = self.composition.linked.iter().find(|plugin| plugin.name() == name);
-        if let (None, Some(plugin)) = (entry, linked) {
-            return self.linked_one(&self.composition.linked, plugin);
-        }
-        match entry.and_then(|entry| entry.file.as_ref()) {
-            Some(file) => self.library(&file.value, Some(name)).map_err(|error| match error {
+        match (entry.and_then(|entry| entry.file.as_ref()), linked) {
+            (Some(file), _) => self.library(&file.value, Some(name)).map_err(|error| match error {
                 PluginError::Library(_) | PluginError::OtherPlugin { .. } if self.shows_places => {
                     let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
                     let configuration = &self.composition.configuration;
@@ -99,7 +96,9 @@ impl<'a> Gathered<'a> {
                 }
                 other => other,
             }),
-            None => Err(unknown(self.composition, name)),
+            (None, Some(plugin)) => self.linked_one(&self.composition.linked, plugin),
+            (None, None) if entry.is_some() => Err(PluginError::NoFile { name: name.into() }),
+            (None, None) => Err(unknown(self.composition, name)),
         }
     }
 
@@ -154,7 +153,9 @@ impl<'a> Gathered<'a> {
 
     /// A plugin that is not loaded: what it brings is known from its file, when that can be read.
     pub fn dormant(&mut self, entry: &PluginEntry) {
-        let Some(file) = &entry.file else { return };
+        // A list may have loaded it.
+        let is_loaded = self.catalogue.plugin(&entry.name.value).is_some();
+        let Some(file) = entry.file.as_ref().filter(|_| !is_loaded) else { return };
         if let Ok(outline) = LibraryOutline::read(&file.value) {
             let kinds = outline.modules.into_iter().map(|module| (module.name, entry.name.value.clone()));
             self.catalogue.dormant.extend(kinds);

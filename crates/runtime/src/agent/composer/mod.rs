@@ -86,7 +86,7 @@ pub struct ModuleStatus {
     pub ticks: u64,
     /// Ticks beyond the deadline.
     pub misses: u64,
-    /// Panics caught.
+    /// Panics caught; of an isolated module also each other end of its process: a fault, a kill, a step that hung.
     pub panics: u64,
     /// Whether new code runs beside it; how that goes is at its `shadow`.
     pub has_shadow: bool,
@@ -234,7 +234,10 @@ impl Composer {
         names.reverse();
         names.retain(|name| composition.catalogue.plugin(name).is_some());
         if names.is_empty() {
-            return Err(unknown(&composition, name));
+            return Err(match not_loaded(&composition, name) {
+                PluginError::List { name, .. } => PluginError::NoneLoaded { name },
+                other => other,
+            });
         }
         for name in &names {
             let others = composition
@@ -356,6 +359,21 @@ impl Composer {
 
 fn list(names: &[String]) -> String {
     if names.is_empty() { "none".into() } else { names.join(", ") }
+}
+
+/// Why there is no code of a plugin that could be exchanged or unloaded.
+fn not_loaded(composition: &Composition, name: &str) -> PluginError {
+    let entries = composition.configuration.plugins();
+    let entry = entries.iter().find(|entry| entry.name.value == name);
+    if entry.is_some_and(|entry| entry.members.is_some()) {
+        let mut members = Vec::new();
+        gather::expand(entries, name, &mut members);
+        return PluginError::List { name: name.into(), members };
+    }
+    let is_known = entry.is_some()
+        || composition.linked.iter().any(|plugin| plugin.name() == name)
+        || composition.catalogue.dormant.values().any(|plugin| plugin == name);
+    if is_known { PluginError::NotLoaded { name: name.into() } } else { unknown(composition, name) }
 }
 
 fn unknown(composition: &Composition, name: &str) -> PluginError {

@@ -8,7 +8,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_module::{Description, Plugin};
 
 use super::gather::{check_kinds, other_plugin};
-use super::{Composer, Origin, PluginError, unknown};
+use super::{Composer, Origin, PluginError, not_loaded};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::{Composition, Fitting};
 use crate::runner::Retired;
@@ -40,7 +40,7 @@ impl Composer {
     pub fn reload(&self, name: &str, file: Option<&Path>) -> Result<Reload, PluginError> {
         let mut composition = self.composition();
         let Some(old) = composition.catalogue.plugin(name).cloned() else {
-            return Err(unknown(&composition, name));
+            return Err(not_loaded(&composition, name));
         };
         let origin = composition.origins.get(name).cloned();
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {

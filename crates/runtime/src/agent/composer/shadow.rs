@@ -11,7 +11,7 @@ use slate_module::{Description, Direction, Interface, Plugin, PortDescription};
 use super::exchange::{Exchanged, exchange_one};
 use super::gather::other_plugin;
 use super::reload::{Carried, Reload, alike};
-use super::{Composer, Origin, PluginError, unknown};
+use super::{Composer, Origin, PluginError, not_loaded};
 use crate::agent::composition::Composition;
 use crate::clock::monotonic;
 use crate::main_loop::Seat;
@@ -36,7 +36,7 @@ impl Composer {
     pub fn shadow(&self, name: &str, file: &Path) -> Result<Vec<String>, PluginError> {
         let mut composition = self.composition();
         if composition.catalogue.plugin(name).is_none() {
-            return Err(unknown(&composition, name));
+            return Err(not_loaded(&composition, name));
         }
         if composition.trials.contains_key(name) {
             let help = format!("`slate plugin promote {name}`, or `slate plugin shadow {name} --end`");
@@ -84,7 +84,7 @@ impl Composer {
     /// When there is none.
     pub fn end_shadow(&self, name: &str) -> Result<(), PluginError> {
         let mut composition = self.composition();
-        if self.end_trial(&mut composition, name) { Ok(()) } else { Err(alone(name)) }
+        if self.end_trial(&mut composition, name) { Ok(()) } else { Err(alone(&composition, name)) }
     }
 
     /// The new code beside a plugin takes over between two steps, with the states that it has by then.
@@ -94,7 +94,7 @@ impl Composer {
     /// then.
     pub fn promote(&self, name: &str) -> Result<Reload, PluginError> {
         let mut composition = self.composition();
-        let trial = composition.trials.get(name).ok_or_else(|| alone(name))?;
+        let trial = composition.trials.get(name).ok_or_else(|| alone(&composition, name))?;
         let (plugin, origin, modules) = (trial.plugin.clone(), trial.origin.clone(), trial.modules.clone());
         // Other plugins may have come since it began.
         let described = self.admit(&composition, &plugin)?;
@@ -338,7 +338,10 @@ fn instead(name: &str, reason: &str) -> PluginError {
     refused(name, reason, "reload the plugin instead")
 }
 
-fn alone(name: &str) -> PluginError {
+fn alone(composition: &Composition, name: &str) -> PluginError {
+    if composition.catalogue.plugin(name).is_none() {
+        return not_loaded(composition, name);
+    }
     refused(name, "no new code runs beside it", &format!("`slate plugin shadow {name} FILE` begins it"))
 }
 

@@ -1,0 +1,99 @@
+//! Copies of libraries, and what is left of those whose process was killed.
+
+use std::fs::{self, DirBuilder, File, Metadata};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A copy of a file in a folder of its own, so that debuggers find it under its name. It goes when this is dropped.
+#[derive(Debug)]
+pub(super) struct PrivateCopy {
+    folder: PathBuf,
+    file: PathBuf,
+    /// The folder, locked: it is not swept as long as this process lives.
+    _lock: File,
+}
+
+/// Counts copies.
+static COPIES: AtomicU64 = AtomicU64::new(1);
+
+/// Before the first copy, what is left of others is swept.
+static SWEEP: Once = Once::new();
+
+impl PrivateCopy {
+    /// Copies the file.
+    ///
+    /// # Errors
+    /// When there is no room for it, or it can't be read.
+    pub fn of(file: &Path) -> io::Result<Self> {
+        let place = std::env::temp_dir();
+        SWEEP.call_once(|| sweep(&place));
+        loop {
+            let number = COPIES.fetch_add(1, Ordering::Relaxed);
+            let folder = place.join(format!("slate-{}-{number}", std::process::id()));
+            match DirBuilder::new().mode(0o700).create(&folder) {
+                Ok(()) => {}
+                // Of a process that had this number before, or of another user.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+                Err(error) => return Err(error),
+            }
+            let opened = File::open(&folder).and_then(|lock| lock.lock().map(|()| lock));
+            let lock = match opened {
+                Ok(lock) if is_at(&lock, &folder) => lock,
+                // Swept before it was locked.
+                Ok(_) => continue,
+                Err(error) if error.kind() == ErrorKind::NotFound => continue,
+                Err(error) => return Err(error),
+            };
+            let name = file.file_name().unwrap_or("plugin.so".as_ref());
+            let copy = Self { file: folder.join(name), folder, _lock: lock };
+            fs::copy(file, &copy.file)?;
+            return Ok(copy);
+        }
+    }
+
+    /// The copy.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+}
+
+impl Drop for PrivateCopy {
+    fn drop(&mut self) {
+        // What can't be removed is in a folder for temporary files.
+        let _ = fs::remove_file(&self.file);
+        let _ = fs::remove_dir(&self.folder);
+    }
+}
+
+/// Whether a folder that is open is still at that path.
+fn is_at(open: &File, path: &Path) -> bool {
+    let same = |own: Metadata, found: Metadata| own.dev() == found.dev() && own.ino() == found.ino();
+    open.metadata().ok().zip(fs::symlink_metadata(path).ok()).is_some_and(|(own, found)| same(own, found))
+}
+
+/// Removes the copies of this user's processes that were killed: nobody has their folders locked, which also holds for
+/// processes in containers, and no process has their number, as agents of older versions lock nothing.
+fn sweep(place: &Path) {
+    let Ok(entries) = fs::read_dir(place) else { return };
+    let user = rustix::process::geteuid().as_raw();
+    let is_left = |name: &str| process_of(name).is_some_and(|id| !Path::new("/proc").join(id).exists());
+    for entry in entries.flatten().filter(|entry| entry.file_name().to_str().is_some_and(is_left)) {
+        let path = entry.path();
+        let own = fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir() && found.uid() == user);
+        let Some(folder) = own.then(|| File::open(&path).ok()).flatten() else { continue };
+        if folder.try_lock().is_ok() && is_at(&folder, &path) {
+            // What can't be removed stays for the next one.
+            let _ = fs::remove_dir_all(&path);
+        }
+    }
+}
+
+/// The number of the process whose copy is in a folder of that name; nothing for other folders.
+fn process_of(name: &str) -> Option<&str> {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let (process, number) = name.strip_prefix("slate-")?.split_once('-')?;
+    (is_number(process) && is_number(number)).then_some(process)
+}
