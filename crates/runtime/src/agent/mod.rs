@@ -232,7 +232,7 @@ impl Agent {
             composer.composition().watch = Some(Arc::clone(&watch));
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
         }
-        composer.share().map_err(|message| sharing::refused(configuration, message))?;
+        composer.share().map_err(|error| sharing::refused(configuration, error))?;
         Ok(Self { shared, composer, hang, threads, settings: None })
     }
 

@@ -12,17 +12,18 @@ mod outbox;
 mod reading;
 mod subscriptions;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
-use slate_runtime::sharing::{RemotePath, Sharing, Site, Want};
+use slate_module::Level;
+use slate_runtime::sharing::{About, RemotePath, Sharing, SharingError, Site, Want};
 
-use crate::carrier::Carrier;
-use crate::peers::{Happening, Notice, Peers, Setup};
+use crate::carrier::{Carrier, CarrierError};
+use crate::peers::{Happening, Notice, Peers, Rights, Setup};
 use crate::session::{Identity, Limits};
 use bridge::Bridge;
 
@@ -55,6 +56,9 @@ struct Post {
     ended: AtomicBool,
 }
 
+/// Reasons why others were turned away that are logged.
+const TURNED_AWAY: usize = 256;
+
 /// Values or messages came.
 const NEWS: u64 = 1;
 /// Something else happened.
@@ -67,12 +71,21 @@ impl std::fmt::Debug for AgentSharing {
 }
 
 impl Sharing for AgentSharing {
-    fn start(&mut self, site: Site) -> Result<(), String> {
+    fn start(&mut self, site: Site) -> Result<(), SharingError> {
         let reasons = Reasons::default();
         let notice: Notice = {
             let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
+            let (host, turned_away) = (site.host.clone(), Mutex::new(BTreeSet::new()));
             Arc::new(move |agent, happening| {
                 let reason = match happening {
+                    Happening::TurnedAway { reason } => {
+                        let mut turned_away = locked(&turned_away);
+                        // Whoever tries again and again, under any number of names, fills neither memory nor log.
+                        if turned_away.len() < TURNED_AWAY && turned_away.insert(reason.clone()) {
+                            host.log(Level::Warn, &format!("turned away: {reason}"));
+                        }
+                        return;
+                    }
                     Happening::Connected { .. } => "",
                     Happening::Disconnected { reason } | Happening::Refused { reason } => reason,
                     Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
@@ -87,14 +100,27 @@ impl Sharing for AgentSharing {
         let setup = Setup {
             limits: self.limits,
             listen: site.listen.clone(),
-            carriers: self.carriers.clone(),
+            rights: rights(&site),
+            carriers: self.carriers(&site)?,
             poll: None,
             time: Some(Arc::clone(&site.time)),
             updated: Some(Arc::clone(&site.wake)),
             notice: Some(notice),
             ..Setup::new(identity, Arc::clone(&site.steady))
         };
-        let peers = Peers::start(&site.board, setup).map_err(|error| error.to_string())?;
+        let peers = Peers::start(&site.board, setup).map_err(|error| SharingError {
+            message: error.to_string(),
+            help: help(&error),
+            about: About::Listen(error.endpoint().into()),
+        })?;
+        for (agent, endpoint) in &site.agents {
+            let fits = peers.check(endpoint).map_err(|error| SharingError {
+                message: error.to_string(),
+                help: None,
+                about: About::Agent(agent.clone()),
+            });
+            fits?;
+        }
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
         let post = Arc::new(Post {
@@ -105,7 +131,12 @@ impl Sharing for AgentSharing {
         let mut bridge = Bridge::new(peers, site, reasons);
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
-        let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
+        let thread = thread.map_err(|error| SharingError {
+            message: format!("a thread can't be started: {error}"),
+            help: None,
+            about: About::Sharing,
+        });
+        let thread = Some(thread?);
         self.running = Some(Running { post, thread });
         Ok(())
     }
@@ -116,6 +147,47 @@ impl Sharing for AgentSharing {
             running.post.wake.notify(CHANGE);
         }
     }
+}
+
+impl AgentSharing {
+    /// The carriers, of which Zenoh knows the agent's certificate.
+    fn carriers(&self, site: &Site) -> Result<BTreeMap<String, Arc<dyn Carrier>>, SharingError> {
+        #[cfg_attr(not(feature = "zenoh"), allow(unused_mut, reason = "nothing else adds to them"))]
+        let mut carriers = self.carriers.clone();
+        let security = site.security.as_ref();
+        if let Some(files) = security.and_then(|security| security.credentials.as_ref()) {
+            #[cfg(feature = "zenoh")]
+            if !carriers.contains_key("zenoh") {
+                use crate::carrier::zenoh::{Credentials, Files, Zenoh};
+                let files =
+                    Files { certificate: &files.certificate, key: &files.key, authority: &files.authority };
+                let credentials = Credentials::load(files, site.board.agent())?;
+                let zenoh = Zenoh::with_credentials(credentials, rights(site).is_restricted());
+                carriers.insert("zenoh".into(), Arc::new(zenoh));
+            }
+            #[cfg(not(feature = "zenoh"))]
+            return Err(SharingError {
+                message: format!(
+                    "this program was built without Zenoh, so nothing uses the certificate {}",
+                    files.certificate.display()
+                ),
+                help: Some("build it with the feature `zenoh`: cargo build --release --features zenoh".into()),
+                about: About::Certificate,
+            });
+        }
+        Ok(carriers)
+    }
+}
+
+/// What others may do.
+fn rights(site: &Site) -> Rights {
+    let allow = site.security.as_ref().and_then(|security| security.allow.clone());
+    allow.map_or_else(Rights::default, Rights::restricted)
+}
+
+fn help(error: &CarrierError) -> Option<String> {
+    matches!(error, CarrierError::InUse { .. })
+        .then(|| "another agent may have that name, or the endpoint is in use".into())
 }
 
 impl Drop for Running {
