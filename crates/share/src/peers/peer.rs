@@ -401,6 +401,11 @@ impl Peer {
                 }
             }
             Err(Unserved::Waits(reason)) => {
+                // The reason names properties that are there, and not all are for everybody.
+                let reason = match self.desk.allowance {
+                    Some(_) => format!("no property at /{}", export.path),
+                    None => reason,
+                };
                 self.retry_at = now + RETRY;
                 if export.waiting != reason {
                     self.session.wait(id, &reason);
