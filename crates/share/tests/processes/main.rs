@@ -4,26 +4,22 @@
 
 #[path = "../agents/mod.rs"]
 mod agents;
+mod hub;
 
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Duration;
 
-use agents::{Agent, Folder, Number, output, setup, wait_for, write};
-use rustix::process::{Pid, Signal, kill_process};
-use slate_blackboard::channel::{Policy, QueueReader, Start};
-use slate_blackboard::interface::{Interface, Value};
-use slate_share::peers::Want;
-use slate_share::session::Options;
-
-/// From one value to the next.
-const PERIOD: Duration = Duration::from_millis(1);
+use agents::{Folder, output, setup, wait_for};
+use hub::{Hub, Process, be_an_agent};
+use rustix::process::Signal;
+use slate_blackboard::interface::Value;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     if let [_, agent, name, endpoint] = &arguments[..]
         && agent == "agent"
     {
-        return agent_main(name, endpoint);
+        return be_an_agent(setup(name), endpoint);
     }
     let tests: [(&str, fn()); 3] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
@@ -39,134 +35,17 @@ fn main() {
     }
 }
 
-/// An agent that dials `hub`, reads its queue, and counts: its own values, and what it has read.
-fn agent_main(name: &str, endpoint: &str) {
-    let agent = Agent::start(setup(name));
-    let mut counts = output(&agent.board, "out/count", 1024);
-    let mut newest = output(&agent.board, "out/newest", 1);
-    let mut read = output(&agent.board, "out/read", 1);
-    let want = Want::new("out/count", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
-    agent.peers.connect("hub", endpoint).unwrap();
-    agent.peers.subscribe("hub", want).unwrap();
-    let mut reader = queue(&agent, "agents/hub/out/count");
-    let (mut number, mut seen) = (0, 0);
-    loop {
-        number += 1;
-        write(&mut counts, number);
-        write(&mut newest, number);
-        let last = drain(&mut reader, |_| {});
-        if let Some(last) = last {
-            seen = last;
-        }
-        write(&mut read, seen);
-        std::thread::sleep(PERIOD);
-        // Whoever started this is gone.
-        if rustix::process::getppid().is_none_or(|parent| parent.as_raw_nonzero().get() == 1) {
-            return;
-        }
-    }
+/// An agent of that name in a process of its own.
+fn launch(name: &str, endpoint: &str) -> Process {
+    Process::start(Command::new(std::env::current_exe().unwrap()).args(["agent", name, endpoint]))
 }
 
-fn queue(agent: &Agent, path: &str) -> QueueReader {
-    agent.board.find(path).unwrap().0.channel().unwrap().queue(Policy::Skip, Start::Oldest).unwrap()
-}
-
-/// Takes what came; the last of it.
-fn drain(reader: &mut QueueReader, mut each: impl FnMut(u64)) -> Option<u64> {
-    let mut last = None;
-    while reader.pull().unwrap() > 0 {
-        for loan in reader.window() {
-            let number = u64::from_ne_bytes(loan.bytes()[..8].try_into().unwrap());
-            each(number);
-            last = Some(number);
-        }
-    }
-    last
-}
-
-struct Process(Child);
-
-impl Process {
-    fn start(name: &str, endpoint: &str) -> Self {
-        let mut command = Command::new(std::env::current_exe().unwrap());
-        Self(command.args(["agent", name, endpoint]).stdin(Stdio::null()).spawn().unwrap())
-    }
-
-    fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.0), signal).unwrap();
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// An agent in this process, and others that dial it; it reads their counts.
-struct Hub {
-    agent: Agent,
-    endpoint: String,
-    readers: Vec<(String, QueueReader)>,
-    _folder: Folder,
-}
-
-impl Hub {
-    fn new(names: &[&str]) -> (Self, Vec<Process>) {
-        let folder = Folder::new();
-        let agent = Agent::listening("hub", &folder);
-        let endpoint = folder.endpoint("hub");
-        let processes: Vec<_> = names.iter().map(|name| Process::start(name, &endpoint)).collect();
-        let mut readers = Vec::new();
-        for name in names {
-            wait_for("an agent", || agent.peers.is_connected(name));
-            let count = Want::new("out/count", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
-            agent.peers.subscribe(name, count).unwrap();
-            agent.peers.subscribe(name, Want::new("out/read", Options::default())).unwrap();
-            readers.push(((*name).to_owned(), queue(&agent, &format!("agents/{name}/out/count"))));
-        }
-        (Self { agent, endpoint, readers, _folder: folder }, processes)
-    }
-
-    /// Runs for a while, writing a value each period; the longest a healthy agent was not heard of, and the longest
-    /// that a write took.
-    fn run(
-        &mut self,
-        time: Duration,
-        writer: &mut slate_blackboard::channel::Writer,
-        ill: &str,
-    ) -> (Duration, Duration) {
-        let start = Instant::now();
-        let mut heard: Vec<_> = self.readers.iter().map(|_| Instant::now()).collect();
-        let (mut gap, mut longest) = (Duration::ZERO, Duration::ZERO);
-        let mut number = writer.last().sequence;
-        while start.elapsed() < time {
-            number += 1;
-            let begin = Instant::now();
-            write(writer, number);
-            longest = longest.max(begin.elapsed());
-            for ((name, reader), heard) in self.readers.iter_mut().zip(&mut heard) {
-                let mut before = None;
-                let came = drain(reader, |number| {
-                    assert!(before.is_none_or(|before| number > before), "{name}: {number} after {before:?}");
-                    before = Some(number);
-                });
-                if name != ill {
-                    gap = gap.max(heard.elapsed());
-                }
-                if came.is_some() {
-                    *heard = Instant::now();
-                }
-            }
-            std::thread::sleep(PERIOD);
-        }
-        (gap, longest)
-    }
-
-    fn state(&self, path: &str) -> Option<i128> {
-        self.agent.board.read(path).ok().flatten()?.0.as_integer()
-    }
+/// A hub with agents of those names, and where it is.
+fn start(names: &[&str]) -> (Hub, Vec<Process>, String, Folder) {
+    let folder = Folder::new();
+    let endpoint = folder.endpoint("hub");
+    let (hub, processes) = Hub::start(setup("hub").listen(&endpoint), names, |name| launch(name, &endpoint));
+    (hub, processes, endpoint, folder)
 }
 
 /// How much longer than before a healthy agent may not be heard of: threads of a busy machine wait for each other for
@@ -182,7 +61,7 @@ fn report(what: &str, before: (Duration, Duration), during: (Duration, Duration)
 }
 
 fn killed() {
-    let (mut hub, mut processes) = Hub::new(&["one", "two", "three"]);
+    let (mut hub, mut processes, endpoint, _folder) = start(&["one", "two", "three"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::KILL);
@@ -192,7 +71,7 @@ fn killed() {
     assert_eq!(connected, Value::Bool(false));
     let (mirror, _) = hub.agent.board.find("agents/two/out/count").unwrap();
     assert!(!mirror.has_writer(), "readers see that its writer is gone");
-    processes[1] = Process::start("two", &hub.endpoint);
+    processes[1] = launch("two", &endpoint);
     wait_for("the agent to be back", || hub.agent.peers.is_connected("two"));
     wait_for("its values", || mirror.has_writer());
     let sequence = writer.last().sequence;
@@ -202,7 +81,7 @@ fn killed() {
 }
 
 fn stopped() {
-    let (mut hub, processes) = Hub::new(&["one", "two"]);
+    let (mut hub, processes, _endpoint, _folder) = start(&["one", "two"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::STOP);
@@ -222,7 +101,7 @@ fn stopped() {
 
 fn left_behind() {
     let count = |folder: &str| std::fs::read_dir(folder).unwrap().count();
-    let (mut hub, mut processes) = Hub::new(&["one"]);
+    let (mut hub, mut processes, endpoint, _folder) = start(&["one"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     hub.run(Duration::from_millis(100), &mut writer, "one");
     let files = count("/proc/self/fd");
@@ -230,7 +109,7 @@ fn left_behind() {
     for _ in 0..10 {
         processes[0].signal(Signal::KILL);
         wait_for("its end", || !hub.agent.peers.is_connected("one"));
-        processes[0] = Process::start("one", &hub.endpoint);
+        processes[0] = launch("one", &endpoint);
         wait_for("the next one", || hub.agent.peers.is_connected("one"));
     }
     wait_for("as many files and threads as before", || {

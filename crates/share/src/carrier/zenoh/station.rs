@@ -17,8 +17,8 @@ use zenoh_transport::{
     TransportPeerEventHandler,
 };
 
-use super::{Credentials, PATIENCE};
 use super::inbox::Inbox;
+use super::{Credentials, PATIENCE};
 
 /// How many links may wait until they are accepted.
 const BACKLOG: usize = 64;
@@ -124,7 +124,8 @@ pub(super) fn words(error: &zenoh_result::Error) -> String {
     let mut text = error.to_string();
     while let Some(end) = text.find(".rs:") {
         let Some(begin) = text[..end].rfind(" at ") else { break };
-        let digits = text[end + 4..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |at| end + 4 + at);
+        let digits =
+            text[end + 4..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |at| end + 4 + at);
         let dot = usize::from(text[digits..].starts_with('.'));
         text.replace_range(begin..digits + dot, "");
     }
