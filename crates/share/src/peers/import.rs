@@ -179,6 +179,7 @@ impl Mirror {
         self.take_writer();
         let Some(writer) = &mut self.writer else { return false };
         let (estimate, lead) = clock;
+        // Nothing is subscribed to before there is an estimate.
         let time = estimate.map_or(sample.stamp.time, |clock| clock.here(sample.stamp.time));
         let time = time.saturating_add_signed(lead);
         // A better estimate of the clocks must not turn back the time.

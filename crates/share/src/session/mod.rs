@@ -262,7 +262,7 @@ impl Session {
             let fine = match frame {
                 Frame::Hello(_) => true,
                 Frame::Beat(beat) => {
-                    self.clock.receive(now, beat);
+                    self.receive_beat(now, beat);
                     true
                 }
                 Frame::Fragment(fragment) => self.receive_fragment(now, &fragment, application),
@@ -346,8 +346,19 @@ impl Session {
         self.counters.connections += 1;
         let Identity { agent, instance } = other;
         application.event(Event::Connected { agent, instance });
-        let ids: Vec<u32> = self.readings.keys().copied().collect();
-        ids.into_iter().for_each(|id| self.send_subscription(id));
+    }
+
+    fn receive_beat(&mut self, now: u64, beat: wire::Beat) {
+        let (was_heard, was_known) = (self.clock.is_heard(), self.clock.estimate().is_some());
+        self.clock.receive(now, beat);
+        let is_known = self.clock.estimate().is_some();
+        // The other agent learns the difference of the clocks from the answer.
+        self.owes_beat |= !was_heard || is_known && !was_known;
+        if is_known && !was_known {
+            // Not before, as the time of a value would be that of another clock.
+            let ids: Vec<u32> = self.readings.keys().copied().collect();
+            ids.into_iter().for_each(|id| self.send_subscription(id));
+        }
     }
 
     /// Whose packet it is, if it is a greeting: for who has to find the session that it belongs to.
