@@ -75,7 +75,10 @@ impl Sharing for AgentSharing {
                 let reason = match happening {
                     Happening::Connected { .. } => "",
                     Happening::Disconnected { reason } | Happening::Refused { reason } => reason,
-                    Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
+                    Happening::Unserved { .. }
+                    | Happening::Answered { .. }
+                    | Happening::Listed { .. }
+                    | Happening::Told { .. } => {
                         return wake.notify(CHANGE);
                     }
                 };

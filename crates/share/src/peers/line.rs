@@ -327,7 +327,7 @@ impl Line {
                 Happening::Disconnected { reason } | Happening::Refused { reason } => {
                     locked(&self.reason).clone_from(reason);
                 }
-                Happening::Unserved { .. } => {}
+                Happening::Unserved { .. } | Happening::Told { .. } => {}
                 Happening::Answered { ticket, answer } => {
                     let mut waiting = locked(&self.waiting);
                     if let Some(sender) = waiting.answers.get(ticket) {

@@ -86,6 +86,11 @@ pub enum Happening {
         /// How it fares.
         answer: Answer,
     },
+    /// The other agent tells something of the team's knowledge.
+    Told {
+        /// What it tells.
+        bytes: Vec<u8>,
+    },
     /// A question of this agent was answered.
     Listed {
         /// The question.
