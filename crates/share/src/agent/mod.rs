@@ -19,11 +19,12 @@ use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
-use slate_runtime::sharing::{RemotePath, Sharing, Site, Want};
+use slate_runtime::sharing::{RemotePath, Sharing, SharingHost, Site, Standing, TEAM, Want};
 
 use crate::carrier::Carrier;
 use crate::peers::{Happening, Notice, Peers, Setup};
 use crate::session::{Identity, Limits};
+use crate::team::{Inbox, News, Team, Topics};
 use bridge::Bridge;
 
 /// What is wanted, by its path.
@@ -46,6 +47,8 @@ pub struct AgentSharing {
 struct Running {
     post: Arc<Post>,
     thread: Option<JoinHandle<()>>,
+    team: Option<Team>,
+    host: SharingHost,
 }
 
 /// What the thread is told.
@@ -69,24 +72,33 @@ impl std::fmt::Debug for AgentSharing {
 impl Sharing for AgentSharing {
     fn start(&mut self, site: Site) -> Result<(), String> {
         let reasons = Reasons::default();
+        let inbox = site.knowledge.as_ref().map(|_| Arc::new(Inbox::default()));
         let notice: Notice = {
             let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
+            let inbox = inbox.clone();
             Arc::new(move |agent, happening| {
+                if let Some(inbox) = &inbox {
+                    match happening {
+                        Happening::Connected { .. } => inbox.put(News::Connected(agent.into())),
+                        Happening::Disconnected { .. } => inbox.put(News::Disconnected(agent.into())),
+                        Happening::Told { bytes } => inbox.put(News::Told(agent.into(), bytes.clone())),
+                        _ => {}
+                    }
+                }
                 let reason = match happening {
                     Happening::Connected { .. } => "",
                     Happening::Disconnected { reason } | Happening::Refused { reason } => reason,
-                    Happening::Unserved { .. }
-                    | Happening::Answered { .. }
-                    | Happening::Listed { .. }
-                    | Happening::Told { .. } => {
+                    Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
                         return wake.notify(CHANGE);
                     }
+                    Happening::Told { .. } => return,
                 };
                 locked(&reasons).insert(agent.into(), reason.into());
                 wake.notify(CHANGE);
             })
         };
-        let identity = Identity { agent: site.board.agent().into(), instance: instance() };
+        let instance = instance();
+        let identity = Identity { agent: site.board.agent().into(), instance };
         let setup = Setup {
             limits: self.limits,
             listen: site.listen.clone(),
@@ -97,7 +109,7 @@ impl Sharing for AgentSharing {
             notice: Some(notice),
             ..Setup::new(identity, Arc::clone(&site.steady))
         };
-        let peers = Peers::start(&site.board, setup).map_err(|error| error.to_string())?;
+        let peers = Arc::new(Peers::start(&site.board, setup).map_err(|error| error.to_string())?);
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
         let post = Arc::new(Post {
@@ -105,24 +117,61 @@ impl Sharing for AgentSharing {
             wants: Mutex::default(),
             ended: AtomicBool::new(false),
         });
+        // Mixed, as two starts may be close to each other.
+        let random = xxhash_rust::xxh3::xxh3_64(&instance.to_le_bytes()) as u32;
+        let team = site
+            .knowledge
+            .clone()
+            .zip(inbox)
+            .map(|(knowledge, inbox)| Team::start(&site, knowledge, Arc::clone(&peers), inbox, random));
+        let (team, host) = (team.transpose()?, site.host.clone());
         let mut bridge = Bridge::new(peers, site, reasons);
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
-        self.running = Some(Running { post, thread });
+        self.running = Some(Running { post, thread, team, host });
         Ok(())
     }
 
     fn want(&mut self, wants: Wants) {
         if let Some(running) = &self.running {
+            let (of_team, wants): (Wants, Wants) =
+                wants.into_iter().partition(|(path, _)| path.agent == TEAM);
+            running.want_of_team(of_team);
             *locked(&running.post.wants) = Some(wants);
             running.post.wake.notify(CHANGE);
         }
     }
 }
 
+impl Running {
+    /// Links to what the team knows.
+    fn want_of_team(&self, wants: Wants) {
+        let mut topics = Topics::new();
+        for (path, want) in wants {
+            let reason = match (&want, &self.team) {
+                (Want::Values { interface, .. }, Some(_)) => {
+                    topics.insert(path.path, interface.map(|interface| interface.0));
+                    continue;
+                }
+                (Want::Values { .. }, None) => {
+                    "this agent takes part in no team: it has no [share.knowledge]"
+                }
+                (Want::Messages, _) => "messages go to one robot: slate://ROBOT/module/inbox",
+            };
+            let (host, standing) = (self.host.clone(), Standing::Absent { reason: reason.into() });
+            // Whoever wants it holds what the report waits for.
+            std::thread::spawn(move || host.report(&path, standing));
+        }
+        if let Some(team) = &self.team {
+            team.want(topics);
+        }
+    }
+}
+
 impl Drop for Running {
     fn drop(&mut self) {
+        self.team = None;
         self.post.ended.store(true, Ordering::Release);
         self.post.wake.notify(CHANGE);
         // One that panicked has ended, too.

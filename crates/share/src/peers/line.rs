@@ -60,7 +60,7 @@ pub(super) struct Waiting {
     pub lists: BTreeMap<u32, Sender<Result<Vec<RemoteProperty>, String>>>,
 }
 
-pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

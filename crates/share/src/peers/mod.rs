@@ -15,6 +15,7 @@ use slate_blackboard::interface::Descriptor;
 pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
 pub use inspection::RemoteProperty;
+pub(crate) use line::locked;
 pub use peer::Peer;
 pub use state::{PeerState, ReadState, ServedState};
 
