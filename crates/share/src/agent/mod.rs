@@ -19,12 +19,12 @@ use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
-use slate_runtime::sharing::{RemotePath, Sharing, SharingHost, Site, Standing, TEAM, Want};
+use slate_runtime::sharing::{RemotePath, Sharing, Site, TEAM, Want};
 
 use crate::carrier::Carrier;
 use crate::peers::{Happening, Notice, Peers, Setup};
 use crate::session::{Identity, Limits};
-use crate::team::{Inbox, News, Team, Topics};
+use crate::team::{Inbox, News, Team};
 use bridge::Bridge;
 
 /// What is wanted, by its path.
@@ -48,7 +48,6 @@ struct Running {
     post: Arc<Post>,
     thread: Option<JoinHandle<()>>,
     team: Option<Team>,
-    host: SharingHost,
 }
 
 /// What the thread is told.
@@ -124,12 +123,12 @@ impl Sharing for AgentSharing {
             .clone()
             .zip(inbox)
             .map(|(knowledge, inbox)| Team::start(&site, knowledge, Arc::clone(&peers), inbox, random));
-        let (team, host) = (team.transpose()?, site.host.clone());
+        let team = team.transpose()?;
         let mut bridge = Bridge::new(peers, site, reasons);
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
-        self.running = Some(Running { post, thread, team, host });
+        self.running = Some(Running { post, thread, team });
         Ok(())
     }
 
@@ -137,34 +136,15 @@ impl Sharing for AgentSharing {
         if let Some(running) = &self.running {
             let (of_team, wants): (Wants, Wants) =
                 wants.into_iter().partition(|(path, _)| path.agent == TEAM);
-            running.want_of_team(of_team);
+            if let Some(team) = &running.team {
+                let topic = |(path, want): (RemotePath, Want)| match want {
+                    Want::Values { interface, .. } => Some((path.path, interface.map(|found| found.0))),
+                    Want::Messages => None,
+                };
+                team.want(of_team.into_iter().filter_map(topic).collect());
+            }
             *locked(&running.post.wants) = Some(wants);
             running.post.wake.notify(CHANGE);
-        }
-    }
-}
-
-impl Running {
-    /// Links to what the team knows.
-    fn want_of_team(&self, wants: Wants) {
-        let mut topics = Topics::new();
-        for (path, want) in wants {
-            let reason = match (&want, &self.team) {
-                (Want::Values { interface, .. }, Some(_)) => {
-                    topics.insert(path.path, interface.map(|interface| interface.0));
-                    continue;
-                }
-                (Want::Values { .. }, None) => {
-                    "this agent takes part in no team: it has no [share.knowledge]"
-                }
-                (Want::Messages, _) => "messages go to one robot: slate://ROBOT/module/inbox",
-            };
-            let (host, standing) = (self.host.clone(), Standing::Absent { reason: reason.into() });
-            // Whoever wants it holds what the report waits for.
-            std::thread::spawn(move || host.report(&path, standing));
-        }
-        if let Some(team) = &self.team {
-            team.want(topics);
         }
     }
 }

@@ -205,25 +205,24 @@ impl Member {
         self.replica.state(now, key, statement).map(drop)
     }
 
-    /// The topics about which something is stated, in order.
-    pub fn topics(&self) -> BTreeSet<String> {
-        let keys = self.replica.keys();
-        keys.iter().filter_map(|key| split(key)).map(|(topic, _)| topic.to_owned()).collect()
-    }
-
-    /// What is stated about a topic, by key and then by robot.
-    pub fn known<'a>(&'a self, topic: &str) -> Vec<Known<'a>> {
-        let keys = self.replica.keys();
-        let own = keys.into_iter().filter_map(|key| Some((key, split(key)?)));
-        own.filter(|(_, (of, _))| *of == topic)
-            .flat_map(|(whole, (_, key))| {
-                self.replica.facts(whole).map(move |fact| Known {
-                    key,
-                    robot: self.name_of(fact.origin),
-                    fact,
-                })
-            })
-            .collect()
+    /// What is stated, by topic, by key and then by robot.
+    pub fn known(&self) -> BTreeMap<&str, Vec<Known<'_>>> {
+        let names = self.replica.facts(NAME).filter_map(|fact| {
+            let name = std::str::from_utf8(fact.statement.value).ok()?;
+            Some((fact.origin, name))
+        });
+        let names: BTreeMap<u32, &str> = names.collect();
+        let mut known: BTreeMap<&str, Vec<Known<'_>>> = BTreeMap::new();
+        for whole in self.replica.keys() {
+            let Some((topic, key)) = split(whole) else { continue };
+            let facts = self.replica.facts(whole).map(|fact| {
+                let name = names.get(&fact.origin).copied();
+                let robot = name.map_or_else(|| format!("{:08x}", fact.origin), str::to_owned);
+                Known { key, robot, fact }
+            });
+            known.entry(topic).or_default().extend(facts);
+        }
+        known
     }
 
     /// The interface that some robot has stated.
@@ -231,13 +230,6 @@ impl Member {
         let key = interface_key(schema);
         let mut stated = self.replica.facts(&key).filter_map(|fact| unpacked(fact.statement.value));
         stated.find_map(|bytes| interface(&bytes).ok().filter(|found| found.hash == schema))
-    }
-
-    /// The name that a robot has stated.
-    fn name_of(&self, robot: u32) -> String {
-        let stated = self.replica.facts(NAME).find(|fact| fact.origin == robot);
-        let name = stated.and_then(|fact| String::from_utf8(fact.statement.value.to_vec()).ok());
-        name.unwrap_or_else(|| format!("{robot:08x}"))
     }
 
     /// What did not go as it should.

@@ -57,8 +57,7 @@ impl Shown {
     }
 
     /// Shows what is known at this agent's time `now`, nanoseconds, if it is something else than before.
-    pub fn update(&mut self, topic: &str, member: &Member, now: u64) {
-        let mut facts = member.known(topic);
+    pub fn update(&mut self, topic: &str, mut facts: Vec<Known<'_>>, member: &Member, now: u64) {
         let whole = facts.len();
         let schema = self.layout.descriptor().hash;
         let fits = |known: &Known<'_>| {

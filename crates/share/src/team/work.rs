@@ -1,31 +1,34 @@
 //! What the thread of the team's knowledge does.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Interface, View};
-use slate_blackboard::{Access, Store};
+use slate_blackboard::{Access, Board, Store};
 use slate_module::{Level, Text};
 use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing, TEAM};
 
 use super::shown::Shown;
 use super::stating::Stating;
-use super::{Inbox, Layout, Member, News, Post, SavedKnowledge, TeamState, Topics};
+use super::{Inbox, Known, Layout, Member, News, Post, SavedKnowledge, TeamState, Topics};
 use crate::peers::{Clock, Peers, locked};
 
 /// From one time that what is known is saved to the next, nanoseconds.
 const SAVING: u64 = 10_000_000_000;
+
+/// From one time that topics are shown to the next at least, nanoseconds.
+const SHOWING: u64 = 20_000_000;
 
 pub(super) struct Work {
     member: Member,
     peers: Arc<Peers>,
     inbox: Arc<Inbox>,
     host: SharingHost,
-    board: Arc<slate_blackboard::Board>,
+    board: Arc<Board>,
     /// The time that values carry, and a steady one.
     time: Clock,
     steady: Clock,
@@ -94,7 +97,7 @@ impl Work {
     pub fn run(&mut self, post: &Post) {
         let mut next = 0;
         // What was restored is shown at once.
-        let mut changed = true;
+        let (mut changed, mut shows_at) = (true, 0);
         while !post.ended.load(Ordering::Acquire) {
             if let Some(topics) = locked(&post.topics).take() {
                 self.topics = topics;
@@ -118,15 +121,16 @@ impl Work {
             if self.member.take_changed() {
                 (changed, self.unsaved) = (true, true);
             }
-            if changed {
+            if changed && now >= shows_at {
+                (changed, shows_at) = (false, now + SHOWING);
                 self.show();
             }
-            changed = false;
             if is_due {
                 self.publish();
                 self.save(now);
             }
-            let left = next.saturating_sub((self.steady)());
+            let next_look = if changed { next.min(shows_at) } else { next };
+            let left = next_look.saturating_sub((self.steady)());
             post.wake.wait_timeout(Duration::from_nanos(left.max(1)));
         }
         self.saves_at = 0;
@@ -163,74 +167,48 @@ impl Work {
 
     /// Brings the topics on the board up to date.
     fn show(&mut self) {
-        let own = self.stating.iter().map(|stating| stating.topic.clone());
-        let names: std::collections::BTreeSet<String> =
-            self.member.topics().into_iter().chain(own).chain(self.topics.keys().cloned()).collect();
+        let Self { member, shown, .. } = self;
+        let mut known = member.known();
+        self.state.facts = known.values().map(|facts| facts.len() as u64).sum();
+        let own = self.stating.iter().map(|stating| stating.topic.as_str());
+        let read = self.topics.keys().map(String::as_str);
+        let kept = shown.keys().map(String::as_str);
+        let names: BTreeSet<String> =
+            known.keys().copied().chain(own).chain(read).chain(kept).map(str::to_owned).collect();
         let now = (self.time)();
+        let mut standing = Vec::new();
         for topic in names {
-            let is_wanted = self.topics.contains_key(&topic);
-            match self.shown(&topic) {
-                Ok(true) => {
-                    if let Some(shown) = self.shown.get_mut(&topic) {
-                        shown.update(&topic, &self.member, now);
+            let facts = known.remove(topic.as_str()).unwrap_or_default();
+            let layout = layout(&topic, &facts, &self.topics, &self.stating, &self.board, member);
+            standing.push((topic.clone(), place(&topic, layout, shown, &self.board, self.room)));
+            if let Some(shown) = shown.get_mut(&topic) {
+                shown.update(&topic, facts, member, now);
+            }
+        }
+        for (topic, placed) in standing {
+            match placed {
+                Ok(is_another) => {
+                    if is_another {
+                        let reason = "it looks otherwise from now on".to_owned();
+                        self.tell(&topic, Standing::Absent { reason });
                     }
-                    if is_wanted {
-                        self.tell(&topic, Standing::Served { property: topic.clone() });
-                    }
+                    self.tell(&topic, Standing::Served { property: topic.clone() });
                 }
-                Ok(false) if is_wanted => {
-                    let reason = "nobody has said what facts about it look like".to_owned();
+                Err(reason) => {
+                    self.log(Level::Warn, format!("team/{topic}: {reason}"));
                     self.tell(&topic, Standing::Absent { reason });
                 }
-                Ok(false) => {}
-                Err(reason) if is_wanted => self.tell(&topic, Standing::Absent { reason }),
-                Err(reason) => self.log(Level::Warn, format!("team/{topic}: {reason}")),
             }
         }
+        self.host.news();
     }
 
-    /// Whether a topic is on the board, where it is put if it can be. What is read here says what it looks like, then what
-    /// is stated here, and then what other robots say.
-    fn shown(&mut self, topic: &str) -> Result<bool, String> {
-        let read = self.topics.get(topic).copied().flatten().map(Layout::of);
-        let stated = || {
-            let stating = self.stating.iter().find(|stating| stating.topic == topic)?;
-            stating.layout(&self.board)
-        };
-        let layout = match read.or_else(stated) {
-            Some(layout) => layout?,
-            None if self.shown.contains_key(topic) => return Ok(true),
-            None => {
-                let known = self.member.known(topic);
-                let mut schemas = known.iter().map(|known| known.fact.statement.schema);
-                let Some(found) = schemas.find_map(|schema| self.member.interface(schema)) else {
-                    return Ok(false);
-                };
-                Layout::of(found)?
-            }
-        };
-        let is_same = |shown: &Shown| shown.layout.descriptor().hash == layout.descriptor().hash;
-        if self.shown.get(topic).is_some_and(is_same) {
-            return Ok(true);
-        }
-        if self.shown.contains_key(topic) {
-            if self.told.contains_key(topic) {
-                let reason = "it looks otherwise from now on".to_owned();
-                self.tell(topic, Standing::Absent { reason });
-            }
-            self.shown.remove(topic);
-        }
-        let shown = Shown::new(&self.board, topic, layout, self.room)?;
-        self.shown.insert(topic.to_owned(), shown);
-        Ok(true)
-    }
-
+    /// Tells the agent how a topic stands that is read there.
     fn tell(&mut self, topic: &str, standing: Standing) {
-        if self.told.get(topic) != Some(&standing) {
+        if self.topics.contains_key(topic) && self.told.get(topic) != Some(&standing) {
             self.told.insert(topic.to_owned(), standing.clone());
             self.host.report(&RemotePath { agent: TEAM.into(), path: topic.into() }, standing);
         }
-        self.host.news();
     }
 
     fn publish(&mut self) {
@@ -251,9 +229,7 @@ impl Work {
         let troubles: Vec<String> = troubles.collect();
         let trouble = troubles.first().cloned().unwrap_or_default();
         troubles.into_iter().for_each(|text| self.log(Level::Warn, text));
-        let topics = self.member.topics();
         let state = TeamState {
-            facts: topics.iter().map(|topic| self.member.known(topic).len() as u64).sum(),
             bytes: self.member.replica().memory() as u64,
             unfit: self.shown.values().map(|shown| u64::from(shown.unfit_facts())).sum(),
             neighbours: self.member.neighbours() as u32,
@@ -296,6 +272,51 @@ impl Work {
         }
         self.logged.push(text);
     }
+}
+
+/// What tables about a topic look like: what is read here says so, then what is stated here, and then what other robots say.
+fn layout(
+    topic: &str,
+    facts: &[Known<'_>],
+    read: &Topics,
+    stating: &[Stating],
+    board: &Board,
+    member: &Member,
+) -> Result<Layout, String> {
+    if let Some(descriptor) = read.get(topic).copied().flatten() {
+        return Layout::of(descriptor);
+    }
+    let own = stating.iter().find(|stating| stating.topic == topic);
+    if let Some(layout) = own.and_then(|own| own.layout(board)) {
+        return layout;
+    }
+    let mut schemas = facts.iter().map(|known| known.fact.statement.schema);
+    match schemas.find_map(|schema| member.interface(schema)) {
+        Some(descriptor) => Layout::of(descriptor),
+        None => Err("it is not known yet what facts about it look like".into()),
+    }
+}
+
+/// Puts a topic on the board, unless it is there; says whether it takes the place of one with another layout.
+fn place(
+    topic: &str,
+    layout: Result<Layout, String>,
+    shown: &mut BTreeMap<String, Shown>,
+    board: &Arc<Board>,
+    room: usize,
+) -> Result<bool, String> {
+    let layout = match (layout, shown.get(topic)) {
+        // It stays as it is when nobody says any more what it looks like.
+        (Err(_), Some(_)) => return Ok(false),
+        (layout, _) => layout?,
+    };
+    let is_same = |shown: &Shown| shown.layout.descriptor().hash == layout.descriptor().hash;
+    if shown.get(topic).is_some_and(is_same) {
+        return Ok(false);
+    }
+    let was_there = shown.remove(topic).is_some();
+    shown.insert(topic.to_owned(), Shown::new(board, topic, layout, room)?);
+    Ok(was_there)
 }
 
 /// How many lines are remembered so that they are not logged again.
