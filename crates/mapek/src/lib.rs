@@ -350,7 +350,7 @@ mod sensor;
 mod status;
 
 pub use action::{
-    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step,
+    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step, Telling,
 };
 pub use actuator::{Actuator, ActuatorBlock, ActuatorPorts};
 pub use analyze::{Analyze, AnalyzeBlock, AnalyzePorts};
@@ -383,6 +383,6 @@ pub mod prelude {
     pub use crate::{
         Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, Agenda, Analyze, Ending, InParallel,
         InSequence, Knowledge, Monitor, Noticed, Observed, Plan, ReactiveModel, Repeat, Robot, Route, Sensor,
-        Situation, Step, arguments, repertoire,
+        Situation, Step, Telling, arguments, repertoire,
     };
 }

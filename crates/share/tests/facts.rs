@@ -255,7 +255,9 @@ fn a_fact_reaches_robots_that_its_origin_does_not_know() {
     // Another robot states another thing about the same victim: nothing is overwritten, and readers choose.
     team[2].say(3, 2.5, 0.3, false);
     wait_for("both facts", || team.iter().all(|robot| robot.sees("facts", 2.0)));
-    wait_for("the newest", || team.iter().all(|robot| robot.sees("newest", 2.5) && robot.sees("surest", 1.5)));
+    wait_for("the newest", || {
+        team.iter().all(|robot| robot.sees("newest", 2.5) && robot.sees("surest", 1.5))
+    });
     // What is taken back disappears, and the other's word stays.
     team[0].say(3, 0.0, 0.0, true);
     wait_for("one fact", || team.iter().all(|robot| robot.sees("facts", 1.0) && robot.sees("surest", 2.5)));
@@ -331,9 +333,10 @@ fn what_is_known_is_saved_and_a_damaged_file_is_set_aside() {
 /// Two names that have the same number.
 fn alike() -> (String, String) {
     let mut known = std::collections::BTreeMap::new();
-    (0..).find_map(|i| Some((known.insert(robot_number(&format!("r{i}")), i)?, i))).map(|(one, other)| {
-        (format!("r{one}"), format!("r{other}"))
-    }).unwrap()
+    (0..)
+        .find_map(|i| Some((known.insert(robot_number(&format!("r{i}")), i)?, i)))
+        .map(|(one, other)| (format!("r{one}"), format!("r{other}")))
+        .unwrap()
 }
 
 #[test]
