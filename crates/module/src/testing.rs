@@ -292,6 +292,14 @@ impl<M: Module> Fixture<M> {
         memory.set.then(|| unsafe { memory.words.as_ptr().cast::<T>().read() })
     }
 
+    /// Whether the last tick wrote an output.
+    ///
+    /// # Panics
+    /// When the module has no such port.
+    pub fn wrote(&self, port: &str) -> bool {
+        self.memory[self.index(port)].set
+    }
+
     /// The urgency with which the last tick sent a command.
     pub fn priority(&self, port: &str) -> Option<u32> {
         let memory = &self.memory[self.index(port)];

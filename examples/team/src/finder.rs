@@ -64,10 +64,12 @@ impl Analyze for Finder {
             }
             // The sonars sit on the hull, which is small against a square.
             let direction = orientation.theta + placement.theta;
-            let square = |start: f64, way: f64| ((start + way * echo.range) / params.square).round();
+            // The arena is small against the range of these integers.
+            let square = |start: f64, way: f64| ((start + way * echo.range) / params.square).round() as i32;
             let (column, row) =
                 (square(position.x, math::cos(direction)), square(position.y, math::sin(direction)));
-            let obstacle = Obstacle { x: column * params.square, y: row * params.square };
+            let obstacle =
+                Obstacle { x: f64::from(column) * params.square, y: f64::from(row) * params.square };
             let key = format!("{column},{row}");
             if found.get(&key).is_none() && found.state(now.now(), &key, 0.8, obstacle) {
                 new = Some(obstacle);
