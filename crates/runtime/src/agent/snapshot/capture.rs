@@ -263,9 +263,10 @@ fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, Fr
     mailboxes.collect()
 }
 
-/// The plugins that are loaded, each with a hash over what its modules are.
+/// The plugins that are loaded, each with a hash over its library, or over what its modules are.
 pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
     let mark = |plugin: &slate_module::Plugin| {
+        let code = plugin.kinds().iter().find_map(crate::plugin::code_of);
         let mut text = String::new();
         for kind in plugin.kinds() {
             text.push_str(&format!("{}\n", kind.name()));
@@ -282,7 +283,7 @@ pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
             name: plugin.name().into(),
             version: plugin.version_text().into(),
             file: composition.origins.get(plugin.name()).map(|origin| origin.file.clone()),
-            hash: xxhash_rust::xxh3::xxh3_64(text.as_bytes()),
+            hash: code.unwrap_or_else(|| xxhash_rust::xxh3::xxh3_64(text.as_bytes())),
         }
     };
     composition.catalogue.plugins.iter().map(mark).collect()
