@@ -287,7 +287,7 @@ fn mistakes_are_said_when_the_agent_is_loaded() {
     let refused = |text: &str| load("one", text).err().unwrap_or_default();
     let typo = refused(&own.replace("facts.victims = \"scout/found\"", "facts.victims = \"scout/fund\""));
     assert!(typo.contains("scout/fund") && typo.contains("scout/found"), "{typo}");
-    let alone = refused(&own.split("[share.knowledge]").next().unwrap().to_owned());
+    let alone = refused(own.split("[share.knowledge]").next().unwrap());
     assert!(alone.contains("takes part in no team"), "{alone}");
     let topic = refused(&own.replace("facts.victims", "facts.\"Victims!\""));
     assert!(topic.contains("topic"), "{topic}");
