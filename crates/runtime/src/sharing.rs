@@ -5,11 +5,16 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock, PoisonError};
 
 use slate_blackboard::Board;
+use slate_blackboard::interface::Descriptor;
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 
 use crate::agent::{Readers, WeakComposer};
 use crate::clock::{Clock, monotonic};
+use crate::configuration::SharedKnowledge;
+
+/// The authority of URLs that mean all robots of the team: `slate://team/victims` is what is known about a topic.
+pub const TEAM: &str = "team";
 
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
 /// and dropping it ends them.
@@ -36,6 +41,9 @@ pub struct RemotePath {
 impl RemotePath {
     /// The path on this agent's board of what stands for it.
     pub fn place(&self) -> String {
+        if self.agent == TEAM {
+            return format!("{TEAM}/{}", self.path);
+        }
         format!("agents/{}/{}", self.agent, self.path)
     }
 }
@@ -59,10 +67,24 @@ pub enum Want {
         period: Option<u64>,
         /// How many values are kept at least, if every value is wanted; nothing when the newest is.
         every: Option<usize>,
+        /// What a port is that reads the whole property, if one does.
+        interface: Option<Expected>,
     },
     /// Messages that come into the mailbox at [`RemotePath::place`] of the board are to be sent there.
     Messages,
 }
+
+/// The interface of a port. Those of one schema are equal.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected(pub &'static Descriptor);
+
+impl PartialEq for Expected {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.hash == other.0.hash
+    }
+}
+
+impl Eq for Expected {}
 
 /// How something that is wanted stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,6 +116,8 @@ pub struct Site {
     pub listen: Option<String>,
     /// Where other agents are found, if not at `local:NAME`.
     pub agents: BTreeMap<String, String>,
+    /// What the agent shares of its knowledge; nothing when it takes no part in a team.
+    pub knowledge: Option<SharedKnowledge>,
     /// The time that the agent's values carry, nanoseconds; in lockstep it goes by the simulation.
     pub time: Arc<dyn Fn() -> u64 + Send + Sync>,
     /// A clock that goes on steadily, nanoseconds; the same as `time` when the agent is not in lockstep.

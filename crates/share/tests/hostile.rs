@@ -15,7 +15,9 @@ use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::wake::Wake;
 use slate_share::peers::{Peer, Want};
-use slate_share::session::{Application, Compression, Event, Identity, Limits, Options, Sample, Session};
+use slate_share::session::{
+    Application, Compression, Event, Identity, Limits, Options, Sample, Session, VERSION,
+};
 
 /// Counts what is allocated.
 struct Counting;
@@ -177,7 +179,7 @@ proptest! {
         let mut session = Session::new(identity, None, limits());
         for (packet, now) in packets.iter().zip(1..) {
             session.receive(now, packet, &mut Nothing);
-            let mut known = vec![b'S', 1];
+            let mut known = vec![b'S', VERSION];
             known.extend(packet);
             session.receive(now, &known, &mut Nothing);
         }
@@ -227,7 +229,7 @@ fn another_version_is_refused_in_words() {
     let mut refusal = Vec::new();
     assert!(other.outgoing(1, 1200, &mut refusal, &mut Nothing));
     session.receive(2, &refusal, &mut Nothing);
-    let reason = "agent `arm` speaks version 1 of the sharing protocol and got version 9: let both agents run the same \
+    let reason = "agent `arm` speaks version 2 of the sharing protocol and got version 9: let both agents run the same \
                   release";
     assert_eq!(session.refused(), Some(reason));
 }

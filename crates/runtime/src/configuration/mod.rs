@@ -61,7 +61,7 @@ pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscri
 pub use diagnostic::{Diagnostic, Report};
 pub use model::{
     Actuator, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets,
-    Mission, Module, PluginEntry, RateLimit, Share, Transport,
+    Mission, Module, PluginEntry, RateLimit, Share, SharedKnowledge, Transport,
 };
 use path::Prefix;
 use problems::Problems;

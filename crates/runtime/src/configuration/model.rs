@@ -141,6 +141,21 @@ pub struct Share {
     pub listen: Spanned<String>,
     /// Where it finds others, by their names; `local:NAME` for those that are not named.
     pub agents: BTreeMap<String, Spanned<String>>,
+    /// What it shares of its knowledge; nothing when it takes no part in a team.
+    pub knowledge: Option<SharedKnowledge>,
+}
+
+/// What a robot shares of its knowledge with its team.
+#[derive(Clone, Debug)]
+pub struct SharedKnowledge {
+    /// The properties with what this robot states, by topic.
+    pub facts: BTreeMap<String, Spanned<String>>,
+    /// From one look at what changed to the next, nanoseconds.
+    pub period: u64,
+    /// How many facts of a topic are shown.
+    pub room: usize,
+    /// The folder where what is known is saved.
+    pub save: Option<PathBuf>,
 }
 
 /// A gate in front of an actuator.

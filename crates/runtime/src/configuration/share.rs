@@ -1,16 +1,24 @@
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use super::build::Build;
-use super::model::Share;
-use super::source::Spanned;
+use super::model::{Share, SharedKnowledge};
+use super::source::{Span, Spanned};
 use super::value::Table;
+
+/// From one look to the next when nothing is said, and at least, nanoseconds.
+const PERIOD: u64 = 200_000_000;
+const SHORTEST: u64 = 10_000_000;
+
+/// How many facts of a topic are shown when nothing is said.
+const ROOM: usize = 256;
 
 impl Build<'_> {
     /// How the agent shares; nothing when it says nothing of it.
     pub(super) fn share(&mut self, root: &Table, agent: &str) -> Option<Share> {
         let entry = root.entries.get("share")?;
         let table = self.problems.as_table("share", entry)?;
-        self.problems.unknown_keys(table, "in [share]", &["listen", "agents"]);
+        self.problems.unknown_keys(table, "in [share]", &["listen", "agents", "knowledge"]);
         let listen = match table.get("listen") {
             Some(_) => self.problems.text(table, "listen", "local:base").filter(|at| self.endpoint(at))?,
             None => Spanned::new(format!("local:{agent}"), entry.key),
@@ -29,7 +37,47 @@ impl Build<'_> {
         }
         // A table for all agents has this one too.
         agents.remove(agent);
-        Some(Share { listen, agents })
+        let knowledge = self.knowledge(table);
+        Some(Share { listen, agents, knowledge })
+    }
+
+    fn knowledge(&mut self, share: &Table) -> Option<SharedKnowledge> {
+        let table = match share.get("knowledge")?.as_bool() {
+            // An agent of a team that takes no part, where others do.
+            Some(false) => return None,
+            _ => self.problems.table(share, "knowledge")?,
+        };
+        let known = ["facts", "period", "room", "save"];
+        self.problems.unknown_keys(table, "in [share.knowledge]", &known);
+        let mut facts = BTreeMap::new();
+        for (topic, entry) in self.problems.table(table, "facts").into_iter().flat_map(Table::iter) {
+            let property = self.problems.as_text(topic, &entry.value, "scout/found");
+            if self.topic(topic, entry.key)
+                && let Some(property) = property
+                && self.problems.url(&property.value, property.span).is_some()
+            {
+                let path = property.value.trim_start_matches('/').to_owned();
+                facts.insert(topic.to_owned(), Spanned::new(path, property.span));
+            }
+        }
+        let period = self.problems.duration(table, "period").map_or(PERIOD, |period| period.value);
+        Some(SharedKnowledge {
+            facts,
+            period: period.max(SHORTEST),
+            room: self.count(table, "room", 65_536).map_or(ROOM, |room| room.value as usize),
+            save: self.problems.text(table, "save", "knowledge").map(|folder| PathBuf::from(folder.value)),
+        })
+    }
+
+    fn topic(&mut self, topic: &str, span: Span) -> bool {
+        let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || matches!(c, '_' | '/');
+        let good =
+            topic.len() <= 48 && topic.chars().all(letter) && topic.split('/').all(|part| !part.is_empty());
+        if !good {
+            let help = "a topic is at most 48 small letters, digits and _, as in slate://team/victims";
+            self.problems.add(span, format!("`{topic}` can't be a topic of facts"), help);
+        }
+        good
     }
 
     fn endpoint(&mut self, at: &Spanned<String>) -> bool {

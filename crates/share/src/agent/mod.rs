@@ -19,11 +19,12 @@ use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
-use slate_runtime::sharing::{RemotePath, Sharing, Site, Want};
+use slate_runtime::sharing::{RemotePath, Sharing, Site, TEAM, Want};
 
 use crate::carrier::Carrier;
 use crate::peers::{Happening, Notice, Peers, Setup};
 use crate::session::{Identity, Limits};
+use crate::team::{Inbox, News, Team};
 use bridge::Bridge;
 
 /// What is wanted, by its path.
@@ -46,6 +47,7 @@ pub struct AgentSharing {
 struct Running {
     post: Arc<Post>,
     thread: Option<JoinHandle<()>>,
+    team: Option<Team>,
 }
 
 /// What the thread is told.
@@ -69,21 +71,33 @@ impl std::fmt::Debug for AgentSharing {
 impl Sharing for AgentSharing {
     fn start(&mut self, site: Site) -> Result<(), String> {
         let reasons = Reasons::default();
+        let inbox = site.knowledge.as_ref().map(|_| Arc::new(Inbox::default()));
         let notice: Notice = {
             let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
+            let inbox = inbox.clone();
             Arc::new(move |agent, happening| {
+                if let Some(inbox) = &inbox {
+                    match happening {
+                        Happening::Connected { .. } => inbox.put(News::Connected(agent.into())),
+                        Happening::Disconnected { .. } => inbox.put(News::Disconnected(agent.into())),
+                        Happening::Told { bytes } => inbox.put(News::Told(agent.into(), bytes.clone())),
+                        _ => {}
+                    }
+                }
                 let reason = match happening {
                     Happening::Connected { .. } => "",
                     Happening::Disconnected { reason } | Happening::Refused { reason } => reason,
                     Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
                         return wake.notify(CHANGE);
                     }
+                    Happening::Told { .. } => return,
                 };
                 locked(&reasons).insert(agent.into(), reason.into());
                 wake.notify(CHANGE);
             })
         };
-        let identity = Identity { agent: site.board.agent().into(), instance: instance() };
+        let instance = instance();
+        let identity = Identity { agent: site.board.agent().into(), instance };
         let setup = Setup {
             limits: self.limits,
             listen: site.listen.clone(),
@@ -94,7 +108,7 @@ impl Sharing for AgentSharing {
             notice: Some(notice),
             ..Setup::new(identity, Arc::clone(&site.steady))
         };
-        let peers = Peers::start(&site.board, setup).map_err(|error| error.to_string())?;
+        let peers = Arc::new(Peers::start(&site.board, setup).map_err(|error| error.to_string())?);
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
         let post = Arc::new(Post {
@@ -102,16 +116,33 @@ impl Sharing for AgentSharing {
             wants: Mutex::default(),
             ended: AtomicBool::new(false),
         });
+        // Mixed, as two starts may be close to each other.
+        let random = xxhash_rust::xxh3::xxh3_64(&instance.to_le_bytes()) as u32;
+        let team = site
+            .knowledge
+            .clone()
+            .zip(inbox)
+            .map(|(knowledge, inbox)| Team::start(&site, knowledge, Arc::clone(&peers), inbox, random));
+        let team = team.transpose()?;
         let mut bridge = Bridge::new(peers, site, reasons);
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
-        self.running = Some(Running { post, thread });
+        self.running = Some(Running { post, thread, team });
         Ok(())
     }
 
     fn want(&mut self, wants: Wants) {
         if let Some(running) = &self.running {
+            let (of_team, wants): (Wants, Wants) =
+                wants.into_iter().partition(|(path, _)| path.agent == TEAM);
+            if let Some(team) = &running.team {
+                let topic = |(path, want): (RemotePath, Want)| match want {
+                    Want::Values { interface, .. } => Some((path.path, interface.map(|found| found.0))),
+                    Want::Messages => None,
+                };
+                team.want(of_team.into_iter().filter_map(topic).collect());
+            }
             *locked(&running.post.wants) = Some(wants);
             running.post.wake.notify(CHANGE);
         }
@@ -120,6 +151,7 @@ impl Sharing for AgentSharing {
 
 impl Drop for Running {
     fn drop(&mut self) {
+        self.team = None;
         self.post.ended.store(true, Ordering::Release);
         self.post.wake.notify(CHANGE);
         // One that panicked has ended, too.

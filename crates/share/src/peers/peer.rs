@@ -192,6 +192,11 @@ impl Peer {
         self.session.send(path, schema, items as u64, bytes)
     }
 
+    /// Tells the other agent something of the team's knowledge; false when it is lost already.
+    pub fn tell(&mut self, message: &[u8]) -> bool {
+        self.session.tell(message)
+    }
+
     /// Asks which properties there are of those paths, and for their newest values if those are wanted; the answer is
     /// a [`Happening`].
     ///
@@ -359,6 +364,7 @@ impl Peer {
                     self.happen(Happening::Listed { request, answer });
                 }
             }
+            Event::Told { bytes } => self.happen(Happening::Told { bytes }),
             Event::Failed { request } => {
                 self.answers.forget(request);
                 let answer = Err("the other agent went away".into());

@@ -146,6 +146,11 @@ pub enum Event {
         /// Whether no other part follows.
         last: bool,
     },
+    /// The other agent tells something of the team's knowledge.
+    Told {
+        /// What it tells.
+        bytes: Vec<u8>,
+    },
     /// A question of this agent gets no answer.
     Failed {
         /// The question.

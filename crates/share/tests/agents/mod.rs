@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::disallowed_methods, reason = "real agents go by the machine's clock")]
 
+pub mod scout;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::OnceLock;

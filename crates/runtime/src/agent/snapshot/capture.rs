@@ -243,7 +243,7 @@ fn is_kept(property: &Property, written: &BTreeSet<String>) -> bool {
 
 /// Whether it is of other agents, which know better what it is when the snapshot is resumed.
 fn is_remote(path: &str) -> bool {
-    path.starts_with("agents/") || path.starts_with("peers/")
+    ["agents/", "peers/", "team/"].iter().any(|prefix| path.starts_with(prefix))
 }
 
 /// The messages that wait for receivers which are not there.
