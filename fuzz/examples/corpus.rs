@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
@@ -101,7 +102,8 @@ fn items() {
     control(write(&(6_u32, 1_u32, 1_u64)));
     control(write(&(4_u32, 2_u32, "not yet")));
     control(write(&(1_u32, 1_u32)));
-    for (stream, content) in [(1, 5_u64.to_le_bytes().to_vec()), (2, [9; 40].to_vec()), (3, [0; 24].to_vec())] {
+    for (stream, content) in [(1, 5_u64.to_le_bytes().to_vec()), (2, [9; 40].to_vec()), (3, [0; 24].to_vec())]
+    {
         for sequence in 1..4_u64 {
             let mut item = Vec::new();
             for number in [1, sequence, sequence * MILLISECOND] {
@@ -147,8 +149,9 @@ fn conversations() {
 }
 
 fn knowledge_of_a_team() {
-    let mut team: Vec<Replica> =
-        [(1, 77), (2, 5), (3, 901)].map(|(robot, random)| Replica::new(robot, random, knowledge::LIMITS)).into();
+    let mut team: Vec<Replica> = [(1, 77), (2, 5), (3, 901)]
+        .map(|(robot, random)| Replica::new(robot, random, knowledge::LIMITS))
+        .into();
     for (one, other) in [(1, 2), (2, 3), (1, 3)] {
         team[one - 1].meet(other as u32);
         team[other - 1].meet(one as u32);
@@ -178,7 +181,9 @@ fn knowledge_of_a_team() {
                     }
                     all += 1;
                 }
-                team[message.to as usize - 1].receive(place as u32 + 1, &message.bytes).expect("it is a message");
+                team[message.to as usize - 1]
+                    .receive(place as u32 + 1, &message.bytes)
+                    .expect("it is a message");
             }
         }
     }
@@ -208,7 +213,8 @@ fn values() {
         for compression in [Compression::None, Compression::Lossless, Compression::Jpeg(70)] {
             let mut content = Vec::new();
             let encoding = encode(descriptor, &bytes, compression, &mut content);
-            let number = [Encoding::Plain, Encoding::Lz4, Encoding::Jpeg].iter().position(|one| *one == encoding);
+            let number =
+                [Encoding::Plain, Encoding::Lz4, Encoding::Jpeg].iter().position(|one| *one == encoding);
             let mut script = vec![index, number.expect("one of those") as u8];
             script.extend((bytes.len() as u32).to_le_bytes());
             script.extend(content);
@@ -230,6 +236,19 @@ fn interfaces() {
         append_counted(&encode_interface(descriptor).expect("it can be written"), &mut script);
         script.extend(8_u16.to_le_bytes());
         script.extend(vec![1; descriptor.shape(8).bytes(8)]);
+        keep("interface", name, &script);
+    }
+    // What no agent says: without a hash, and with large numbers where a fuzzer finds them.
+    for (name, kind) in [
+        ("array", json!({"array": ["u64", 1_u64 << 40]})),
+        ("sequence", json!({"sequence": [{"text": 0x1_0000_0004_u64}, 3]})),
+        ("deep", json!({"optional": {"array": [{"nested": {"name": "Inner", "fields": []}}, 0x1_0000]}})),
+    ] {
+        let interface = json!({"name": "Huge", "fields": [{"name": "many", "kind": kind}]});
+        let (mut bytes, mut script) = (Vec::new(), Vec::new());
+        ciborium::into_writer(&interface, &mut bytes).expect("it can be written");
+        append_counted(&bytes, &mut script);
+        script.extend([0; 12]);
         keep("interface", name, &script);
     }
 }
@@ -283,7 +302,12 @@ fn calls() {
             options: vec![(text("stale"), text("\"1s\""))],
             dry_run: false,
         },
-        Call::Link { to: text("relay/input/value"), from: text("relay/output/value"), options: vec![], dry_run: true },
+        Call::Link {
+            to: text("relay/input/value"),
+            from: text("relay/output/value"),
+            options: vec![],
+            dry_run: true,
+        },
         Call::Unlink { to: text("relay/all"), dry_run: false },
         Call::LinkList {},
         Call::Peers {},

@@ -14,7 +14,7 @@ enabled = false
 [links]
 "relay/input" = { from = "counter/number", stale = "1s" }
 [actuators.wheel]
-command = "relay/output"
+command = "relay/wheel"
 limits = { value = [-1.0, 1.0] }
 [log]
 level = "info"

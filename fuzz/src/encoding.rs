@@ -15,7 +15,8 @@ const LARGEST: usize = 1 << 20;
 /// Reads a script: the interface, how the content is written, how long the value is said to be, and the content.
 pub fn run(script: &[u8]) {
     let mut script = Input(script);
-    let descriptor = [Image::DESCRIPTOR, Blob::DESCRIPTOR, Number::DESCRIPTOR][usize::from(script.byte() % 3)];
+    let descriptor =
+        [Image::DESCRIPTOR, Blob::DESCRIPTOR, Number::DESCRIPTOR][usize::from(script.byte() % 3)];
     let encoding = [Encoding::Plain, Encoding::Lz4, Encoding::Jpeg][usize::from(script.byte() % 3)];
     let length = script.word() as usize;
     if length > LARGEST {

@@ -62,7 +62,8 @@ fn play(mut script: Input<'_>) {
             RETRACT => drop(replica.retract(script.word().into(), &[script.byte() % 32])),
             _ => {
                 let saved = replica.save();
-                replica = Replica::restore(1, script.word(), LIMITS, &saved).expect("what is saved is restored");
+                replica =
+                    Replica::restore(1, script.word(), LIMITS, &saved).expect("what is saved is restored");
                 (2..5).for_each(|robot| replica.meet(robot));
             }
         }

@@ -17,7 +17,7 @@ time.source = "counter"
 "relay/input" = "counter/number"
 "relay/all" = "counter/number"
 [actuators.wheel]
-command = "relay/output"
+command = "relay/wheel"
 "#;
 
 #[ports]
@@ -51,8 +51,8 @@ impl Module for Counter {
 struct RelayIo {
     input: Input<Number>,
     all: Queue<Number>,
-    #[safe(Number { value: 0 })]
     output: Output<Number>,
+    wheel: Command<Number>,
 }
 
 /// Repeats.
@@ -68,6 +68,7 @@ impl Module for Relay {
         state.clear();
         state.extend(io.all.iter().map(|number| number.value));
         io.output.set(Number { value: io.input.value });
+        io.wheel.send(Number { value: io.input.value }, Priority::Plan);
         Outcome::Ok
     }
 }
@@ -77,7 +78,8 @@ impl Module for Relay {
 /// # Panics
 /// When it can't be made.
 pub fn robot() -> Agent {
-    let database = Database::from_text("robot.toml", TEXT, configuration::Options::default()).expect("it is right");
+    let database =
+        Database::from_text("robot.toml", TEXT, configuration::Options::default()).expect("it is right");
     let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Relay>()];
     let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
     let mut agent = Agent::load_with(&database, &plugins, options).expect("it is right");

@@ -1,10 +1,10 @@
 //! The other end of a local link: it hands over files of any size as memory, says where values lie, and writes to them
 //! while they are read.
 
-use std::os::fd::{AsFd, OwnedFd};
-use std::mem::MaybeUninit;
 use std::io::IoSlice;
-use std::sync::OnceLock;
+use std::mem::MaybeUninit;
+use std::os::fd::{AsFd, OwnedFd};
+use std::sync::{Mutex, OnceLock};
 use std::time::Duration;
 
 use crate::input::Input;
@@ -31,23 +31,24 @@ const KINDS: u8 = 4;
 const HEAD: u64 = 4096;
 const SLOTS: u64 = 8;
 
-fn listener() -> &'static (String, Mutexed) {
-    static LISTENER: OnceLock<(String, Mutexed)> = OnceLock::new();
+type Listening = (String, Mutex<Box<dyn Listener>>);
+
+fn listener() -> &'static Listening {
+    static LISTENER: OnceLock<Listening> = OnceLock::new();
     LISTENER.get_or_init(|| {
         let folder = crate::folder();
         let path = folder.join("link.share").display().to_string();
         let listener = Local.listen(&format!("local:{path}")).expect("nobody else listens there");
-        (path, std::sync::Mutex::new(listener))
+        (path, Mutex::new(listener))
     })
 }
-
-type Mutexed = std::sync::Mutex<Box<dyn Listener>>;
 
 /// Plays a script.
 pub fn run(script: &[u8]) {
     let mut script = Input(script);
     let (path, listener) = listener();
-    let hostile = rustix::net::socket(AddressFamily::UNIX, SocketType::SEQPACKET, None).expect("there are sockets");
+    let hostile =
+        rustix::net::socket(AddressFamily::UNIX, SocketType::SEQPACKET, None).expect("there are sockets");
     let address = SocketAddrUnix::new(path.as_str()).expect("it is short");
     rustix::net::connect(&hostile, &address).expect("it listens");
     let accepted = listener.lock().expect("nobody panics").accept(Duration::from_secs(1));
@@ -55,9 +56,14 @@ pub fn run(script: &[u8]) {
     let mut files = Vec::new();
     while !script.is_empty() {
         match script.byte() % KINDS {
-            MEMORY => files.extend(hand_over(&hostile, &mut script)),
+            MEMORY => {
+                files.extend(hand_over(&hostile, &mut script));
+                receive(link.as_ref());
+            }
             PACKET => {
-                let _ = rustix::net::send(&hostile, script.counted(), SendFlags::DONTWAIT | SendFlags::NOSIGNAL);
+                let flags = SendFlags::DONTWAIT | SendFlags::NOSIGNAL;
+                let _ = rustix::net::send(&hostile, script.counted(), flags);
+                receive(link.as_ref());
             }
             READ => read(link.as_ref(), &files, &mut script),
             _ => {
@@ -66,18 +72,15 @@ pub fn run(script: &[u8]) {
                 }
             }
         }
-        receive(link.as_ref());
     }
     link.close();
 }
 
+/// What was sent is there at once.
 fn receive(link: &dyn Link) {
     let mut packet = vec![0; link.largest() + 1];
-    for _ in 0..4 {
-        match link.receive(&mut packet, Duration::from_micros(1)) {
-            Ok(Some(length)) => assert!(length <= packet.len()),
-            Ok(None) | Err(_) => return,
-        }
+    if let Ok(Some(length)) = link.receive(&mut packet, Duration::from_micros(1)) {
+        assert!(length <= packet.len(), "more than there is room for");
     }
 }
 
