@@ -69,16 +69,3 @@ pub enum BoardError {
 fn nearest(near: &[String]) -> String {
     if near.is_empty() { String::new() } else { format!("; nearest: {}", near.join(", ")) }
 }
-
-/// The names most like `name`, at most three, best first.
-pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let (farthest, length) = (name.len() / 3 + 1, name.chars().count());
-    // Names of other lengths are farther away by that alone, and to compare takes long.
-    let near = names.filter(|other| other.chars().count().abs_diff(length) <= farthest);
-    let mut scored: Vec<_> = near
-        .map(|other| (strsim::damerau_levenshtein(name, other), other))
-        .filter(|(distance, _)| *distance <= farthest)
-        .collect();
-    scored.sort();
-    scored.into_iter().take(3).map(|(_, name)| name.into()).collect()
-}

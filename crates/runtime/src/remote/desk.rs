@@ -250,8 +250,26 @@ impl Desk {
             .iter()
             .filter(|property| pattern.as_ref().is_none_or(|pattern| pattern.matches(property.path())));
         let mut entries: Vec<_> = wanted.map(entry).collect();
+        if let Some(pattern) = pattern.as_ref().filter(|_| entries.is_empty()) {
+            self.check_beginning(pattern)?;
+        }
         entries.sort_unstable_by(|a, b| a.path.cmp(&b.path));
         result(entries)
+    }
+
+    /// What stands before the first star has to be the beginning of something.
+    fn check_beginning(&self, pattern: &Pattern) -> Result<(), Refusal> {
+        let text = pattern.to_string();
+        let names: Vec<_> = text.split('/').take_while(|name| !name.starts_with('*')).collect();
+        let beginning = names.join("/");
+        let below = |property: &Arc<Property>| {
+            property.path().strip_prefix(&beginning).is_some_and(|rest| rest.starts_with('/'))
+        };
+        if names.is_empty() || self.composer.board().properties().iter().any(below) {
+            return Ok(());
+        }
+        let unknown = self.composer.board().find(&beginning).err();
+        unknown.map_or(Ok(()), |error| Err(refusal(error.to_string(), KNOWN)))
     }
 
     /// The path of a URL, which leads to something.

@@ -9,6 +9,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod files;
+mod names;
 mod settings;
 mod wire;
 
@@ -202,8 +203,9 @@ fn a_panic_is_in_the_log_with_its_message_and_place() {
     let database = agent.database().unwrap().clone();
     database.set(&[("modules.teller.params.third", "13")]).unwrap();
     agent.step();
-    let has =
-        |line: &str| ["teller", "an unlucky number", "remote/main.rs:"].iter().all(|part| line.contains(part));
+    let has = |line: &str| {
+        ["teller", "an unlucky number", "remote/main.rs:"].iter().all(|part| line.contains(part))
+    };
     eventually(|| log.lines().iter().any(|line| has(&line.to_string())));
 }
 

@@ -122,7 +122,10 @@ impl Export {
         if !self.waiting.is_empty() {
             return self.waiting.clone();
         }
-        board.find(&self.path).err().map_or_else(|| format!("no property at /{}", self.path), |e| e.to_string())
+        board
+            .find(&self.path)
+            .err()
+            .map_or_else(|| format!("no property at /{}", self.path), |e| e.to_string())
     }
 
     fn no_reader(&self, error: LinkError) -> Unserved {
