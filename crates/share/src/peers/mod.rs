@@ -14,8 +14,8 @@ use slate_blackboard::interface::Descriptor;
 
 pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
-pub use inspection::RemoteProperty;
 pub use peer::Peer;
+pub use slate_runtime::sharing::RemoteProperty;
 pub use state::{PeerState, ReadState, ServedState};
 
 use crate::session::{Answer, Options};
