@@ -21,8 +21,8 @@ pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Ve
     scored.into_iter().take(COUNT).map(|(_, name)| name.into()).collect()
 }
 
-/// The paths most like `path`, at most three, best first. Where none is, its beginning may be like that of others, or be
-/// theirs: then some of those.
+/// The paths most like `path`, at most three, best first. Where its beginning is more like that of others, or is theirs:
+/// some of those.
 ///
 /// ```
 /// use slate_blackboard::nearest_paths;
@@ -38,21 +38,24 @@ pub fn nearest_paths<'a>(
     separator: char,
     paths: impl Iterator<Item = &'a str> + Clone,
 ) -> Vec<String> {
-    let near = nearest_names(path, paths.clone());
-    if !near.is_empty() {
-        return near;
-    }
     // Of a path that is longer than any, the beginnings alone.
     let ends: Vec<_> =
         path.match_indices(separator).map(|(end, _)| end).chain([path.len()]).take(DEEPEST).collect();
     for (index, end) in ends.into_iter().enumerate().rev() {
         let (begin, count) = (&path[..end], index + 1);
-        let beginnings: BTreeSet<_> =
+        let mut like: BTreeSet<_> =
             paths.clone().filter_map(|other| beginning(other, separator, count)).collect();
-        if let Some(nearest) = nearest_names(begin, beginnings.into_iter()).first() {
-            let below = |other: &&str| beginning(other, separator, count) == Some(nearest);
-            return paths.filter(below).take(COUNT).map(Into::into).collect();
+        if end == path.len() {
+            like.extend(paths.clone());
         }
+        let near = nearest_names(begin, like.into_iter());
+        let Some(nearest) = near.first() else { continue };
+        let is_whole = |name: &String| paths.clone().any(|other| other == name);
+        if end == path.len() && is_whole(nearest) {
+            return near.into_iter().filter(is_whole).collect();
+        }
+        let below = |other: &&str| beginning(other, separator, count) == Some(nearest);
+        return paths.filter(below).take(COUNT).map(Into::into).collect();
     }
     Vec::new()
 }

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn what_is_unknown_is_refused_with_the_nearest_names() {
-    let (_agent, _server, mut client) = open("names");
+    let (_agent, _server, mut client) = open("nearest");
     let mut nearest = |says: &str, call: &mut dyn FnMut(&mut Client) -> Option<Refusal>| {
         let Some(Refusal { message, help, .. }) = call(&mut client) else {
             panic!("{says}: it was not refused")
