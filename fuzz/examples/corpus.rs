@@ -320,6 +320,8 @@ fn calls() {
         Call::PropertyList { pattern: Some(text("/**/timing")) },
         Call::SnapshotSave { file: "/x.snapshot".into() },
         Call::SnapshotLoad { file: "/x.snapshot".into() },
+        Call::SnapshotRemote { url: text("slate://other/**"), file: "/x.json".into() },
+        Call::Read { url: text("slate://other/counter/number") },
         Call::Read { url: text("/counter/number/value") },
         Call::ReadHistory { url: text("/counter/number") },
         Call::TraceRecord { file: "/x.json".into() },

@@ -52,6 +52,7 @@ fn tamed(line: &[u8]) -> Vec<u8> {
         Call::PluginShadow { file, .. }
         | Call::TraceRecord { file }
         | Call::SnapshotSave { file }
+        | Call::SnapshotRemote { file, .. }
         | Call::SnapshotLoad { file } => tame(file),
         _ => return line.to_vec(),
     }
