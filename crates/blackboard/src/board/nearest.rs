@@ -49,13 +49,17 @@ pub fn nearest_paths<'a>(
             like.extend(paths.clone());
         }
         let near = nearest_names(begin, like.into_iter());
-        let Some(nearest) = near.first() else { continue };
         let is_whole = |name: &String| paths.clone().any(|other| other == name);
-        if end == path.len() && is_whole(nearest) {
+        if end == path.len() && near.first().is_some_and(is_whole) {
             return near.into_iter().filter(is_whole).collect();
         }
-        let below = |other: &&str| beginning(other, separator, count) == Some(nearest);
-        return paths.filter(below).take(COUNT).map(Into::into).collect();
+        let below = |nearest: &String| {
+            let nearest = nearest.clone();
+            paths.clone().filter(move |other| beginning(other, separator, count) == Some(&nearest))
+        };
+        if !near.is_empty() {
+            return near.iter().flat_map(below).take(COUNT).map(Into::into).collect();
+        }
     }
     Vec::new()
 }

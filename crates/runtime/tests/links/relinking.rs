@@ -91,9 +91,9 @@ fn a_dry_run_and_a_refusal_change_nothing() {
         }
     };
     refused("relay/input", "a/numbr", &["no output `numbr`", "did you mean number?"]);
-    refused("relay/input", "c/number", &["nothing is called `/c/number`", "there are: a, b"]);
+    refused("relay/input", "c/number", &["nothing is called `/c/number`", "did you mean a or b?"]);
     refused("relay/inptu", "a/number", &["`relay` has no port `inptu`", "did you mean input?"]);
-    refused("rely/input", "a/number", &["no module owns `rely/input`", "there are: a, b, relay"]);
+    refused("rely/input", "a/number", &["no module owns `rely/input`", "did you mean relay?"]);
     refused("relay/input", "sum/sum", &["Number", "Pair"]);
     refused("relay/input", "slate://other/a/number", &["belongs to agent `other`"]);
     refused("slate://other/relay/input", "a/number", &["belongs to agent `other`"]);
