@@ -149,6 +149,37 @@ fn links_to_another_agent_are_made_and_ended_at_run_time_and_tell_what_is_wrong(
 }
 
 #[test]
+fn another_agent_is_looked_into_through_one_that_knows_it() {
+    let mut running = agents("share-look");
+    run(&mut running, "watcher");
+    run(&mut running, "robot");
+    wait_for_values(&running, "referee/truth");
+    let watcher = |arguments: &[&str]| running.done(&[arguments, &["--agent", "watcher"]].concat());
+    let listed = watcher(&["list", "slate://robot/simulator/r2/*"]);
+    assert!(listed.contains("slate://robot/simulator/r2/truth"), "{listed}");
+    assert_eq!(watcher(&["get", "slate://robot/simulator/r2/truth/x"]).trim(), "0.6");
+    let saved = watcher(&["snapshot", "save", "robot.json", "--of", "slate://robot/**"]);
+    assert!(saved.contains("properties of agent robot"), "{saved}");
+    let text = std::fs::read_to_string(running.folder().join("robot.json")).unwrap();
+    let file: Value = serde_json::from_str(&text).unwrap();
+    assert!(
+        file["properties"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|property| property["path"] == "simulator/r2/truth")
+    );
+
+    let refused = |arguments: &[&str], says: &[&str]| {
+        running.fails(1, &[arguments, &["--agent", "watcher"]].concat(), says);
+    };
+    refused(&["get", "slate://robt/simulator/r2/truth"], &["no agent `robt`", "nearest: robot"]);
+    refused(&["get", "slate://robot/simulator/r2/trut"], &["nearest: simulator/r2/truth"]);
+    refused(&["list", "slate://robot/simulatr/**"], &["nearest: simulator/"]);
+    running.fails(2, &["list", "--agent", "watchr"], &["did you mean `watcher`? There are: watcher, robot"]);
+}
+
+#[test]
 fn who_shares_nothing_opens_nothing_and_an_endpoint_is_for_one() {
     let mut running = agents("share-none");
     std::fs::write(running.folder().join("alone.toml"), ROBOT.replace("[share]", "") + WORLD).unwrap();

@@ -3,10 +3,11 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock, PoisonError};
+use std::time::Duration;
 
-use slate_blackboard::Board;
-use slate_blackboard::interface::Descriptor;
+use slate_blackboard::interface::{AccessError, Descriptor, Value, View, find};
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Access, Board, Stamp};
 use slate_module::Level;
 
 use crate::agent::{Readers, WeakComposer};
@@ -27,6 +28,66 @@ pub trait Sharing: Send {
 
     /// What this agent wants of others from now on; what is not among it is wanted no longer.
     fn want(&mut self, wants: BTreeMap<RemotePath, Want>);
+
+    /// What looks into other agents for tools, where that is possible.
+    fn inspection(&self) -> Option<Arc<dyn Inspection>> {
+        None
+    }
+}
+
+/// Looks into other agents. It may be asked by several threads at once, and holds up nobody else.
+pub trait Inspection: Send + Sync {
+    /// The properties of another agent that a pattern is of, with their newest values if those are wanted. It waits no
+    /// longer than `limit`.
+    ///
+    /// # Errors
+    /// In words, when nobody of that name is known, or the agent is not there or does not answer.
+    fn list(
+        &self,
+        agent: &str,
+        pattern: &str,
+        values: bool,
+        limit: Duration,
+    ) -> Result<Vec<RemoteProperty>, String>;
+}
+
+/// A property of another agent.
+#[derive(Clone, Debug)]
+pub struct RemoteProperty {
+    /// Path in that agent.
+    pub path: String,
+    /// What it is for.
+    pub doc: String,
+    /// Who writes it.
+    pub access: Access,
+    /// Its type.
+    pub descriptor: &'static Descriptor,
+    /// Room in the tail.
+    pub capacity: u64,
+    /// How many values are kept; 0 for a mailbox.
+    pub depth: u32,
+    /// Whether it has a writer now.
+    pub has_writer: bool,
+    /// Its newest value, if that was asked for and there is one: its bytes, how many items its tail has, and the other
+    /// agent's stamp. They are as they came, as what can be read of them takes far more memory.
+    pub newest: Option<(Vec<u8>, usize, Stamp)>,
+}
+
+impl RemoteProperty {
+    /// The newest value, or a field of it.
+    ///
+    /// # Errors
+    /// When there is no such field.
+    pub fn value(&self, field: &str) -> Result<Option<(Value, Stamp)>, AccessError> {
+        let place = match field {
+            "" => None,
+            field => Some(find(self.descriptor, field)?),
+        };
+        let Some((bytes, items, stamp)) = &self.newest else { return Ok(None) };
+        let view = View::new(self.descriptor, bytes, *items);
+        let value = view.and_then(|view| place.map_or_else(|| Some(view.value()), |place| view.at(&place)));
+        Ok(value.map(|value| (value, *stamp)))
+    }
 }
 
 /// A property of another agent, or a field of one, or a mailbox, as a link names it.

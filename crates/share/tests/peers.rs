@@ -207,8 +207,8 @@ fn the_properties_of_another_agent_can_be_listed() {
     assert_eq!(all.len(), 500);
     for (property, value) in all.iter().zip(0..) {
         assert_eq!(property.path, format!("many/p{value:03}"));
-        let (newest, stamp) = property.value.as_ref().unwrap();
-        assert_eq!(newest.get("value"), Some(&Value::Integer(value)));
+        let (newest, stamp) = property.value("value").unwrap().unwrap();
+        assert_eq!(newest, Value::Integer(value));
         assert_eq!((stamp.sequence, property.descriptor.hash), (1, Number::DESCRIPTOR.hash));
     }
     let tree = arm.peers.list("base", "many/p00*", false, limit);

@@ -12,7 +12,7 @@ use super::composition::Composition;
 use super::survey::{Misfit, remote_path};
 use crate::configuration::{Configuration, Link, LinkMode, LinkRate, Report};
 use crate::runner::Condition;
-use crate::sharing::{Expected, RemotePath, Sharing, SharingHost, Site, Standing, Want, clocks};
+use crate::sharing::{Expected, Inspection, RemotePath, Sharing, SharingHost, Site, Standing, Want, clocks};
 
 /// The threads that wait for values of other agents.
 pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
@@ -240,6 +240,11 @@ impl Composer {
         composition.remotes.wants.keys().find(|path| path.agent == agent)?;
         let named = composition.configuration.share().and_then(|share| share.agents.get(agent));
         Some(named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone()))
+    }
+
+    /// What looks into other agents; nothing when this one shares nothing.
+    pub(crate) fn inspection(&self) -> Option<Arc<dyn Inspection>> {
+        self.composition().remotes.sharing.as_ref()?.inspection()
     }
 
     /// The time of the clock by which the agent shares.

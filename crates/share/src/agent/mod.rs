@@ -8,6 +8,7 @@
 //! ```
 
 mod bridge;
+mod inspector;
 mod outbox;
 mod reading;
 mod subscriptions;
@@ -19,13 +20,14 @@ use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
-use slate_runtime::sharing::{RemotePath, Sharing, Site, TEAM, Want};
+use slate_runtime::sharing::{Inspection, RemotePath, Sharing, Site, TEAM, Want};
 
 use crate::carrier::Carrier;
 use crate::peers::{Happening, Notice, Peers, Setup};
 use crate::session::{Identity, Limits};
 use crate::team::{Inbox, News, Team};
 use bridge::Bridge;
+use inspector::Inspector;
 
 /// What is wanted, by its path.
 type Wants = BTreeMap<RemotePath, Want>;
@@ -41,6 +43,7 @@ pub struct AgentSharing {
     /// Carriers beside `local`, by the beginnings of their endpoints.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
     running: Option<Running>,
+    inspector: Option<Arc<Inspector>>,
 }
 
 /// The thread that does it.
@@ -109,6 +112,7 @@ impl Sharing for AgentSharing {
             ..Setup::new(identity, Arc::clone(&site.steady))
         };
         let peers = Arc::new(Peers::start(&site.board, setup).map_err(|error| error.to_string())?);
+        self.inspector = Some(Arc::new(Inspector::new(&peers, site.agents.clone())));
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
         let post = Arc::new(Post {
@@ -146,6 +150,10 @@ impl Sharing for AgentSharing {
             *locked(&running.post.wants) = Some(wants);
             running.post.wake.notify(CHANGE);
         }
+    }
+
+    fn inspection(&self) -> Option<Arc<dyn Inspection>> {
+        Some(Arc::clone(self.inspector.as_ref()?) as Arc<dyn Inspection>)
     }
 }
 

@@ -14,9 +14,9 @@ use slate_blackboard::interface::Descriptor;
 
 pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
-pub use inspection::RemoteProperty;
 pub(crate) use line::locked;
 pub use peer::Peer;
+pub use slate_runtime::sharing::RemoteProperty;
 pub use state::{PeerState, ReadState, ServedState};
 
 use crate::session::{Answer, Options};

@@ -50,7 +50,8 @@ impl Reading {
         if self.options.content == Content::All
             && let Some(seen) = self.seen.filter(|seen| seen.instance == instance)
         {
-            self.lost += sequence.saturating_sub(seen.sequence);
+            // The other agent's numbers may be any.
+            self.lost = self.lost.saturating_add(sequence.saturating_sub(seen.sequence));
         }
         self.seen = Some(Seen { instance, generation, sequence });
     }
