@@ -41,11 +41,15 @@ fn files_that_are_of_no_use_are_refused() {
     assert!(message.ends_with("is that of `leg`, and this agent is `arm`"), "{message}");
     assert_eq!(help, "make one with the common name (CN) `arm`");
 
-    let (_, message, _) =
-        refused(&authority.sign_with("arm", |made| made.not_after = (SystemTime::now() - HOUR).into()), &authority);
+    let (_, message, _) = refused(
+        &authority.sign_with("arm", |made| made.not_after = (SystemTime::now() - HOUR).into()),
+        &authority,
+    );
     assert!(message.contains("has expired"), "{message}");
-    let (_, message, _) =
-        refused(&authority.sign_with("arm", |made| made.not_before = (SystemTime::now() + HOUR).into()), &authority);
+    let (_, message, _) = refused(
+        &authority.sign_with("arm", |made| made.not_before = (SystemTime::now() + HOUR).into()),
+        &authority,
+    );
     assert!(message.contains("is not valid yet"), "{message}");
 
     let other = Certificate { certificate: good.certificate.clone(), key: authority.sign("arm").key };
@@ -108,7 +112,8 @@ fn nobody_speaks_for_another_agent() {
 #[test]
 fn a_certificate_of_another_authority_is_refused() {
     let folder = Folder::new();
-    let (ours, theirs) = (Authority::new(&folder.path(""), "ours"), Authority::new(&folder.path(""), "theirs"));
+    let (ours, theirs) =
+        (Authority::new(&folder.path(""), "ours"), Authority::new(&folder.path(""), "theirs"));
     let at = format!("zenoh:tls/127.0.0.1:{}", port());
     let base = Agent::start(agent("base", &ours.sign("base"), "base", &ours).listen(&at));
     // It takes the certificate of `base`, but `base` does not take that of the other authority.
@@ -194,7 +199,8 @@ fn endpoints_that_make_no_sense_are_refused() {
         "zenoh:tcp/[::g]:7447",
     ] {
         for error in [zenoh.check(endpoint).unwrap_err(), zenoh.listen(endpoint).unwrap_err()] {
-            let expected = format!("`{endpoint}` is no endpoint: zenoh carries tcp, udp and tls: zenoh:tcp/HOST:PORT");
+            let expected =
+                format!("`{endpoint}` is no endpoint: zenoh carries tcp, udp and tls: zenoh:tcp/HOST:PORT");
             assert!(error.to_string().starts_with(&expected), "{error}");
         }
     }

@@ -171,7 +171,9 @@ impl AgentSharing {
                     "this program was built without Zenoh, so nothing uses the certificate {}",
                     files.certificate.display()
                 ),
-                help: Some("build it with the feature `zenoh`: cargo build --release --features zenoh".into()),
+                help: Some(
+                    "build it with the feature `zenoh`: cargo build --release --features zenoh".into(),
+                ),
                 about: About::Certificate,
             });
         }

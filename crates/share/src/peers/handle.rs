@@ -132,8 +132,10 @@ impl Common {
         self.carriers.get(scheme).ok_or_else(|| CarrierError::NoEndpoint {
             endpoint: endpoint.into(),
             expected: match scheme {
-                "zenoh" => "this program was built without Zenoh: build it with the feature `zenoh`, as in \
-                            `cargo build --release --features zenoh`",
+                "zenoh" => {
+                    "this program was built without Zenoh: build it with the feature `zenoh`, as in \
+                            `cargo build --release --features zenoh`"
+                }
                 _ => "it begins with the name of a carrier and a colon, such as local:base",
             },
         })
@@ -339,9 +341,10 @@ impl Peers {
     /// When the endpoint makes no sense, the agent may not connect, or no thread can be started.
     pub fn connect(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
         self.common.carrier(endpoint)?;
-        self.common.rights.of(&self.common.identity.agent, agent).map_err(|reason| {
-            CarrierError::Unsafe { endpoint: endpoint.into(), reason }
-        })?;
+        self.common
+            .rights
+            .of(&self.common.identity.agent, agent)
+            .map_err(|reason| CarrierError::Unsafe { endpoint: endpoint.into(), reason })?;
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
         self.common.line_to(agent, Some(endpoint)).map(drop).map_err(system)
     }
@@ -452,7 +455,8 @@ impl Drop for Peers {
         self.common.ended.store(true, Ordering::Release);
         let lines = self.common.with_lines(std::mem::take);
         lines.values().for_each(|served| served.line.end());
-        let threads = lines.into_values().flat_map(|served| served.threads).chain(std::mem::take(&mut self.doors));
+        let threads =
+            lines.into_values().flat_map(|served| served.threads).chain(std::mem::take(&mut self.doors));
         // One that panicked has ended, too.
         threads.for_each(|thread| drop(thread.join()));
     }

@@ -347,7 +347,8 @@ impl Peer {
                 }
                 if !may_read(self.desk.allowance.as_ref(), &path) {
                     let own = &self.session.own().agent;
-                    let reason = format!("agent `{own}` does not allow agent `{}` to read /{path}", self.desk.agent);
+                    let reason =
+                        format!("agent `{own}` does not allow agent `{}` to read /{path}", self.desk.agent);
                     return self.session.decline(id, &reason);
                 }
                 let export = Export::new(path, options, seen, Arc::clone(&self.desk.wake));

@@ -26,7 +26,9 @@ impl Rights {
     pub fn of(&self, own: &str, agent: &str) -> Result<Option<&Allowance>, String> {
         let Some(allow) = &self.0 else { return Ok(None) };
         allow.get(agent).map(Some).ok_or_else(|| {
-            format!("agent `{agent}` is not in [share.security.allow] of agent `{own}`, so they may not connect")
+            format!(
+                "agent `{agent}` is not in [share.security.allow] of agent `{own}`, so they may not connect"
+            )
         })
     }
 }

@@ -17,7 +17,8 @@ pub fn port() -> u16 {
     let first = 10_000 + (std::process::id() % 200) as u16 * 100;
     loop {
         let port = first + NEXT.fetch_add(1, Ordering::Relaxed) % 2_000;
-        let free = TcpListener::bind(("127.0.0.1", port)).is_ok() && UdpSocket::bind(("127.0.0.1", port)).is_ok();
+        let free =
+            TcpListener::bind(("127.0.0.1", port)).is_ok() && UdpSocket::bind(("127.0.0.1", port)).is_ok();
         if free {
             return port;
         }
@@ -67,7 +68,11 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    pub fn load(&self, authority: &Path, agent: &str) -> Result<Credentials, slate_runtime::sharing::SharingError> {
+    pub fn load(
+        &self,
+        authority: &Path,
+        agent: &str,
+    ) -> Result<Credentials, slate_runtime::sharing::SharingError> {
         Credentials::load(Files { certificate: &self.certificate, key: &self.key, authority }, agent)
     }
 }

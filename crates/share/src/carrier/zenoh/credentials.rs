@@ -53,7 +53,11 @@ impl Credentials {
             let path = fs::canonicalize(path).ok().and_then(|path| path.into_os_string().into_string().ok());
             let plain = |path: &String| !path.contains(['#', '?', ';', '|', '=']);
             path.filter(plain).ok_or_else(|| {
-                refused(about, "the path has characters that Zenoh takes otherwise".into(), "use letters, digits, _, - and .")
+                refused(
+                    about,
+                    "the path has characters that Zenoh takes otherwise".into(),
+                    "use letters, digits, _, - and .",
+                )
             })
         };
         let certificate = path(files.certificate, About::Certificate)?;

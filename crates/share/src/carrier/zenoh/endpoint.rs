@@ -53,8 +53,8 @@ impl Endpoint {
             };
             (good && !host.is_empty()).then(|| (protocol, host.to_owned(), port))
         };
-        let (protocol, host, port) = parts()
-            .ok_or_else(|| CarrierError::NoEndpoint { endpoint: text.into(), expected: EXPECTED })?;
+        let (protocol, host, port) =
+            parts().ok_or_else(|| CarrierError::NoEndpoint { endpoint: text.into(), expected: EXPECTED })?;
         Ok(Self { text: text.into(), protocol, host, port })
     }
 
@@ -72,7 +72,10 @@ impl Endpoint {
         });
         let unknown = |reason: String| CarrierError::System {
             endpoint: self.text.clone(),
-            error: io::Error::new(io::ErrorKind::NotFound, format!("host `{}` is not found: {reason}", self.host)),
+            error: io::Error::new(
+                io::ErrorKind::NotFound,
+                format!("host `{}` is not found: {reason}", self.host),
+            ),
         };
         let mut found = match found {
             Ok(found) => found.map_err(|error| unknown(error.to_string()))?,

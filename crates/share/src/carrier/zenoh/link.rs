@@ -9,10 +9,10 @@ use zenoh_protocol::zenoh::{PushBody, Put};
 use zenoh_runtime::ZRuntime;
 use zenoh_transport::unicast::TransportUnicast;
 
-use super::{Credentials, linger};
 use super::endpoint::Place;
 use super::inbox::Inbox;
 use super::station::{Begun, Station, end, words};
+use super::{Credentials, linger};
 use crate::carrier::{CarrierError, Link};
 
 /// The largest packet over a stream, bytes: one of Zenoh's batches (64 KiB at most) takes it whole, and so it is
@@ -98,9 +98,9 @@ impl Link for ZenohLink {
             }),
         };
         let message = NetworkMessageMut { body: NetworkBodyMut::Push(&mut push), reliability };
-        self.transport.schedule(message).map_err(|error| {
-            io::Error::new(io::ErrorKind::ConnectionAborted, error.to_string())
-        })
+        self.transport
+            .schedule(message)
+            .map_err(|error| io::Error::new(io::ErrorKind::ConnectionAborted, error.to_string()))
     }
 
     fn wait_for_room(&self, limit: Duration) -> io::Result<()> {

@@ -17,8 +17,8 @@ use zenoh_transport::{
     TransportPeerEventHandler,
 };
 
-use super::{Credentials, PATIENCE};
 use super::inbox::Inbox;
+use super::{Credentials, PATIENCE};
 
 /// How many links may wait until they are accepted.
 const BACKLOG: usize = 64;
@@ -28,6 +28,10 @@ const LINKS: usize = 512;
 
 /// After that time without any sign of the other end Zenoh gives a link up. Sessions notice it far earlier.
 const LEASE: Duration = Duration::from_secs(4);
+
+/// How long a packet waits for room in Zenoh's queue, which wakes it then, before its sender looks for something else to
+/// do.
+const ROOM: Duration = Duration::from_micros(100);
 
 /// A link that has begun.
 #[derive(Debug)]
@@ -58,15 +62,16 @@ impl Station {
             .accept_timeout(PATIENCE)
             .accept_pending(BACKLOG)
             .max_sessions(LINKS)
-            // One queue is enough: sessions have an order of their own.
-            .qos(false)
+            // Agents use one priority. But without any, a queue that was full once would stay so for Zenoh 1.10.2: it
+            // marks the default priority as full, and another one as having room again.
+            .qos(true)
             .lowlatency(false);
         let tls = credentials.map(|credentials| (LinkKind::Tls, credentials.settings.clone()));
         let manager = TransportManager::builder()
             .unicast(unicast)
-            // Whoever sends is told at once that there is no room.
-            .wait_before_drop(Duration::ZERO)
-            .max_wait_before_drop_fragments(Duration::ZERO)
+            // Whoever sends is told soon that there is no room.
+            .wait_before_drop(ROOM)
+            .max_wait_before_drop_fragments(ROOM)
             .link_configs(tls.into_iter().collect())
             .build(Arc::new(Door(sender)))?;
         Ok(Self { manager, begun: Mutex::new(begun) })
@@ -124,7 +129,8 @@ pub(super) fn words(error: &zenoh_result::Error) -> String {
     let mut text = error.to_string();
     while let Some(end) = text.find(".rs:") {
         let Some(begin) = text[..end].rfind(" at ") else { break };
-        let digits = text[end + 4..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |at| end + 4 + at);
+        let digits =
+            text[end + 4..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |at| end + 4 + at);
         let dot = usize::from(text[digits..].starts_with('.'));
         text.replace_range(begin..digits + dot, "");
     }
