@@ -156,7 +156,7 @@ fn a_link_that_was_full_has_room_again() {
         let near = zenoh.dial(&endpoint).unwrap();
         let far = listener.accept(Duration::from_secs(5)).unwrap().unwrap();
         let packet = vec![7; near.largest()];
-        for link in [near, far] {
+        for link in [&near, &far] {
             let mut full = 0;
             let start = Instant::now();
             while full < 20 && start.elapsed() < Duration::from_secs(2) {

@@ -196,8 +196,11 @@ fn killed(way: &'static str) {
     processes[1].signal(Signal::KILL);
     let during = hub.run(Duration::from_millis(800), &mut writer, "two");
     report("killed", before, during);
-    let connected = hub.agent.board.read("peers/two/link/connected").unwrap().unwrap().0;
-    assert_eq!(connected, Value::Bool(false));
+    wait_for("its end to be seen", || !hub.agent.peers.is_connected("two"));
+    wait_for("the state", || {
+        let connected = hub.agent.board.read("peers/two/link/connected").unwrap().unwrap().0;
+        connected == Value::Bool(false)
+    });
     let (mirror, _) = hub.agent.board.find("agents/two/out/count").unwrap();
     assert!(!mirror.has_writer(), "readers see that its writer is gone");
     processes[1] = Process::start("two", &hub.endpoint);
