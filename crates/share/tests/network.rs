@@ -160,7 +160,7 @@ fn a_link_that_was_full_has_room_again() {
             let mut full = 0;
             let start = Instant::now();
             while full < 20 && start.elapsed() < Duration::from_secs(2) {
-                full += u32::from(!link.send(&packet).unwrap());
+                full += u32::from(!link.send(&packet).expect(protocol));
             }
             wait_for("room", || link.send(&packet).unwrap());
         }

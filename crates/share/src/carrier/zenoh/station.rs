@@ -17,6 +17,7 @@ use zenoh_transport::{
     TransportPeerEventHandler,
 };
 
+use super::endpoint::Protocol;
 use super::inbox::Inbox;
 use super::{Credentials, PATIENCE};
 
@@ -29,8 +30,8 @@ const LINKS: usize = 512;
 /// After that time without any sign of the other end Zenoh gives a link up. Sessions notice it far earlier.
 const LEASE: Duration = Duration::from_secs(4);
 
-/// How long a packet waits for room in Zenoh's queue, which wakes it then, before its sender looks for something else to
-/// do.
+/// How long a packet waits for room in a queue of Zenoh, which wakes it then, before its sender looks for something else
+/// to do.
 const ROOM: Duration = Duration::from_micros(100);
 
 /// A link that has begun.
@@ -54,7 +55,10 @@ impl std::fmt::Debug for Station {
 }
 
 impl Station {
-    pub fn new(credentials: Option<&Credentials>) -> ZResult<Self> {
+    /// A station for links of that protocol.
+    pub fn new(protocol: Protocol, credentials: Option<&Credentials>) -> ZResult<Self> {
+        // A direct link over TLS is closed twice by Zenoh 1.10.2, which it does not survive.
+        let is_direct = protocol != Protocol::Tls;
         let (sender, begun) = sync_channel(BACKLOG);
         let unicast = TransportManager::config_unicast()
             .lease(LEASE)
@@ -62,14 +66,14 @@ impl Station {
             .accept_timeout(PATIENCE)
             .accept_pending(BACKLOG)
             .max_sessions(LINKS)
-            // Agents use one priority. But without any, a queue that was full once would stay so for Zenoh 1.10.2: it
-            // marks the default priority as full, and another one as having room again.
-            .qos(true)
-            .lowlatency(false);
+            // The thread that sends writes to the socket itself. Otherwise a thread of Zenoh does, which has to be woken.
+            .lowlatency(is_direct)
+            // Agents use one priority. But without any, a queue of Zenoh 1.10.2 that was full once stays so: it marks the
+            // default priority as full, and another one as having room again.
+            .qos(!is_direct);
         let tls = credentials.map(|credentials| (LinkKind::Tls, credentials.settings.clone()));
         let manager = TransportManager::builder()
             .unicast(unicast)
-            // Whoever sends is told soon that there is no room.
             .wait_before_drop(ROOM)
             .max_wait_before_drop_fragments(ROOM)
             .link_configs(tls.into_iter().collect())
