@@ -12,7 +12,7 @@ use slate_module::Level;
 
 use crate::agent::{Readers, WeakComposer};
 use crate::clock::{Clock, monotonic};
-use crate::configuration::SharedKnowledge;
+use crate::configuration::{ShareSecurity, SharedKnowledge};
 
 /// The authority of URLs that mean all robots of the team: `slate://team/victims` is what is known about a topic.
 pub const TEAM: &str = "team";
@@ -23,8 +23,8 @@ pub trait Sharing: Send {
     /// Begins to share; it is called once, before anything else, and not for agents that share nothing.
     ///
     /// # Errors
-    /// In words, when the endpoint can't be listened at.
-    fn start(&mut self, site: Site) -> Result<(), String>;
+    /// When an endpoint can't be listened at, or what is to protect the agent does not.
+    fn start(&mut self, site: Site) -> Result<(), SharingError>;
 
     /// What this agent wants of others from now on; what is not among it is wanted no longer.
     fn want(&mut self, wants: BTreeMap<RemotePath, Want>);
@@ -88,6 +88,43 @@ impl RemoteProperty {
         let value = view.and_then(|view| place.map_or_else(|| Some(view.value()), |place| view.at(&place)));
         Ok(value.map(|value| (value, *stamp)))
     }
+}
+
+/// Why an agent does not share.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct SharingError {
+    /// In words.
+    pub message: String,
+    /// What to do about it, if the message does not say so.
+    pub help: Option<String>,
+    /// What it is about.
+    pub about: About,
+}
+
+impl From<String> for SharingError {
+    fn from(message: String) -> Self {
+        Self { message, help: None, about: About::Sharing }
+    }
+}
+
+/// What of `[share]` an error is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum About {
+    /// All of it.
+    Sharing,
+    /// That endpoint, which this agent listens at.
+    Listen(String),
+    /// Where that agent is found.
+    Agent(String),
+    /// `[share.security]`.
+    Security,
+    /// The certificate of it.
+    Certificate,
+    /// The key of it.
+    Key,
+    /// The authority of it.
+    Authority,
 }
 
 /// A property of another agent, or a field of one, or a mailbox, as a link names it.
@@ -174,11 +211,13 @@ pub struct Site {
     /// The agent's board.
     pub board: Arc<Board>,
     /// Where others find this agent; nowhere unless said.
-    pub listen: Option<String>,
+    pub listen: Vec<String>,
     /// Where other agents are found, if not at `local:NAME`.
     pub agents: BTreeMap<String, String>,
     /// What the agent shares of its knowledge; nothing when it takes no part in a team.
     pub knowledge: Option<SharedKnowledge>,
+    /// How it knows others and what they may do; whoever reaches it may do all unless said.
+    pub security: Option<ShareSecurity>,
     /// The time that the agent's values carry, nanoseconds; in lockstep it goes by the simulation.
     pub time: Arc<dyn Fn() -> u64 + Send + Sync>,
     /// A clock that goes on steadily, nanoseconds; the same as `time` when the agent is not in lockstep.

@@ -8,7 +8,8 @@
 //! sent.
 //!
 //! [`session`] is the protocol of two agents, without sockets, clocks or threads. A [`carrier`] brings its packets from
-//! one to the other; [`carrier::local`] does so on one machine. [`peers`] ties both to a board.
+//! one to the other; [`carrier::local`] does so on one machine, and with the
+//! feature `zenoh` `carrier::zenoh` does so over TCP, UDP and TLS. [`peers`] ties both to a board.
 //!
 //! [`knowledge`] is the protocol by which facts reach every robot that is reachable through any chain of robots that know
 //! each other. It is a state machine without sockets, clocks and threads: the host hands it messages and sends what it

@@ -233,7 +233,7 @@ impl Agent {
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
         }
         composer.check_facts(configuration)?;
-        composer.share().map_err(|message| sharing::refused(configuration, message))?;
+        composer.share().map_err(|error| sharing::refused(configuration, error))?;
         Ok(Self { shared, composer, hang, threads, settings: None })
     }
 

@@ -12,7 +12,9 @@ use super::composition::Composition;
 use super::survey::{Misfit, remote_path};
 use crate::configuration::{Configuration, Link, LinkMode, LinkRate, Report};
 use crate::runner::Condition;
-use crate::sharing::{Expected, Inspection, RemotePath, Sharing, SharingHost, Site, Standing, Want, clocks};
+use crate::sharing::{
+    About, Expected, Inspection, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
+};
 
 /// The threads that wait for values of other agents.
 pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
@@ -142,7 +144,7 @@ impl Composer {
     }
 
     /// Tells whoever shares what the links want, and starts it when that is the first.
-    pub(super) fn share(&self) -> Result<(), String> {
+    pub(super) fn share(&self) -> Result<(), SharingError> {
         let mut composition = self.composition();
         let wants = wants(&composition);
         if !composition.remotes.started {
@@ -154,7 +156,10 @@ impl Composer {
             let named = share.map(|share| share.agents.iter());
             let site = Site {
                 board: Arc::clone(self.board()),
-                listen: share.map(|share| share.listen.value.clone()),
+                listen: share
+                    .map(|share| share.listen.iter().map(|at| at.value.clone()).collect())
+                    .unwrap_or_default(),
+                security: share.and_then(|share| share.security.clone()),
                 agents: named
                     .into_iter()
                     .flatten()
@@ -171,9 +176,12 @@ impl Composer {
                 ),
             };
             let Some(sharing) = composition.remotes.sharing.as_mut() else {
-                return Err(
-                    "this program was built without anything that carries values between agents".into()
-                );
+                return Err(SharingError {
+                    message: "this program was built without anything that carries values between agents"
+                        .into(),
+                    help: None,
+                    about: About::Sharing,
+                });
             };
             sharing.start(site)?;
             composition.remotes.started = true;
@@ -315,10 +323,24 @@ impl Composition {
 }
 
 /// A configuration that names what this program can't do.
-pub(super) fn refused(configuration: &Configuration, message: String) -> Report {
-    let help = Some("another agent may have that name, or the endpoint is in use".to_owned());
-    match configuration.share() {
-        Some(share) => configuration.diagnostic(share.listen.span, message, help).into(),
+pub(super) fn refused(configuration: &Configuration, error: SharingError) -> Report {
+    let SharingError { message, help, about } = error;
+    let Some(share) = configuration.share() else {
+        return crate::configuration::Diagnostic::without_place(message, help).into();
+    };
+    let credentials = share.security.as_ref().and_then(|security| security.credentials.as_ref());
+    let listen =
+        share.listen.iter().find(|at| matches!(&about, About::Listen(endpoint) if *endpoint == at.value));
+    let place = match &about {
+        About::Sharing | About::Listen(_) => listen.map(|at| at.span),
+        About::Agent(name) => share.agents.get(name).map(|at| at.span),
+        About::Security => share.security.as_ref().map(|security| security.place),
+        About::Certificate => credentials.map(|credentials| credentials.certificate.span),
+        About::Key => credentials.map(|credentials| credentials.key.span),
+        About::Authority => credentials.map(|credentials| credentials.authority.span),
+    };
+    match place.or_else(|| share.listen.first().map(|at| at.span)) {
+        Some(place) => configuration.diagnostic(place, message, help).into(),
         None => crate::configuration::Diagnostic::without_place(message, help).into(),
     }
 }

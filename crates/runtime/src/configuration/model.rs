@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use slate_blackboard::Url;
+use slate_blackboard::{Pattern, Url};
 use slate_module::{Level, Stage, Trigger};
 
 use super::source::{Span, Spanned};
@@ -137,12 +137,14 @@ pub enum LinkRate {
 /// How the agent shares with others.
 #[derive(Clone, Debug)]
 pub struct Share {
-    /// Where others find it, such as `local:base`.
-    pub listen: Spanned<String>,
+    /// Where others find it, such as `local:base`; at least one place.
+    pub listen: Vec<Spanned<String>>,
     /// Where it finds others, by their names; `local:NAME` for those that are not named.
     pub agents: BTreeMap<String, Spanned<String>>,
     /// What it shares of its knowledge; nothing when it takes no part in a team.
     pub knowledge: Option<SharedKnowledge>,
+    /// How it knows others, and what they may do; nothing when it trusts whoever reaches it.
+    pub security: Option<ShareSecurity>,
 }
 
 /// What a robot shares of its knowledge with its team.
@@ -156,6 +158,39 @@ pub struct SharedKnowledge {
     pub room: usize,
     /// The folder where what is known is saved.
     pub save: Option<PathBuf>,
+}
+
+/// How an agent knows others, and what they may do.
+#[derive(Clone, Debug)]
+pub struct ShareSecurity {
+    /// Where it is written.
+    pub place: Span,
+    /// What this agent shows others, and what it takes from them.
+    pub credentials: Option<Credentials>,
+    /// What each agent may do, by its name; whoever is not in it may do nothing. Nothing when all may do all.
+    pub allow: Option<BTreeMap<String, Allowance>>,
+}
+
+/// The files of an agent's certificate, in PEM.
+#[derive(Clone, Debug)]
+pub struct Credentials {
+    /// The certificate, whose common name is the agent's, and those between it and the authority's.
+    pub certificate: Spanned<PathBuf>,
+    /// The private key that belongs to it.
+    pub key: Spanned<PathBuf>,
+    /// The certificates of those who may sign the certificates of agents.
+    pub authority: Spanned<PathBuf>,
+}
+
+/// What another agent may do.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Allowance {
+    /// The properties that it may read.
+    pub read: Vec<Pattern>,
+    /// The mailboxes that it may send messages to.
+    pub send: Vec<Pattern>,
+    /// Whether it is of the team: it is told what the team knows, and believed.
+    pub team: bool,
 }
 
 /// A gate in front of an actuator.

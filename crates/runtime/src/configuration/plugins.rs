@@ -69,7 +69,7 @@ impl Build<'_> {
     }
 
     /// Where the file is that a path is written in; the command line's are relative to where it was given.
-    fn folder(&self, span: Span) -> PathBuf {
+    pub(super) fn folder(&self, span: Span) -> PathBuf {
         let source = self.sources.of(span);
         source.path.as_deref().and_then(Path::parent).map(Path::to_owned).unwrap_or_default()
     }

@@ -1,10 +1,12 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use slate_blackboard::Pattern;
+
 use super::build::Build;
-use super::model::{Share, SharedKnowledge};
+use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge};
 use super::source::{Span, Spanned};
-use super::value::Table;
+use super::value::{Entry, Table};
 
 /// From one look to the next when nothing is said, and at least, nanoseconds.
 const PERIOD: u64 = 200_000_000;
@@ -18,11 +20,19 @@ impl Build<'_> {
     pub(super) fn share(&mut self, root: &Table, agent: &str) -> Option<Share> {
         let entry = root.entries.get("share")?;
         let table = self.problems.as_table("share", entry)?;
-        self.problems.unknown_keys(table, "in [share]", &["listen", "agents", "knowledge"]);
+        self.problems.unknown_keys(table, "in [share]", &["listen", "agents", "knowledge", "security"]);
         let listen = match table.get("listen") {
-            Some(_) => self.problems.text(table, "listen", "local:base").filter(|at| self.endpoint(at))?,
-            None => Spanned::new(format!("local:{agent}"), entry.key),
+            Some(value) => {
+                let texts = self.problems.texts("listen", value, "local:base");
+                if texts.is_empty() && value.as_list().is_some_and(<[_]>::is_empty) {
+                    let help = "name at least one; without [share] an agent is found by nobody";
+                    self.problems.add(value.span, "`listen` names no endpoint", help);
+                }
+                texts.into_iter().filter(|at| self.endpoint(at)).collect()
+            }
+            None => vec![Spanned::new(format!("local:{agent}"), entry.key)],
         };
+        let security = table.entries.get("security").and_then(|entry| self.share_security(entry));
         let mut agents = BTreeMap::new();
         let others = self.problems.table(table, "agents");
         for (name, entry) in others.into_iter().flat_map(Table::iter) {
@@ -38,7 +48,7 @@ impl Build<'_> {
         // A table for all agents has this one too.
         agents.remove(agent);
         let knowledge = self.knowledge(table);
-        Some(Share { listen, agents, knowledge })
+        Some(Share { listen, agents, knowledge, security })
     }
 
     fn knowledge(&mut self, share: &Table) -> Option<SharedKnowledge> {
@@ -78,6 +88,63 @@ impl Build<'_> {
             self.problems.add(span, format!("`{topic}` can't be a topic of facts"), help);
         }
         good
+    }
+
+    fn share_security(&mut self, entry: &Entry) -> Option<ShareSecurity> {
+        let table = self.problems.as_table("share.security", entry)?;
+        let files = ["certificate", "key", "authority"];
+        self.problems.unknown_keys(table, "in [share.security]", &[&files[..], &["allow"]].concat());
+        let given = files.iter().filter(|name| table.get(name).is_some()).count();
+        let mut file = |name: &str| {
+            let Some(value) = table.get(name) else {
+                if given > 0 {
+                    let help = "`certificate`, `key` and `authority` belong together";
+                    self.problems.add(entry.key, format!("[share.security] lacks `{name}`"), help);
+                }
+                return None;
+            };
+            let text = self.problems.as_text(name, value, &format!("keys/{name}.pem"))?;
+            Some(Spanned::new(self.folder(text.span).join(&text.value), text.span))
+        };
+        let [certificate, key, authority] = files.map(&mut file);
+        let credentials = certificate
+            .zip(key)
+            .zip(authority)
+            .map(|((certificate, key), authority)| Credentials { certificate, key, authority });
+        let allow = table.entries.get("allow").and_then(|entry| {
+            let agents = self.problems.as_table("share.security.allow", entry)?;
+            let each = agents
+                .iter()
+                .filter_map(|(name, entry)| Some((name.to_owned(), self.allowance(name, entry)?)));
+            Some(each.collect())
+        });
+        if given == 0 && table.get("allow").is_none() && !table.entries.contains_key("allow") {
+            let help =
+                "give `certificate`, `key` and `authority`, or a table `allow`, or take the section away";
+            self.problems.add(entry.key, "[share.security] says nothing", help);
+        }
+        Some(ShareSecurity { place: entry.key, credentials, allow })
+    }
+
+    fn allowance(&mut self, agent: &str, entry: &Entry) -> Option<Allowance> {
+        self.problems.agent_name(agent, entry.key);
+        let name = format!("share.security.allow.{agent}");
+        let table = self.problems.as_table(&name, entry)?;
+        self.problems.unknown_keys(table, &format!("in [{name}]"), &["read", "send", "team"]);
+        let mut patterns = |name: &str| {
+            let texts = table.get(name).map(|value| self.problems.texts(name, value, "localizer/**"));
+            let mut patterns = Vec::new();
+            for text in texts.into_iter().flatten() {
+                match Pattern::parse(&text.value) {
+                    Ok(pattern) => patterns.push(pattern),
+                    Err(error) => self.problems.add(text.span, error.to_string(), "such as \"localizer/**\""),
+                }
+            }
+            patterns
+        };
+        let (read, send) = (patterns("read"), patterns("send"));
+        let team = self.problems.flag(table, "team").is_some_and(|flag| flag.value);
+        Some(Allowance { read, send, team })
     }
 
     fn endpoint(&mut self, at: &Spanned<String>) -> bool {

@@ -13,17 +13,18 @@ mod outbox;
 mod reading;
 mod subscriptions;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
-use slate_runtime::sharing::{Inspection, RemotePath, Sharing, Site, TEAM, Want};
+use slate_module::Level;
+use slate_runtime::sharing::{About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, Want};
 
-use crate::carrier::Carrier;
-use crate::peers::{Happening, Notice, Peers, Setup};
+use crate::carrier::{Carrier, CarrierError};
+use crate::peers::{Happening, Notice, Peers, Rights, Setup};
 use crate::session::{Identity, Limits};
 use crate::team::{Inbox, News, Team};
 use bridge::Bridge;
@@ -60,6 +61,9 @@ struct Post {
     ended: AtomicBool,
 }
 
+/// Reasons why others were turned away that are logged.
+const TURNED_AWAY: usize = 256;
+
 /// Values or messages came.
 const NEWS: u64 = 1;
 /// Something else happened.
@@ -72,12 +76,13 @@ impl std::fmt::Debug for AgentSharing {
 }
 
 impl Sharing for AgentSharing {
-    fn start(&mut self, site: Site) -> Result<(), String> {
+    fn start(&mut self, site: Site) -> Result<(), SharingError> {
         let reasons = Reasons::default();
         let inbox = site.knowledge.as_ref().map(|_| Arc::new(Inbox::default()));
         let notice: Notice = {
             let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
             let inbox = inbox.clone();
+            let (host, turned_away) = (site.host.clone(), Mutex::new(BTreeSet::new()));
             Arc::new(move |agent, happening| {
                 if let Some(inbox) = &inbox {
                     match happening {
@@ -88,6 +93,14 @@ impl Sharing for AgentSharing {
                     }
                 }
                 let reason = match happening {
+                    Happening::TurnedAway { reason } => {
+                        let mut turned_away = locked(&turned_away);
+                        // Whoever tries again and again, under any number of names, fills neither memory nor log.
+                        if turned_away.len() < TURNED_AWAY && turned_away.insert(reason.clone()) {
+                            host.log(Level::Warn, &format!("turned away: {reason}"));
+                        }
+                        return;
+                    }
                     Happening::Connected { .. } => "",
                     Happening::Disconnected { reason } | Happening::Refused { reason } => reason,
                     Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
@@ -104,14 +117,28 @@ impl Sharing for AgentSharing {
         let setup = Setup {
             limits: self.limits,
             listen: site.listen.clone(),
-            carriers: self.carriers.clone(),
+            rights: rights(&site),
+            carriers: self.carriers(&site)?,
             poll: None,
             time: Some(Arc::clone(&site.time)),
             updated: Some(Arc::clone(&site.wake)),
             notice: Some(notice),
             ..Setup::new(identity, Arc::clone(&site.steady))
         };
-        let peers = Arc::new(Peers::start(&site.board, setup).map_err(|error| error.to_string())?);
+        let peers = Peers::start(&site.board, setup).map_err(|error| SharingError {
+            message: error.to_string(),
+            help: help(&error),
+            about: About::Listen(error.endpoint().into()),
+        })?;
+        for (agent, endpoint) in &site.agents {
+            let fits = peers.check(endpoint).map_err(|error| SharingError {
+                message: error.to_string(),
+                help: None,
+                about: About::Agent(agent.clone()),
+            });
+            fits?;
+        }
+        let peers = Arc::new(peers);
         self.inspector = Some(Arc::new(Inspector::new(&peers, site.agents.clone())));
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
@@ -155,6 +182,49 @@ impl Sharing for AgentSharing {
     fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         Some(Arc::clone(self.inspector.as_ref()?) as Arc<dyn Inspection>)
     }
+}
+
+impl AgentSharing {
+    /// The carriers, of which Zenoh knows the agent's certificate.
+    fn carriers(&self, site: &Site) -> Result<BTreeMap<String, Arc<dyn Carrier>>, SharingError> {
+        #[cfg_attr(not(feature = "zenoh"), allow(unused_mut, reason = "nothing else adds to them"))]
+        let mut carriers = self.carriers.clone();
+        let security = site.security.as_ref();
+        if let Some(files) = security.and_then(|security| security.credentials.as_ref()) {
+            #[cfg(feature = "zenoh")]
+            if !carriers.contains_key("zenoh") {
+                use crate::carrier::zenoh::{Credentials, Files, Zenoh};
+                let files =
+                    Files { certificate: &files.certificate, key: &files.key, authority: &files.authority };
+                let credentials = Credentials::load(files, site.board.agent())?;
+                let zenoh = Zenoh::with_credentials(credentials, rights(site).is_restricted());
+                carriers.insert("zenoh".into(), Arc::new(zenoh));
+            }
+            #[cfg(not(feature = "zenoh"))]
+            return Err(SharingError {
+                message: format!(
+                    "this program was built without Zenoh, so nothing uses the certificate {}",
+                    files.certificate.display()
+                ),
+                help: Some(
+                    "build it with the feature `zenoh`: cargo build --release --features zenoh".into(),
+                ),
+                about: About::Certificate,
+            });
+        }
+        Ok(carriers)
+    }
+}
+
+/// What others may do.
+fn rights(site: &Site) -> Rights {
+    let allow = site.security.as_ref().and_then(|security| security.allow.clone());
+    allow.map_or_else(Rights::default, Rights::restricted)
+}
+
+fn help(error: &CarrierError) -> Option<String> {
+    matches!(error, CarrierError::InUse { .. })
+        .then(|| "another agent may have that name, or the endpoint is in use".into())
 }
 
 impl Drop for Running {

@@ -82,6 +82,13 @@ impl Outbox {
                             Some(format!("agent `{}` has no such mailbox at /{}", path.agent, path.path));
                         break Reply::Refused(ABANDONED);
                     }
+                    Ok(Answer::Denied) => {
+                        *trouble = Some(format!(
+                            "agent `{}` does not allow this agent to send messages to /{}",
+                            path.agent, path.path
+                        ));
+                        break Reply::Refused(ABANDONED);
+                    }
                     Ok(Answer::Full | Answer::Vanished) | Err(TryRecvError::Disconnected) => {
                         break Reply::Refused(ABANDONED);
                     }

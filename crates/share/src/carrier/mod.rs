@@ -4,6 +4,8 @@
 //! double and reorder them. Sessions do the rest, so a carrier has nothing to know of properties.
 
 pub mod local;
+#[cfg(feature = "zenoh")]
+pub mod zenoh;
 
 use std::fmt;
 use std::io;
@@ -17,6 +19,15 @@ pub trait Carrier: fmt::Debug + Send + Sync {
     /// # Errors
     /// When the endpoint makes no sense, is in use, or can't be had.
     fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError>;
+
+    /// Whether an endpoint can be dialled, as far as that can be told before; nobody is asked.
+    ///
+    /// # Errors
+    /// When the endpoint makes no sense, or is refused whoever is there.
+    fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
+        let _ = endpoint;
+        Ok(())
+    }
 
     /// Begins a link to an endpoint; it does not wait long for an answer.
     ///
@@ -56,6 +67,11 @@ pub trait Link: fmt::Debug + Send + Sync {
 
     /// The largest packet that is carried, bytes.
     fn largest(&self) -> usize;
+
+    /// The agent at the other end, where something proves that it is that one: then it is no other.
+    fn authenticated(&self) -> Option<&str> {
+        None
+    }
 
     /// Ends the link: whoever waits for it goes on.
     fn close(&self);
@@ -115,4 +131,17 @@ pub enum CarrierError {
         /// What the system says.
         error: io::Error,
     },
+}
+
+impl CarrierError {
+    /// The endpoint that is of no use.
+    pub fn endpoint(&self) -> &str {
+        match self {
+            Self::NoEndpoint { endpoint, .. }
+            | Self::InUse { endpoint }
+            | Self::Nobody { endpoint }
+            | Self::Unsafe { endpoint, .. }
+            | Self::System { endpoint, .. } => endpoint,
+        }
+    }
 }

@@ -55,6 +55,14 @@ fn greet(common: &Arc<Common>, link: &Arc<dyn Link>) {
     let packet = &packet[..length];
     let refused = match Session::greeting(packet) {
         Some(identity) if identity.agent != common.identity.agent => {
+            let own = &common.identity.agent;
+            let denied = impostor(link.as_ref(), &identity.agent)
+                .or_else(|| common.rights.of(own, &identity.agent).err());
+            if let Some(reason) = denied {
+                common.turned_away(&identity.agent, &reason);
+                let _ = link.send(&refusal(&reason));
+                return link.close();
+            }
             let line = common.line_to(&identity.agent, None);
             match line.map(|line| line.adopt(common, Arc::clone(link), identity.instance, packet)) {
                 Ok(Ok(())) => return,
@@ -69,6 +77,12 @@ fn greet(common: &Arc<Common>, link: &Arc<dyn Link>) {
         let _ = link.send(&refused);
     }
     link.close();
+}
+
+/// Why whoever is at the other end is not that agent, if something proves that.
+pub(super) fn impostor(link: &dyn Link, agent: &str) -> Option<String> {
+    let name = link.authenticated().filter(|name| *name != agent)?;
+    Some(format!("the certificate there is that of agent `{name}`, and not of agent `{agent}`"))
 }
 
 /// What an agent of another version, or of this one's name, is told.

@@ -12,7 +12,7 @@ use slate_blackboard::wake::Wake;
 
 use super::door::open_door;
 use super::line::{Line, locked};
-use super::{Happening, Peer, RemoteProperty, Status, Want};
+use super::{Happening, Peer, RemoteProperty, Rights, Status, Want};
 use crate::carrier::local::Local;
 use crate::carrier::{Carrier, CarrierError};
 use crate::session::{Answer, Identity, Limits, SendError};
@@ -35,9 +35,12 @@ pub struct Setup {
     pub time: Option<Clock>,
     /// What a session takes at most.
     pub limits: Limits,
-    /// Where it listens; nothing when it only dials.
-    pub listen: Option<String>,
-    /// The carriers by the beginnings of their endpoints, before the colon; `local` is there anyhow.
+    /// Where it listens; nowhere when it only dials.
+    pub listen: Vec<String>,
+    /// What others may do.
+    pub rights: Rights,
+    /// The carriers by the beginnings of their endpoints, before the colon. `local` is there anyhow, and so is `zenoh`
+    /// where it was built, for this machine alone.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
     /// How often the properties that others read are looked at for new values, nanoseconds; nothing when
     /// [`Notifier::notify`] is called after every tick.
@@ -56,7 +59,8 @@ impl Setup {
             clock,
             time: None,
             limits: Limits::default(),
-            listen: None,
+            listen: Vec::new(),
+            rights: Rights::default(),
             carriers: BTreeMap::new(),
             poll: Some(1_000_000),
             updated: None,
@@ -64,10 +68,11 @@ impl Setup {
         }
     }
 
-    /// It listens at an endpoint.
+    /// It listens at an endpoint, beside others.
     #[must_use]
-    pub fn listen(self, endpoint: &str) -> Self {
-        Self { listen: Some(endpoint.into()), ..self }
+    pub fn listen(mut self, endpoint: &str) -> Self {
+        self.listen.push(endpoint.into());
+        self
     }
 }
 
@@ -84,6 +89,7 @@ pub(super) struct Common {
     clock: Clock,
     time: Option<Clock>,
     limits: Limits,
+    pub rights: Rights,
     carriers: BTreeMap<String, Arc<dyn Carrier>>,
     pub poll: Option<u64>,
     pub updated: Option<Arc<Wake>>,
@@ -125,8 +131,21 @@ impl Common {
         let scheme = endpoint.split(':').next().unwrap_or_default();
         self.carriers.get(scheme).ok_or_else(|| CarrierError::NoEndpoint {
             endpoint: endpoint.into(),
-            expected: "it begins with the name of a carrier and a colon, such as local:base",
+            expected: match scheme {
+                "zenoh" => {
+                    "this program was built without Zenoh: build it with the feature `zenoh`, as in \
+                            `cargo build --release --features zenoh`"
+                }
+                _ => "it begins with the name of a carrier and a colon, such as local:base",
+            },
         })
+    }
+
+    /// Tells the host that somebody may not come in.
+    pub fn turned_away(&self, agent: &str, reason: &str) {
+        if let Some(notice) = &self.notice {
+            notice(agent, &Happening::TurnedAway { reason: reason.into() });
+        }
     }
 
     /// Looks at the lines, or changes them.
@@ -184,7 +203,8 @@ impl Common {
             return Err(io::Error::other(format!("no more than {AGENTS} agents are connected")));
         }
         let wake = Arc::new(Wake::new());
-        let peer = Peer::new(&self.board, self.identity.clone(), agent, self.limits, &wake);
+        let allowance = self.rights.of(&self.identity.agent, agent).map_err(io::Error::other)?.cloned();
+        let peer = Peer::new(&self.board, self.identity.clone(), agent, self.limits, &wake).allow(allowance);
         let line = Arc::new(Line::new(peer, wake, endpoint.map(Into::into)));
         let start = |name: &str, run: fn(&Line, &Self)| {
             let (common, line) = (Arc::clone(self), Arc::clone(&line));
@@ -201,7 +221,7 @@ impl Common {
 /// The other agents of an agent. Dropping this ends the connections, and takes the mirrors off the board.
 pub struct Peers {
     common: Arc<Common>,
-    door: Option<JoinHandle<()>>,
+    doors: Vec<JoinHandle<()>>,
 }
 
 impl fmt::Debug for Peers {
@@ -276,16 +296,19 @@ impl Peers {
     /// Begins to share what is on a board.
     ///
     /// # Errors
-    /// When the endpoint can't be listened at.
+    /// When an endpoint can't be listened at.
     pub fn start(board: &Arc<Board>, setup: Setup) -> Result<Self, CarrierError> {
         let mut carriers = setup.carriers;
         carriers.entry("local".into()).or_insert_with(|| Arc::new(Local));
+        #[cfg(feature = "zenoh")]
+        carriers.entry("zenoh".into()).or_insert_with(|| Arc::new(crate::carrier::zenoh::Zenoh::new()));
         let common = Arc::new(Common {
             board: Arc::clone(board),
             identity: setup.identity,
             clock: setup.clock,
             time: setup.time,
             limits: setup.limits,
+            rights: setup.rights,
             carriers,
             poll: setup.poll,
             updated: setup.updated,
@@ -295,16 +318,33 @@ impl Peers {
             ended: AtomicBool::new(false),
             greeting: AtomicUsize::new(0),
         });
-        let door = setup.listen.map(|endpoint| open_door(&common, &endpoint)).transpose()?;
-        Ok(Self { common, door })
+        // If one can't be opened, dropping this closes those before.
+        let mut peers = Self { common, doors: Vec::new() };
+        for endpoint in &setup.listen {
+            let door = open_door(&peers.common, endpoint)?;
+            peers.doors.push(door);
+        }
+        Ok(peers)
+    }
+
+    /// Whether an endpoint can be dialled, as far as that can be told before.
+    ///
+    /// # Errors
+    /// When it makes no sense, or is refused whoever is there.
+    pub fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
+        self.common.carrier(endpoint)?.check(endpoint)
     }
 
     /// Dials another agent, and again whenever it is gone.
     ///
     /// # Errors
-    /// When the endpoint makes no sense, or no thread can be started.
+    /// When the endpoint makes no sense, the agent may not connect, or no thread can be started.
     pub fn connect(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
         self.common.carrier(endpoint)?;
+        self.common
+            .rights
+            .of(&self.common.identity.agent, agent)
+            .map_err(|reason| CarrierError::Unsafe { endpoint: endpoint.into(), reason })?;
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
         self.common.line_to(agent, Some(endpoint)).map(drop).map_err(system)
     }
@@ -424,7 +464,8 @@ impl Drop for Peers {
         self.common.ended.store(true, Ordering::Release);
         let lines = self.common.with_lines(std::mem::take);
         lines.values().for_each(|served| served.line.end());
-        let threads = lines.into_values().flat_map(|served| served.threads).chain(self.door.take());
+        let threads =
+            lines.into_values().flat_map(|served| served.threads).chain(std::mem::take(&mut self.doors));
         // One that panicked has ended, too.
         threads.for_each(|thread| drop(thread.join()));
     }

@@ -8,6 +8,8 @@ use slate_blackboard::{Access, Board, Carrier, Pattern, Property, Stamp};
 use slate_module::encode_interface;
 use slate_runtime::sharing::RemoteProperty;
 
+use super::Allowance;
+use super::rights::{may_read, may_send};
 use crate::schema::interface;
 
 /// About so many bytes are told at once.
@@ -67,16 +69,19 @@ impl Question {
     }
 
     /// The next part, and whether it is the last. Values of more than `largest` bytes are left out.
-    pub fn next(&mut self, board: &Board, largest: usize) -> (Vec<u8>, bool) {
+    pub fn next(&mut self, board: &Board, largest: usize, allowance: Option<&Allowance>) -> (Vec<u8>, bool) {
         let mut part = Vec::new();
         for property in board.matching(&self.pattern) {
             if self.told.as_deref().is_some_and(|told| property.path() <= told) {
                 continue;
             }
+            if !may_read(allowance, property.path()) && !may_send(allowance, property.path()) {
+                continue;
+            }
             if part.len() >= PART {
                 return (part, false);
             }
-            write(&property, self.values, largest, &mut part);
+            write(&property, self.values && may_read(allowance, property.path()), largest, &mut part);
             self.told = Some(property.path().into());
         }
         (part, true)

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
+use super::door::impostor;
 use super::handle::Common;
 use super::state::States;
 use super::{Happening, Peer, RemoteProperty};
@@ -293,6 +294,11 @@ impl Line {
             endpoint.map(|endpoint| common.carrier(&endpoint).and_then(|carrier| carrier.dial(&endpoint)));
         match dialled {
             Some(Ok(link)) => {
+                if let Some(reason) = impostor(link.as_ref(), &self.agent) {
+                    link.close();
+                    *locked(&self.reason) = reason;
+                    return self.pause(pause);
+                }
                 let mut current = locked(&self.link);
                 if current.link.is_none() {
                     *current = Current { link: Some(link), dialled: true, since: common.now() };
@@ -327,7 +333,7 @@ impl Line {
                 Happening::Disconnected { reason } | Happening::Refused { reason } => {
                     locked(&self.reason).clone_from(reason);
                 }
-                Happening::Unserved { .. } | Happening::Told { .. } => {}
+                Happening::Unserved { .. } | Happening::Told { .. } | Happening::TurnedAway { .. } => {}
                 Happening::Answered { ticket, answer } => {
                     let mut waiting = locked(&self.waiting);
                     if let Some(sender) = waiting.answers.get(ticket) {

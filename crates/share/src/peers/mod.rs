@@ -8,6 +8,7 @@ mod inspection;
 mod line;
 mod messages;
 mod peer;
+mod rights;
 mod state;
 
 use slate_blackboard::interface::Descriptor;
@@ -16,6 +17,7 @@ pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
 pub(crate) use line::locked;
 pub use peer::Peer;
+pub use rights::{Allowance, Rights};
 pub use slate_runtime::sharing::RemoteProperty;
 pub use state::{PeerState, ReadState, ServedState};
 
@@ -70,6 +72,11 @@ pub enum Happening {
     },
     /// One of both refuses the other.
     Refused {
+        /// In words.
+        reason: String,
+    },
+    /// Whoever says it is that agent is not, or may not connect. It was told so, and nothing else happens.
+    TurnedAway {
         /// In words.
         reason: String,
     },

@@ -10,10 +10,11 @@ use super::export::{Export, Unserved};
 use super::import::{Import, Status};
 use super::inspection::{Answers, Question};
 use super::messages::{Incoming, Messages};
-use super::{Happening, Want};
+use super::rights::{is_of_team, may_read, may_send};
+use super::{Allowance, Happening, Want};
 use crate::carrier::SharedMemory;
 use crate::session::{
-    Application, Compression, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session,
+    Answer, Application, Compression, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session,
 };
 
 /// How often a property is looked for that is not there; other names of properties come without an event.
@@ -55,6 +56,8 @@ pub(super) struct Desk {
     pub imports: BTreeMap<u32, Import>,
     events: VecDeque<Event>,
     estimate: Option<Estimate>,
+    /// What the other agent may do; all when it is nothing.
+    allowance: Option<Allowance>,
     /// What the clock of the values shows more than the agent's, nanoseconds.
     lead: i64,
     /// Whether a mirror was written since it was asked.
@@ -118,6 +121,7 @@ impl Peer {
                 events: VecDeque::new(),
                 estimate: None,
                 lead: 0,
+                allowance: None,
                 shown: false,
             },
             questions: BTreeMap::new(),
@@ -128,6 +132,13 @@ impl Peer {
             happenings: VecDeque::new(),
             retry_at: 0,
         }
+    }
+
+    /// The other agent may do this and nothing else; all when it is nothing.
+    #[must_use]
+    pub fn allow(mut self, allowance: Option<Allowance>) -> Self {
+        self.desk.allowance = allowance;
+        self
     }
 
     /// The other agent's name.
@@ -194,7 +205,7 @@ impl Peer {
 
     /// Tells the other agent something of the team's knowledge; false when it is lost already.
     pub fn tell(&mut self, message: &[u8]) -> bool {
-        self.session.tell(message)
+        is_of_team(self.desk.allowance.as_ref()) && self.session.tell(message)
     }
 
     /// Asks which properties there are of those paths, and for their newest values if those are wanted; the answer is
@@ -339,6 +350,12 @@ impl Peer {
                 if path.len() > LONGEST_PATH || Url::parse(&format!("/{path}")).is_err() {
                     return self.session.decline(id, "that is no path of a property");
                 }
+                if !may_read(self.desk.allowance.as_ref(), &path) {
+                    let own = &self.session.own().agent;
+                    let reason =
+                        format!("agent `{own}` does not allow agent `{}` to read /{path}", self.desk.agent);
+                    return self.session.decline(id, &reason);
+                }
                 let export = Export::new(path, options, seen, Arc::clone(&self.desk.wake));
                 self.desk.exports.insert(id, export);
                 self.serve(id, now);
@@ -348,6 +365,9 @@ impl Peer {
             }
             Event::Message { ticket, path, schema, items, bytes } => {
                 let message = Incoming { ticket, path, schema, items, bytes };
+                if !may_send(self.desk.allowance.as_ref(), &message.path) {
+                    return self.session.answer(ticket, Answer::Denied);
+                }
                 let time = now.saturating_add_signed(self.desk.lead);
                 self.messages.deliver(&self.desk.board, &message, time, &mut self.session);
                 self.desk.shown = true;
@@ -364,7 +384,11 @@ impl Peer {
                     self.happen(Happening::Listed { request, answer });
                 }
             }
-            Event::Told { bytes } => self.happen(Happening::Told { bytes }),
+            Event::Told { bytes } => {
+                if is_of_team(self.desk.allowance.as_ref()) {
+                    self.happen(Happening::Told { bytes });
+                }
+            }
             Event::Failed { request } => {
                 self.answers.forget(request);
                 let answer = Err("the other agent went away".into());
@@ -388,6 +412,11 @@ impl Peer {
                 }
             }
             Err(Unserved::Waits(reason)) => {
+                // The reason names properties that are there, and not all are for everybody.
+                let reason = match self.desk.allowance {
+                    Some(_) => format!("no property at /{}", export.path),
+                    None => reason,
+                };
                 self.retry_at = now + RETRY;
                 if export.waiting != reason {
                     self.session.wait(id, &reason);
@@ -451,7 +480,7 @@ impl Peer {
         while self.session.room() > RESERVE
             && let Some((&request, question)) = self.questions.iter_mut().next()
         {
-            let (part, last) = question.next(&self.desk.board, largest);
+            let (part, last) = question.next(&self.desk.board, largest, self.desk.allowance.as_ref());
             self.session.part(request, &part, last);
             if last {
                 self.questions.remove(&request);

@@ -35,6 +35,8 @@ pub enum Answer {
     NoMailbox,
     /// The other agent, or the mailbox, went away: nobody knows whether it was dealt with.
     Vanished,
+    /// The other agent does not allow this one to send messages there.
+    Denied,
 }
 
 impl Answer {

@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::disallowed_methods, reason = "real agents go by the machine's clock")]
 
+#[cfg(feature = "zenoh")]
+pub mod net;
 pub mod scout;
 
 use std::path::PathBuf;
@@ -46,28 +48,57 @@ pub fn instance() -> u64 {
     u64::from(std::process::id()) << 20 | NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// A folder for the sockets of one test, which is removed at its end.
-pub struct Folder(PathBuf);
+/// Where the agents of one test find each other: a folder of sockets, which is removed at its end, or ports.
+pub struct Folder {
+    path: PathBuf,
+    #[cfg(feature = "zenoh")]
+    net: Option<net::Net>,
+}
 
 impl Folder {
     pub fn new() -> Self {
         let folder = std::env::temp_dir().join(format!("slate-share-{:x}", instance()));
         std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
+        Self {
+            path: folder,
+            #[cfg(feature = "zenoh")]
+            net: None,
+        }
+    }
+
+    /// They are found at ports, by that protocol.
+    #[cfg(feature = "zenoh")]
+    pub fn over(protocol: &'static str) -> Self {
+        let mut folder = Self::new();
+        folder.net = Some(net::Net::new(protocol, &folder.path));
+        folder
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.path.join(name)
     }
 
     pub fn endpoint(&self, name: &str) -> String {
+        #[cfg(feature = "zenoh")]
+        if let Some(net) = &self.net {
+            return net.endpoint(name);
+        }
         format!("local:{}", self.path(name).display())
+    }
+
+    /// An agent that can be found and find others.
+    pub fn setup(&self, name: &str) -> Setup {
+        #[cfg(feature = "zenoh")]
+        if let Some(net) = &self.net {
+            return Setup { carriers: net.carriers(name), ..setup(name) };
+        }
+        setup(name)
     }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        let _ = std::fs::remove_dir_all(&self.path);
     }
 }
 
@@ -95,7 +126,7 @@ impl Agent {
     }
 
     pub fn listening(name: &str, folder: &Folder) -> Self {
-        Self::start(setup(name).listen(&folder.endpoint(name)))
+        Self::start(folder.setup(name).listen(&folder.endpoint(name)))
     }
 
     pub fn newest(&self, path: &str) -> Option<(Vec<u8>, usize)> {

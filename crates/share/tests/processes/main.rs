@@ -20,21 +20,25 @@ const PERIOD: Duration = Duration::from_millis(1);
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
+    let ways = if cfg!(feature = "zenoh") { &["local", "tcp", "udp"][..] } else { &["local"] };
     if let [_, agent, name, endpoint] = &arguments[..]
         && agent == "agent"
     {
         return agent_main(name, endpoint);
     }
-    let tests: [(&str, fn()); 3] = [
+    let tests: [(&str, fn(&'static str)); 3] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
         ("a_stopped_agent_disturbs_nobody_and_catches_up", stopped),
         ("a_killed_agent_leaves_nothing_behind", left_behind),
     ];
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for (name, test) in tests {
-        if filter.is_none_or(|filter| name.contains(filter.as_str())) {
-            test();
-            println!("test {name} ... ok");
+        for way in ways {
+            let name = format!("{way}::{name}");
+            if filter.is_none_or(|filter| name.contains(filter.as_str())) {
+                test(way);
+                println!("test {name} ... ok");
+            }
         }
     }
 }
@@ -113,8 +117,12 @@ struct Hub {
 }
 
 impl Hub {
-    fn new(names: &[&str]) -> (Self, Vec<Process>) {
-        let folder = Folder::new();
+    fn new(way: &'static str, names: &[&str]) -> (Self, Vec<Process>) {
+        let folder = match way {
+            #[cfg(feature = "zenoh")]
+            "tcp" | "udp" => Folder::over(way),
+            _ => Folder::new(),
+        };
         let agent = Agent::listening("hub", &folder);
         let endpoint = folder.endpoint("hub");
         let processes: Vec<_> = names.iter().map(|name| Process::start(name, &endpoint)).collect();
@@ -181,15 +189,18 @@ fn report(what: &str, before: (Duration, Duration), during: (Duration, Duration)
     assert!(during.0 < before.0 + SLACK, "the healthy agents wait for the one that is ill");
 }
 
-fn killed() {
-    let (mut hub, mut processes) = Hub::new(&["one", "two", "three"]);
+fn killed(way: &'static str) {
+    let (mut hub, mut processes) = Hub::new(way, &["one", "two", "three"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::KILL);
     let during = hub.run(Duration::from_millis(800), &mut writer, "two");
     report("killed", before, during);
-    let connected = hub.agent.board.read("peers/two/link/connected").unwrap().unwrap().0;
-    assert_eq!(connected, Value::Bool(false));
+    wait_for("its end to be seen", || !hub.agent.peers.is_connected("two"));
+    wait_for("the state", || {
+        let connected = hub.agent.board.read("peers/two/link/connected").unwrap().unwrap().0;
+        connected == Value::Bool(false)
+    });
     let (mirror, _) = hub.agent.board.find("agents/two/out/count").unwrap();
     assert!(!mirror.has_writer(), "readers see that its writer is gone");
     processes[1] = Process::start("two", &hub.endpoint);
@@ -201,8 +212,8 @@ fn killed() {
     wait_for("the second connection to be counted", || hub.state("peers/two/link/connections") == Some(2));
 }
 
-fn stopped() {
-    let (mut hub, processes) = Hub::new(&["one", "two"]);
+fn stopped(way: &'static str) {
+    let (mut hub, processes) = Hub::new(way, &["one", "two"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::STOP);
@@ -220,9 +231,9 @@ fn stopped() {
     });
 }
 
-fn left_behind() {
+fn left_behind(way: &'static str) {
     let count = |folder: &str| std::fs::read_dir(folder).unwrap().count();
-    let (mut hub, mut processes) = Hub::new(&["one"]);
+    let (mut hub, mut processes) = Hub::new(way, &["one"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     hub.run(Duration::from_millis(100), &mut writer, "one");
     let files = count("/proc/self/fd");

@@ -41,6 +41,10 @@ impl Carrier for Local {
         Ok(Box::new(LocalListener { socket, _place: place }))
     }
 
+    fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
+        place::path(endpoint).map(drop)
+    }
+
     fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
         let path = place::path(endpoint)?;
         // If it did wait, an agent that accepts nobody would hold this one up.

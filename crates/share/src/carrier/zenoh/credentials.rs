@@ -1,0 +1,199 @@
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
+use std::sync::Arc;
+
+use rustls::RootCertStore;
+use rustls::client::verify_server_cert_signed_by_trust_anchor;
+use rustls::crypto::CryptoProvider;
+use rustls::pki_types::pem::PemObject;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, UnixTime};
+use rustls::server::{ParsedCertificate, WebPkiClientVerifier};
+use rustls::sign::CertifiedKey;
+use slate_runtime::sharing::{About, SharingError};
+use x509_parser::prelude::{FromDer, X509Certificate};
+
+/// An agent's certificate, its key, and the authority of all agents, as far as they fit together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Credentials {
+    /// What Zenoh is to know of TLS.
+    pub(super) settings: String,
+}
+
+/// Where they are, in PEM.
+#[derive(Clone, Copy, Debug)]
+pub struct Files<'a> {
+    /// The agent's certificate, and those between it and the authority's.
+    pub certificate: &'a Path,
+    /// The private key that belongs to it.
+    pub key: &'a Path,
+    /// The certificates of those who may sign certificates of agents.
+    pub authority: &'a Path,
+}
+
+fn refused(about: About, message: String, help: &str) -> SharingError {
+    SharingError { message, help: Some(help.into()), about }
+}
+
+impl Credentials {
+    /// Reads the files of the agent of that name.
+    ///
+    /// # Errors
+    /// When one of them can't be read or is none, when they don't belong together, when others may read the key, when
+    /// the certificate is another agent's, or not valid now.
+    pub fn load(files: Files<'_>, agent: &str) -> Result<Self, SharingError> {
+        let certificate = certificates(files.certificate, About::Certificate, "certificate")?;
+        let authority = certificates(files.authority, About::Authority, "authority")?;
+        let key = key(files.key)?;
+        check_name(&certificate[0], files.certificate, agent)?;
+        let provider = Arc::new(rustls::crypto::ring::default_provider());
+        check_key(&certificate, key, files.key, &provider)?;
+        check_chain(&certificate, &authority, files, &provider)?;
+        let path = |path: &Path, about: About| {
+            let path = fs::canonicalize(path).ok().and_then(|path| path.into_os_string().into_string().ok());
+            let plain = |path: &String| !path.contains(['#', '?', ';', '|', '=']);
+            path.filter(plain).ok_or_else(|| {
+                refused(
+                    about,
+                    "the path has characters that Zenoh takes otherwise".into(),
+                    "use letters, digits, _, - and .",
+                )
+            })
+        };
+        let certificate = path(files.certificate, About::Certificate)?;
+        let key = path(files.key, About::Key)?;
+        let authority = path(files.authority, About::Authority)?;
+        // Who is at the other end is what its certificate says, wherever that one is: so its name is compared with the
+        // agent's, and not with the host's.
+        let settings = format!(
+            "root_ca_certificate_file={authority};enable_mtls=true;verify_name_on_connect=false;\
+             close_link_on_expiration=true;tls_handshake_timeout_ms={};\
+             listen_certificate_file={certificate};listen_private_key_file={key};\
+             connect_certificate_file={certificate};connect_private_key_file={key}",
+            super::PATIENCE.as_millis()
+        );
+        Ok(Self { settings })
+    }
+}
+
+fn read(path: &Path, about: &About, what: &str) -> Result<Vec<u8>, SharingError> {
+    fs::read(path).map_err(|error| {
+        let message = format!("the {what} {} can't be read: {error}", path.display());
+        refused(about.clone(), message, "a path is relative to the file that it is written in")
+    })
+}
+
+fn certificates(path: &Path, about: About, what: &str) -> Result<Vec<CertificateDer<'static>>, SharingError> {
+    let text = read(path, &about, what)?;
+    let found: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&text).collect();
+    let found = found.ok().filter(|found| !found.is_empty());
+    found.ok_or_else(|| {
+        let message = format!("{} holds no certificate in PEM", path.display());
+        refused(about, message, "it begins with -----BEGIN CERTIFICATE-----")
+    })
+}
+
+fn key(path: &Path) -> Result<PrivateKeyDer<'static>, SharingError> {
+    let text = read(path, &About::Key, "key")?;
+    let found = fs::metadata(path).map(|found| found.mode());
+    if found.is_ok_and(|mode| mode & 0o077 != 0) {
+        let message = format!("others than its owner may use the key {}", path.display());
+        return Err(refused(About::Key, message, &format!("chmod 600 {}", path.display())));
+    }
+    PrivateKeyDer::from_pem_slice(&text).map_err(|_| {
+        let message = format!("{} holds no private key in PEM", path.display());
+        refused(About::Key, message, "it begins with -----BEGIN PRIVATE KEY-----, and has no password")
+    })
+}
+
+/// The certificate has to be this agent's.
+fn check_name(certificate: &CertificateDer<'_>, path: &Path, agent: &str) -> Result<(), SharingError> {
+    let name = common_name(certificate);
+    if name.as_deref() == Some(agent) {
+        return Ok(());
+    }
+    let path = path.display();
+    let message = match name {
+        Some(name) => format!("the certificate {path} is that of `{name}`, and this agent is `{agent}`"),
+        None => format!("the certificate {path} has no common name"),
+    };
+    Err(refused(About::Certificate, message, &format!("make one with the common name (CN) `{agent}`")))
+}
+
+fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
+    let (_, certificate) = X509Certificate::from_der(certificate).ok()?;
+    // The first one, which is what Zenoh says of the other end.
+    certificate.subject().iter_common_name().next()?.as_str().ok().map(Into::into)
+}
+
+fn check_key(
+    certificate: &[CertificateDer<'static>],
+    key: PrivateKeyDer<'static>,
+    path: &Path,
+    provider: &CryptoProvider,
+) -> Result<(), SharingError> {
+    let path = path.display();
+    match CertifiedKey::from_der(certificate.to_vec(), key, provider) {
+        Ok(_) => Ok(()),
+        Err(rustls::Error::InconsistentKeys(_)) => {
+            let message = format!("the key {path} does not belong to the certificate");
+            Err(refused(About::Key, message, "give the key that the certificate was made with"))
+        }
+        Err(error) => {
+            let message = format!("the key {path} is of no use: {error}");
+            Err(refused(About::Key, message, "make a key of the kind RSA, ECDSA (P-256) or Ed25519"))
+        }
+    }
+}
+
+/// Whether others will take the certificate: it is valid now, signed by the authority, and for both ends.
+fn check_chain(
+    certificate: &[CertificateDer<'static>],
+    authority: &[CertificateDer<'static>],
+    files: Files<'_>,
+    provider: &Arc<CryptoProvider>,
+) -> Result<(), SharingError> {
+    let mut roots = RootCertStore::empty();
+    for root in authority {
+        roots.add(root.clone()).map_err(|error| {
+            let message = format!("the authority {} is of no use: {error}", files.authority.display());
+            refused(About::Authority, message, "give the certificate of who signed those of the agents")
+        })?;
+    }
+    let roots = Arc::new(roots);
+    let (own, between) = (&certificate[0], &certificate[1..]);
+    let now = UnixTime::now();
+    let as_client = || {
+        let verifier = WebPkiClientVerifier::builder_with_provider(Arc::clone(&roots), Arc::clone(provider))
+            .build()
+            .map_err(|error| rustls::Error::General(error.to_string()))?;
+        verifier.verify_client_cert(own, between, now).map(drop)
+    };
+    let as_server = || {
+        let parsed = ParsedCertificate::try_from(own)?;
+        let algorithms = provider.signature_verification_algorithms.all;
+        verify_server_cert_signed_by_trust_anchor(&parsed, &roots, between, now, algorithms)
+    };
+    as_client().and_then(|()| as_server()).map_err(|error| {
+        let (certificate, authority) = (files.certificate.display(), files.authority.display());
+        let (reason, help) = explain(&error);
+        let message = format!("the certificate {certificate} {reason} (authority: {authority})");
+        refused(About::Certificate, message, help)
+    })
+}
+
+fn explain(error: &rustls::Error) -> (String, &'static str) {
+    use rustls::CertificateError::{Expired, ExpiredContext, NotValidYet, NotValidYetContext, UnknownIssuer};
+    match error {
+        rustls::Error::InvalidCertificate(Expired | ExpiredContext { .. }) => {
+            ("has expired".into(), "make a new one, or see whether the clock of this machine is right")
+        }
+        rustls::Error::InvalidCertificate(NotValidYet | NotValidYetContext { .. }) => {
+            ("is not valid yet".into(), "see whether the clock of this machine is right")
+        }
+        rustls::Error::InvalidCertificate(UnknownIssuer) => {
+            ("was not signed by the authority".into(), "let the authority sign it, or give the one that did")
+        }
+        error => (format!("is of no use: {error}"), "make a certificate as the book shows"),
+    }
+}

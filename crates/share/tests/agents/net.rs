@@ -1,0 +1,113 @@
+//! Agents that are found at ports of this machine, with certificates if need be.
+
+use std::collections::BTreeMap;
+use std::net::{TcpListener, UdpSocket};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::sync::{Arc, Mutex};
+
+use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
+use slate_share::carrier::Carrier;
+use slate_share::carrier::zenoh::{Credentials, Files, Zenoh};
+
+/// A port that nobody has, and that no connection gets by itself.
+pub fn port() -> u16 {
+    static NEXT: AtomicU16 = AtomicU16::new(0);
+    let first = 10_000 + (std::process::id() % 200) as u16 * 100;
+    loop {
+        let port = first + NEXT.fetch_add(1, Ordering::Relaxed) % 2_000;
+        let free =
+            TcpListener::bind(("127.0.0.1", port)).is_ok() && UdpSocket::bind(("127.0.0.1", port)).is_ok();
+        if free {
+            return port;
+        }
+    }
+}
+
+/// The ports of a test's agents.
+pub struct Net {
+    protocol: &'static str,
+    ports: Mutex<BTreeMap<String, u16>>,
+    authority: Option<Authority>,
+}
+
+impl Net {
+    pub fn new(protocol: &'static str, folder: &Path) -> Self {
+        let authority = (protocol == "tls").then(|| Authority::new(folder, "authority"));
+        Self { protocol, ports: Mutex::default(), authority }
+    }
+
+    pub fn endpoint(&self, name: &str) -> String {
+        let port = *self.ports.lock().unwrap().entry(name.into()).or_insert_with(port);
+        format!("zenoh:{}/127.0.0.1:{port}", self.protocol)
+    }
+
+    pub fn carriers(&self, name: &str) -> BTreeMap<String, Arc<dyn Carrier>> {
+        let mut carriers: BTreeMap<String, Arc<dyn Carrier>> = BTreeMap::new();
+        if let Some(authority) = &self.authority {
+            let certificate = authority.sign(name);
+            let credentials = certificate.load(&authority.certificate, name).unwrap();
+            carriers.insert("zenoh".into(), Arc::new(Zenoh::with_credentials(credentials, false)));
+        }
+        carriers
+    }
+}
+
+/// Signs certificates.
+pub struct Authority {
+    folder: PathBuf,
+    pub certificate: PathBuf,
+    issuer: Issuer<'static, KeyPair>,
+}
+
+/// A certificate's files.
+pub struct Certificate {
+    pub certificate: PathBuf,
+    pub key: PathBuf,
+}
+
+impl Certificate {
+    pub fn load(
+        &self,
+        authority: &Path,
+        agent: &str,
+    ) -> Result<Credentials, slate_runtime::sharing::SharingError> {
+        Credentials::load(Files { certificate: &self.certificate, key: &self.key, authority }, agent)
+    }
+}
+
+impl Authority {
+    pub fn new(folder: &Path, name: &str) -> Self {
+        let mut parameters = CertificateParams::new(Vec::new()).unwrap();
+        parameters.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        parameters.distinguished_name.push(DnType::CommonName, name);
+        let key = KeyPair::generate().unwrap();
+        let signed = parameters.self_signed(&key).unwrap();
+        let certificate = folder.join(format!("{name}.pem"));
+        std::fs::write(&certificate, signed.pem()).unwrap();
+        Self { folder: folder.into(), certificate, issuer: Issuer::new(parameters, key) }
+    }
+
+    pub fn sign(&self, name: &str) -> Certificate {
+        self.sign_with(name, |_| {})
+    }
+
+    /// Signs a certificate with other parameters.
+    pub fn sign_with(&self, name: &str, change: impl FnOnce(&mut CertificateParams)) -> Certificate {
+        let mut parameters = CertificateParams::new(Vec::new()).unwrap();
+        parameters.distinguished_name.push(DnType::CommonName, name);
+        change(&mut parameters);
+        let key = KeyPair::generate().unwrap();
+        let signed = parameters.signed_by(&key, &self.issuer).unwrap();
+        let unique = super::instance();
+        let files = Certificate {
+            certificate: self.folder.join(format!("{name}-{unique}.pem")),
+            key: self.folder.join(format!("{name}-{unique}.key")),
+        };
+        std::fs::write(&files.certificate, signed.pem()).unwrap();
+        std::fs::write(&files.key, key.serialize_pem()).unwrap();
+        std::fs::set_permissions(&files.key, std::fs::Permissions::from_mode(0o600)).unwrap();
+        files
+    }
+}

@@ -1,0 +1,80 @@
+//! What agents may do, when it is said.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+
+mod agents;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use agents::{Agent, Folder, Number, output, setup, wait_for, write};
+use slate_blackboard::Pattern;
+use slate_blackboard::interface::{Interface, Value, View};
+use slate_blackboard::message::Mailbox;
+use slate_share::peers::{Allowance, Rights, Setup, Status, Want};
+use slate_share::session::{Answer, Options};
+
+fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
+    let patterns = |texts: &[&str]| texts.iter().map(|text| Pattern::parse(text).unwrap()).collect();
+    let each = agents.iter().map(|(agent, read, send)| {
+        ((*agent).to_owned(), Allowance { read: patterns(read), send: patterns(send), team: false })
+    });
+    Rights::restricted(each.collect::<BTreeMap<_, _>>())
+}
+
+#[test]
+fn an_agent_may_do_what_is_said_and_nothing_else() {
+    let folder = Folder::new();
+    let rights = rights(&[("arm", &["drive/*"], &["drive/commands"])]);
+    let base = Agent::start(Setup { rights, ..setup("base") }.listen(&folder.endpoint("base")));
+    let mut speed = output(&base.board, "drive/speed", 1);
+    let mut secret = output(&base.board, "vault/secret", 1);
+    for path in ["drive/commands", "vault/commands"] {
+        let mailbox = Mailbox::new(Number::DESCRIPTOR.shape(0), 4, 2);
+        base.board.add_mailbox(path, "Commands.", Number::DESCRIPTOR, mailbox).unwrap();
+    }
+    write(&mut speed, 3);
+    write(&mut secret, 4);
+    let arm = Agent::start(setup("arm"));
+    arm.peers.connect("base", &folder.endpoint("base")).unwrap();
+    let want = |path| Want::new(path, Options::default());
+    arm.peers.subscribe("base", want("drive/speed")).unwrap();
+    let refused = arm.peers.subscribe("base", want("vault/secret")).unwrap();
+    let missing = arm.peers.subscribe("base", want("drive/sped")).unwrap();
+    wait_for("what it may read", || arm.number("agents/base/drive/speed") == Some(3));
+    let reason = "agent `base` does not allow agent `arm` to read /vault/secret";
+    wait_for("the refusal", || arm.peers.status("base", refused) == Some(Status::Refused(reason.into())));
+    let nothing = Status::Waiting("no property at /drive/sped".into());
+    wait_for("no word of what else there is", || arm.peers.status("base", missing) == Some(nothing.clone()));
+    assert_eq!(arm.number("agents/base/vault/secret"), None);
+
+    let limit = Duration::from_secs(20);
+    let send = |path: &str| {
+        let message = Number { value: 1 };
+        let hash = Number::DESCRIPTOR.hash;
+        arm.peers.send("base", path, hash, 0, View::of(&message).bytes()).unwrap().recv_timeout(limit)
+    };
+    assert_eq!(send("drive/commands"), Ok(Answer::Accepted));
+    assert_eq!(send("vault/commands"), Ok(Answer::Denied));
+    // It is not said that it is of the team.
+    assert!(!base.peers.tell("arm", b"something"));
+    let listed = arm.peers.list("base", "**", true, limit).unwrap();
+    let paths: Vec<_> = listed.iter().map(|property| property.path.as_str()).collect();
+    assert_eq!(paths, ["drive/commands", "drive/speed"]);
+}
+
+#[test]
+fn who_is_not_named_may_not_connect() {
+    let folder = Folder::new();
+    let setup_base = Setup { rights: rights(&[("arm", &[], &[])]), ..setup("base") };
+    let base = Agent::start(setup_base.listen(&folder.endpoint("base")));
+    let leg = Agent::listening("leg", &folder);
+    leg.peers.connect("base", &folder.endpoint("base")).unwrap();
+    let reason = "agent `leg` is not in [share.security.allow] of agent `base`, so they may not connect";
+    wait_for("the refusal", || {
+        let shown = leg.board.read("peers/base/link/reason").ok().flatten();
+        shown.is_some_and(|(value, _)| value == Value::Text(reason.into()))
+    });
+    let error = base.peers.connect("leg", &folder.endpoint("leg")).unwrap_err();
+    assert_eq!(error.to_string(), format!("endpoint `{}`: {reason}", folder.endpoint("leg")));
+    assert!(base.peers.agents().is_empty());
+}
