@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use slate_runtime::configuration::{Configuration, SaveTo};
-use slate_runtime::sharing::{RemotePath, Sharing, Site, Want};
+use slate_runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
 use slate_runtime::{Agent, NewLink};
 
 use crate::common::number;
@@ -175,7 +175,7 @@ plugin = "receiver"
 struct Nobody;
 
 impl Sharing for Nobody {
-    fn start(&mut self, _: Site) -> Result<(), String> {
+    fn start(&mut self, _: Site) -> Result<(), SharingError> {
         Ok(())
     }
 
