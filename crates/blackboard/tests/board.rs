@@ -101,7 +101,7 @@ fn an_unknown_path_names_the_nearest() {
     let error = board().find("drve/limits/point/x").unwrap_err();
     assert_eq!(
         error.to_string(),
-        "no property at /drve/limits/point/x; nearest: drive/limits",
+        "no property at /drve/limits/point/x; nearest: drive/limits, gate/limits",
         "before a field"
     );
     let error = board().find("camera/image").unwrap_err();
