@@ -98,8 +98,18 @@ fn a_url_leads_to_a_property_of_this_agent() {
 fn an_unknown_path_names_the_nearest() {
     let error = board().find("drive/limit").unwrap_err();
     assert_eq!(error.to_string(), "no property at /drive/limit; nearest: drive/limits");
+    let error = board().find("drve/limits/point/x").unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "no property at /drve/limits/point/x; nearest: drive/limits, gate/limits",
+        "before a field"
+    );
     let error = board().find("camera/image").unwrap_err();
     assert_eq!(error.to_string(), "no property at /camera/image");
+    let BoardError::Unknown { near, .. } = board().find(&vec!["drve"; 100_000].join("/")).unwrap_err() else {
+        panic!("it is not there")
+    };
+    assert!(near.iter().all(|near| near.starts_with("drive/")) && !near.is_empty(), "{near:?}");
     assert_eq!(nearest_names("gain", ["grain", "gains", "speed", "again", "pain"].into_iter()).len(), 3);
     assert_eq!(nearest_names("gain", ["main", "gain"].into_iter()), ["gain", "main"], "the best comes first");
 }

@@ -68,7 +68,7 @@ impl Application {
 
 /// The modules that are linked into the command.
 pub fn plugins() -> Vec<Plugin> {
-    vec![slate::sim::plugin(), slate_exp1::plugin()]
+    vec![slate::sim::plugin(), slate_exp1::plugin(), slate_team::plugin()]
 }
 
 /// The agents that a file describes, if it describes several.

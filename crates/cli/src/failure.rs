@@ -1,6 +1,7 @@
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
+use slate::blackboard::nearest_names;
 use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
 use slate::runtime::plugin::LibraryError;
@@ -114,8 +115,14 @@ impl Failure {
             Self::SeveralAgents { running } => format!("choose one, such as --agent {}", running.first()?),
             Self::SeveralResumed { agents } => format!("name it, such as --agent {}", agents.first()?),
             Self::Agent(ClientError::Refused(refusal)) => refusal.help.clone(),
-            Self::Agent(ClientError::NoAgent { running, .. }) if !running.is_empty() => {
-                format!("there are: {}", running.join(", "))
+            Self::Agent(ClientError::NoAgent { name, running }) if !running.is_empty() => {
+                let near = nearest_names(name, running.iter().map(String::as_str));
+                let others = running.iter().filter(|name| !near.contains(name));
+                let all: Vec<_> = near.iter().chain(others).map(String::as_str).collect();
+                match near.first() {
+                    Some(nearest) => format!("did you mean `{nearest}`? There are: {}", all.join(", ")),
+                    None => format!("there are: {}", all.join(", ")),
+                }
             }
             Self::Agent(ClientError::NoAgent { .. }) => return Self::NoAgent.help(),
             Self::Agent(ClientError::Version { .. }) => "use the `slate` that runs the agent".into(),

@@ -50,7 +50,11 @@ pub fn list(agent: &AgentOption, pattern: Option<&str>, json: bool) -> Result<bo
         output::json(&properties);
         return Ok(true);
     }
-    let row = |property: PropertyEntry| [format!("/{}", property.path), property.interface, property.doc];
+    // As they are asked for: those of another agent by their whole URLs.
+    let agent = pattern.and_then(|pattern| pattern.strip_prefix("slate://")?.split('/').next());
+    let root = agent.map_or("/".into(), |agent| format!("slate://{agent}/"));
+    let row =
+        |property: PropertyEntry| [format!("{root}{}", property.path), property.interface, property.doc];
     let head = ["property", "interface", "what it is for"].map(String::from);
     output::columns([head].into_iter().chain(properties.into_iter().map(row)));
     Ok(true)

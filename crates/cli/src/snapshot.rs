@@ -15,6 +15,10 @@ pub enum SnapshotVerb {
     Save {
         /// The file.
         file: PathBuf,
+        /// Writes the newest values of another agent's properties instead, as JSON: of one that the agent knows, such as
+        /// `slate://robot/**`.
+        #[arg(long, value_name = "URL")]
+        of: Option<String>,
         #[command(flatten)]
         agent: AgentOption,
     },
@@ -41,7 +45,17 @@ pub enum SnapshotVerb {
 /// Does what is asked; true, as what is refused is a failure.
 pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
     match verb {
-        SnapshotVerb::Save { file, agent } => {
+        SnapshotVerb::Save { file, of: Some(url), agent } => {
+            let saved = agent.connect()?.save_remote(url, &absolute(file)?)?;
+            output::line(format_args!(
+                "{} has {} values of {} properties of agent {}",
+                file.display(),
+                saved.values,
+                saved.properties,
+                saved.agent
+            ));
+        }
+        SnapshotVerb::Save { file, of: None, agent } => {
             let saved = agent.connect()?.save_snapshot(&absolute(file)?)?;
             output::line(format_args!("{} has {}", file.display(), moment(&saved)));
         }

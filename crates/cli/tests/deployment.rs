@@ -9,9 +9,8 @@ use std::path::Path;
 use std::process::{Child, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::Duration;
 
-use common::{Running, text};
+use common::{Running, text, wait_for};
 use serde_json::Value;
 
 /// A robot in its simulator and who watches it; neither ends by itself.
@@ -35,16 +34,6 @@ params = { robot = "r2", tolerance = 0.1, time_limit = 1e6 }
 [agents.watcher.links]
 "referee/truth" = "slate://robot/simulator/r2/truth"
 "#;
-
-fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
-    for _ in 0..600 {
-        if is_so() {
-            return;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    panic!("{what}: not within 30 s");
-}
 
 fn team(name: &str) -> Running {
     let running = Running::new(name);

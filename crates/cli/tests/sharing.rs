@@ -3,22 +3,24 @@
 
 mod common;
 
-use std::time::Duration;
-
-use common::Running;
+use common::{Running, wait_for};
 use serde_json::Value;
 
-/// A robot in its simulator, which does not end by itself.
-const ROBOT: &str = r#"
-[time]
-source = "simulator"
-[modules.simulator]
+/// Where both believe that the robot is.
+const WORLD: &str = r#"
 [world]
 arena = "rocs_arena"
 layout = "start"
 goal = [0.0, 0.0]
 robots.r2 = { model = "pioneer_p3dx" }
 layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
+"#;
+
+/// A robot in its simulator, which does not end by itself.
+const ROBOT: &str = r#"
+[time]
+source = "simulator"
+[modules.simulator]
 [share]
 "#;
 
@@ -29,18 +31,12 @@ params = { robot = "r2", tolerance = 0.1, time_limit = 1e6 }
 [links]
 "referee/truth" = "slate://robot/simulator/r2/truth"
 "referee/contacts" = "slate://robot/simulator/contacts"
-[world]
-arena = "rocs_arena"
-layout = "start"
-goal = [0.0, 0.0]
-robots.r2 = { model = "pioneer_p3dx" }
-layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
 "#;
 
 fn agents(name: &str) -> Running {
     let running = Running::new(name);
-    std::fs::write(running.folder().join("robot.toml"), ROBOT).unwrap();
-    std::fs::write(running.folder().join("watcher.toml"), WATCHER).unwrap();
+    std::fs::write(running.folder().join("robot.toml"), format!("{ROBOT}{WORLD}")).unwrap();
+    std::fs::write(running.folder().join("watcher.toml"), format!("{WATCHER}{WORLD}")).unwrap();
     running
 }
 
@@ -57,16 +53,6 @@ fn links(running: &Running) -> Vec<Value> {
 fn trouble(running: &Running, to: &str) -> Option<String> {
     let link = links(running).into_iter().find(|link| link["to"] == to).unwrap();
     link["trouble"].as_str().map(ToOwned::to_owned)
-}
-
-fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
-    for _ in 0..400 {
-        if is_so() {
-            return;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    panic!("{what}: not within 20 s");
 }
 
 fn wait_for_values(running: &Running, to: &str) {
@@ -163,9 +149,40 @@ fn links_to_another_agent_are_made_and_ended_at_run_time_and_tell_what_is_wrong(
 }
 
 #[test]
+fn another_agent_is_looked_into_through_one_that_knows_it() {
+    let mut running = agents("share-look");
+    run(&mut running, "watcher");
+    run(&mut running, "robot");
+    wait_for_values(&running, "referee/truth");
+    let watcher = |arguments: &[&str]| running.done(&[arguments, &["--agent", "watcher"]].concat());
+    let listed = watcher(&["list", "slate://robot/simulator/r2/*"]);
+    assert!(listed.contains("slate://robot/simulator/r2/truth"), "{listed}");
+    assert_eq!(watcher(&["get", "slate://robot/simulator/r2/truth/x"]).trim(), "0.6");
+    let saved = watcher(&["snapshot", "save", "robot.json", "--of", "slate://robot/**"]);
+    assert!(saved.contains("properties of agent robot"), "{saved}");
+    let text = std::fs::read_to_string(running.folder().join("robot.json")).unwrap();
+    let file: Value = serde_json::from_str(&text).unwrap();
+    assert!(
+        file["properties"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|property| property["path"] == "simulator/r2/truth")
+    );
+
+    let refused = |arguments: &[&str], says: &[&str]| {
+        running.fails(1, &[arguments, &["--agent", "watcher"]].concat(), says);
+    };
+    refused(&["get", "slate://robt/simulator/r2/truth"], &["no agent `robt`", "nearest: robot"]);
+    refused(&["get", "slate://robot/simulator/r2/trut"], &["nearest: simulator/r2/truth"]);
+    refused(&["list", "slate://robot/simulatr/**"], &["nearest: simulator/"]);
+    running.fails(2, &["list", "--agent", "watchr"], &["did you mean `watcher`? There are: watcher, robot"]);
+}
+
+#[test]
 fn who_shares_nothing_opens_nothing_and_an_endpoint_is_for_one() {
     let mut running = agents("share-none");
-    std::fs::write(running.folder().join("alone.toml"), ROBOT.replace("[share]", "")).unwrap();
+    std::fs::write(running.folder().join("alone.toml"), ROBOT.replace("[share]", "") + WORLD).unwrap();
     run(&mut running, "alone");
     let sockets = running.sockets().join("slate");
     let names = || -> Vec<_> {
@@ -174,7 +191,7 @@ fn who_shares_nothing_opens_nothing_and_an_endpoint_is_for_one() {
     };
     assert!(!names().iter().any(|name| name.contains("share")), "{:?}", names());
     run(&mut running, "robot");
-    let other = ROBOT.replace("[share]", "[share]\nlisten = \"local:robot\"");
+    let other = ROBOT.replace("[share]", "[share]\nlisten = \"local:robot\"") + WORLD;
     std::fs::write(running.folder().join("other.toml"), other).unwrap();
     let arguments = ["run", "other.toml", "--headless", "--rate", "realtime"];
     running.fails(2, &arguments, &["local:robot", "in use"]);

@@ -16,7 +16,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Running, json, text};
+use common::{Running, json, text, wait_for};
 use serde_json::Value;
 
 /// The spans of each thread, by its name: what each is called, when it begins and how long it takes, in microseconds.
@@ -101,20 +101,12 @@ fn a_trace_that_can_not_be_made_is_refused_before_it_is_recorded() {
     assert!(running.folder().join("trace.json").exists());
 }
 
-fn eventually(what: &str, mut so: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !so() {
-        assert!(start.elapsed() < Duration::from_secs(60), "{what}");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
 /// Records for an hour, and is under way.
 fn recording(running: &Running, file: &str) -> Child {
     let mut command = running.command(&["trace", "--seconds", "3600", "--out", file]);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let part = running.folder().join(format!("{file}.part"));
-    eventually("it begins", || part.exists());
+    wait_for("it begins", || part.exists());
     std::thread::sleep(Duration::from_millis(300));
     child
 }
@@ -143,7 +135,7 @@ fn a_trace_that_is_interrupted_is_kept_and_of_a_killed_one_nothing_is_left() {
     assert!(cycles(&running.folder().join("kept.json")) >= 3);
     killed.kill().unwrap();
     killed.wait().unwrap();
-    eventually("what was recorded is removed", || !running.folder().join("killed.json.part").exists());
+    wait_for("what was recorded is removed", || !running.folder().join("killed.json.part").exists());
     assert_eq!(std::fs::read_to_string(&older).unwrap(), "older");
     assert!(running.done(&["module", "list"]).contains("WORKING"));
 }

@@ -5,6 +5,7 @@
 
 mod contact;
 mod drive;
+mod fact;
 mod image;
 mod mission;
 mod pose;
@@ -13,6 +14,7 @@ mod transform;
 
 pub use contact::{Contact, Contacts};
 pub use drive::{Twist2, WheelSpeeds};
+pub use fact::{FactHead, FactTableHead};
 pub use image::{Image, ImageFormat};
 pub use mission::{MissionState, Verdict};
 pub use pose::{Odometry, Orientation, Point2, Pose2, Position};

@@ -350,7 +350,7 @@ mod sensor;
 mod status;
 
 pub use action::{
-    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step,
+    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step, Telling,
 };
 pub use actuator::{Actuator, ActuatorBlock, ActuatorPorts};
 pub use analyze::{Analyze, AnalyzeBlock, AnalyzePorts};
@@ -358,8 +358,9 @@ pub use block::BlockState;
 pub use execute::{ExecuteBlock, ExecutePorts, Execution};
 pub use kind::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
 pub use knowledge::{
-    Device, Fact, Facts, Knowledge, KnowledgeBlock, Live, Merge, MostCertain, Newest, RobotModel, StoredPlan,
-    StrategyModel, StrategyRecord, StrategyReport, Union, Version, WorldModel,
+    Device, Fact, FactTable, Facts, Knowledge, KnowledgeBlock, Live, Merge, MostCertain, Newest, RobotModel,
+    Stated, Statements, StoredPlan, StrategyModel, StrategyRecord, StrategyReport, Union, Version,
+    WorldModel,
 };
 pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason};
 pub use monitor::{Monitor, MonitorBlock, MonitorPorts};
@@ -382,6 +383,6 @@ pub mod prelude {
     pub use crate::{
         Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, Agenda, Analyze, Ending, InParallel,
         InSequence, Knowledge, Monitor, Noticed, Observed, Plan, ReactiveModel, Repeat, Robot, Route, Sensor,
-        Situation, Step, arguments, repertoire,
+        Situation, Step, Telling, arguments, repertoire,
     };
 }

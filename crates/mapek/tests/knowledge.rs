@@ -1,9 +1,14 @@
 //! Facts, and what readers see of them.
 
 use proptest::prelude::*;
+use slate_interfaces::{FactHead, Point2};
 use slate_mapek::{
-    ActionRequest, Fact, Facts, MostCertain, Newest, StrategyModel, Union, Version, WorldModel,
+    ActionRequest, Fact, FactTable, Facts, MostCertain, Newest, Statements, StrategyModel, Union, Version,
+    WorldModel,
 };
+use slate_module::prelude::*;
+use slate_module::testing::Fixture;
+use slate_module::{Outcome, Refusal, Setup, Spec, Stage, Text, Trigger};
 
 fn fact(origin: u32, sequence: u64, time: u64, certainty: f64, value: Option<i32>) -> Fact<i32> {
     Fact { origin, version: Version { epoch: 0, sequence }, time, certainty, value }
@@ -109,4 +114,120 @@ fn the_plan_that_succeeded_more_often_is_the_best_of_its_role() {
     assert_eq!(records, [("dribble".into(), 1, 0), ("shoot".into(), 1, 1), ("block".into(), 0, 0)]);
     let saved = slate_module::encode(&strategy).unwrap();
     assert_eq!(slate_module::decode::<StrategyModel>(&saved).unwrap(), strategy);
+}
+
+/// What is stated about a room.
+#[interface]
+#[derive(PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Room {
+    /// How warm it is.
+    pub warmth: f64,
+}
+
+/// Ports of [`Warden`].
+#[ports]
+pub struct WardenIo {
+    /// What is known.
+    rooms: Input<FactTable<Room>>,
+    /// What to state: the number of a room, and how warm it is; below 0 it is taken back.
+    say: Queue<Point2>,
+    /// What is stated.
+    #[capacity(3)]
+    stated: Output<FactTable<Room>>,
+    /// How many keys have changed, and whether all that is stated was written.
+    changes: Output<Point2>,
+}
+
+/// States what it is told to, and counts changes.
+pub struct Warden;
+
+impl Module for Warden {
+    type Io = WardenIo;
+    type Params = ();
+    type State = (Statements<Room>, WorldModel<String, Room>);
+
+    const NAME: &'static str = "warden";
+    const DOC: &'static str = "";
+    const STAGE: Stage = Stage::Think;
+
+    fn spec() -> Spec {
+        Spec { trigger: Trigger::Stage, deadline: None, unique: "" }
+    }
+
+    fn create(_: &Setup<'_>, (): &()) -> Result<Self::State, Refusal> {
+        Ok(Self::State::default())
+    }
+
+    fn tick((own, world): &mut Self::State, io: &WardenIo, (): &(), now: &Tick) -> Outcome {
+        for say in io.say.iter() {
+            let key = say.x.to_string();
+            if say.y < 0.0 {
+                own.retract(now.now(), &key);
+            } else {
+                own.state(now.now(), &key, 1.0, Room { warmth: say.y });
+            }
+        }
+        let written = f64::from(u8::from(own.write(&io.stated)));
+        io.changes.set(Point2 { x: world.learn(&io.rooms).len() as f64, y: written });
+        Outcome::Ok
+    }
+}
+
+fn told(warden: &mut Fixture<Warden>, say: &[(f64, f64)]) -> Point2 {
+    warden.advance(1000);
+    say.iter().for_each(|(x, y)| warden.push("say", Point2 { x: *x, y: *y }));
+    assert_eq!(warden.tick(), Outcome::Ok);
+    warden.output("changes").unwrap_or_default()
+}
+
+/// A table of facts, each with a key, an origin, a number and a value.
+fn show(warden: &mut Fixture<Warden>, revision: u64, facts: &[(&str, u32, u64, f64)]) -> f64 {
+    warden.write::<FactTable<Room>>("rooms", facts.len(), |table| {
+        table.head.revision = revision;
+        for (fact, (key, origin, sequence, warmth)) in table.facts.iter_mut().zip(facts) {
+            fact.head = FactHead {
+                key: Text::new(key),
+                origin: *origin,
+                sequence: *sequence,
+                order: *sequence,
+                ..FactHead::default()
+            };
+            fact.value = Room { warmth: *warmth };
+        }
+    });
+    told(warden, &[]).x
+}
+
+#[test]
+fn a_block_is_told_what_changes_in_a_table() {
+    let mut warden = Fixture::<Warden>::new();
+    assert_eq!(
+        show(&mut warden, 1, &[("hall", 1, 1, 20.0), ("hall", 2, 5, 21.0), ("loft", 1, 2, 30.0)]),
+        2.0
+    );
+    assert_eq!(show(&mut warden, 1, &[]), 0.0, "it is the same table");
+    assert_eq!(
+        show(&mut warden, 2, &[("hall", 1, 1, 20.0), ("hall", 2, 6, 22.0), ("loft", 1, 2, 30.0)]),
+        1.0
+    );
+    assert_eq!(
+        show(&mut warden, 3, &[("hall", 1, 1, 20.0), ("loft", 1, 2, 30.0)]),
+        1.0,
+        "one was taken back"
+    );
+    assert_eq!(show(&mut warden, 4, &[]), 2.0);
+}
+
+#[test]
+fn what_is_stated_is_written_when_it_changes_and_when_it_has_room() {
+    let mut warden = Fixture::<Warden>::new();
+    let wrote = |warden: &Fixture<Warden>| warden.wrote("stated");
+    assert_eq!(told(&mut warden, &[(1.0, 20.0), (2.0, 21.0)]).y, 1.0);
+    assert!(wrote(&warden));
+    told(&mut warden, &[(1.0, 20.0)]);
+    assert!(!wrote(&warden), "it says the same again");
+    told(&mut warden, &[(1.0, -1.0)]);
+    assert!(wrote(&warden), "it takes something back");
+    assert_eq!(told(&mut warden, &[(3.0, 1.0), (4.0, 1.0)]).y, 0.0, "there is room for three");
+    assert!(!wrote(&warden));
 }

@@ -182,9 +182,10 @@ typedef struct SlateEntry {
     uint8_t *data;
     // Its tail items.
     size_t items;
-    // When it was written.
+    // When it was written. Outbox: its sequence is the number of an earlier message, which `answer` is about.
     struct SlateStamp stamp;
-    // Inbox: what the receiver answers; 0 is done, else the reason of the refusal.
+    // Inbox: what the receiver answers; 0 is done, else the reason of the refusal. Outbox: how that message fares; 0 it waits, 1 it is done,
+    // 2 nobody will answer, 65536 and the reason it was refused.
     uint32_t answer;
     // Inbox: who sent it.
     uint32_t sender;
@@ -200,7 +201,7 @@ typedef struct SlatePortSlot {
     size_t items;
     // Output: room in the tail. Outbox: how many messages fit.
     size_t capacity;
-    // Input: when the value was written.
+    // Input: when the value was written. Outbox: its sequence counts the messages of earlier ticks.
     struct SlateStamp stamp;
     // See `SLATE_FLAG_NEW` and those that follow it.
     uint32_t flags;

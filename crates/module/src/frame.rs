@@ -82,7 +82,7 @@ pub struct PortSlot {
     pub items: Cell<usize>,
     /// Output: room in the tail. Outbox: how many messages fit.
     pub capacity: usize,
-    /// Input: when the value was written.
+    /// Input: when the value was written. Outbox: its sequence counts the messages of earlier ticks.
     pub stamp: Stamp,
     /// See [`Flags`].
     pub flags: Cell<u32>,
@@ -106,9 +106,10 @@ pub struct Entry {
     pub data: *mut u8,
     /// Its tail items.
     pub items: Cell<usize>,
-    /// When it was written.
+    /// When it was written. Outbox: its sequence is the number of an earlier message, which `answer` is about.
     pub stamp: Stamp,
-    /// Inbox: what the receiver answers; 0 is done, else the reason of the refusal.
+    /// Inbox: what the receiver answers; 0 is done, else the reason of the refusal. Outbox: how that message fares; 0 it waits, 1 it is done,
+    /// 2 nobody will answer, 65536 and the reason it was refused.
     pub answer: Cell<u32>,
     /// Inbox: who sent it.
     pub sender: u32,

@@ -97,7 +97,8 @@ pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};
 pub use parameters::{Parameter, Params};
 pub use plugin::{Maker, ModuleKind, Plugin};
 pub use port::{
-    Command, Debug, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority, Queue, Received,
+    Command, Debug, Delivery, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority,
+    Queue, Received,
 };
 pub use portable::{PortableDescription, decode_interface, encode_interface};
 pub use random::Random;

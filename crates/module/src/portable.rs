@@ -372,12 +372,16 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
         if matches!(made, Kind::Tail(_)) || matches!(made, Kind::Nested(nested) if nested.tail().is_some()) {
             return Err("a tail can't be inside another type".into());
         }
+        if made.size() == 0 {
+            // Any number of them would take no memory, but time.
+            return Err("there are items of no size".into());
+        }
         Ok(Box::leak(Box::new(made)))
     };
     let counted = |kind: Kind, item: &Kind, count: usize| {
+        // The size of what does not fit is no number.
         let fits = item.size().checked_mul(count).is_some_and(|size| size <= LARGEST);
-        let padded = !kind.size().is_multiple_of(kind.align());
-        if fits && !padded {
+        if fits && kind.size().is_multiple_of(kind.align()) {
             Ok(kind)
         } else {
             Err(Refusal("a type is too large or would need padding".into()))
@@ -471,6 +475,26 @@ mod tests {
             r#"{"tail":"f64"}"#,
         ] {
             serde_json::from_str::<PortableKind>(kind).unwrap();
+        }
+    }
+
+    #[test]
+    fn types_that_no_memory_holds_are_refused() {
+        let refusal = |kind: &str| {
+            let text = format!(r#"{{"name":"Huge","fields":[{{"name":"many","kind":{kind}}}]}}"#);
+            let portable: PortableInterface = serde_json::from_str(&text).unwrap();
+            decode_interface(&encode(&portable).unwrap()).unwrap_err().to_string()
+        };
+        for kind in [
+            format!(r#"{{"array":["u64",{}]}}"#, 1_u64 << 61),
+            format!(r#"{{"sequence":["u64",{}]}}"#, u64::MAX),
+            format!(r#"{{"array":[{{"array":["u64",{}]}},4]}}"#, 1 << 26),
+        ] {
+            assert!(refusal(&kind).contains("too large"), "{}", refusal(&kind));
+        }
+        let nothing = r#"{"nested":{"name":"Nothing","fields":[]}}"#;
+        for kind in [format!(r#"{{"array":[{nothing},1000000]}}"#), format!(r#"{{"tail":{nothing}}}"#)] {
+            assert!(refusal(&kind).contains("no size"), "{}", refusal(&kind));
         }
     }
 }

@@ -3,14 +3,15 @@
 mod services;
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::Interface;
 
 use crate::instance::Authored;
 use crate::{
-    Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortCursor, PortSlot,
-    Random, Refusal, Setup, Tick,
+    Delivery, Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortCursor,
+    PortSlot, Random, Refusal, Setup, Tick,
 };
 use services::Provision;
 
@@ -41,6 +42,8 @@ struct Memory {
     served: bool,
     /// Provider: what it has provided.
     provision: Option<Box<Provision>>,
+    /// Outbox: how messages fared, by their numbers.
+    deliveries: BTreeMap<u64, Delivery>,
 }
 
 impl<M: Module> Default for Fixture<M> {
@@ -86,6 +89,7 @@ impl<M: Module> Fixture<M> {
                     messages: Vec::new(),
                     served: false,
                     provision: (port.direction == Direction::Provider).then(Provision::new),
+                    deliveries: BTreeMap::new(),
                 }
             })
             .collect();
@@ -161,6 +165,15 @@ impl<M: Module> Fixture<M> {
         self.memory[index].messages.push(words);
     }
 
+    /// Answers a message that was posted, by its number, which counts the messages of the port from 1.
+    ///
+    /// # Panics
+    /// When the module has no such port.
+    pub fn deliver(&mut self, port: &str, number: u64, delivery: Delivery) {
+        let index = self.index(port);
+        self.memory[index].deliveries.insert(number, delivery);
+    }
+
     /// Makes an input stale, as when its writer stopped.
     pub fn expire(&mut self, port: &str) {
         let index = self.index(port);
@@ -207,7 +220,18 @@ impl<M: Module> Fixture<M> {
                 memory.messages = vec![vec![0; words]; port.window];
             }
             memory.set = false;
-            entries.push(memory.messages.iter_mut().enumerate().map(|(i, words)| entry(words, i)).collect());
+            let mut lent: Vec<Entry> =
+                memory.messages.iter_mut().enumerate().map(|(i, words)| entry(words, i)).collect();
+            if port.direction == Direction::Outbox {
+                let (count, sent) = (lent.len() as u64, memory.sequence);
+                for number in sent.saturating_sub(count) + 1..=sent {
+                    let entry = &mut lent[((number - 1) % count) as usize];
+                    entry.stamp.sequence = number;
+                    let delivery = memory.deliveries.get(&number).copied();
+                    entry.answer.set(delivery.unwrap_or(Delivery::Waiting).code());
+                }
+            }
+            entries.push(lent);
         }
         let slots: Vec<PortSlot> = self
             .description
@@ -248,7 +272,10 @@ impl<M: Module> Fixture<M> {
             memory.priority = priority;
             memory.set = flags & Flags::SET != 0;
             match port.direction {
-                Direction::Outbox => memory.messages.truncate(count),
+                Direction::Outbox => {
+                    memory.messages.truncate(count);
+                    memory.sequence += count as u64;
+                }
                 _ => memory.messages.clear(),
             }
         }
@@ -263,6 +290,14 @@ impl<M: Module> Fixture<M> {
         let memory = &self.memory[self.checked::<T>(port)];
         // SAFETY: the memory holds a value of this interface.
         memory.set.then(|| unsafe { memory.words.as_ptr().cast::<T>().read() })
+    }
+
+    /// Whether the last tick wrote an output.
+    ///
+    /// # Panics
+    /// When the module has no such port.
+    pub fn wrote(&self, port: &str) -> bool {
+        self.memory[self.index(port)].set
     }
 
     /// The urgency with which the last tick sent a command.

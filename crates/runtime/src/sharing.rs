@@ -3,14 +3,19 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock, PoisonError};
+use std::time::Duration;
 
-use slate_blackboard::Board;
+use slate_blackboard::interface::{AccessError, Descriptor, Value, View, find};
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Access, Board, Stamp};
 use slate_module::Level;
 
 use crate::agent::{Readers, WeakComposer};
 use crate::clock::{Clock, monotonic};
-use crate::configuration::ShareSecurity;
+use crate::configuration::{ShareSecurity, SharedKnowledge};
+
+/// The authority of URLs that mean all robots of the team: `slate://team/victims` is what is known about a topic.
+pub const TEAM: &str = "team";
 
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
 /// and dropping it ends them.
@@ -23,6 +28,66 @@ pub trait Sharing: Send {
 
     /// What this agent wants of others from now on; what is not among it is wanted no longer.
     fn want(&mut self, wants: BTreeMap<RemotePath, Want>);
+
+    /// What looks into other agents for tools, where that is possible.
+    fn inspection(&self) -> Option<Arc<dyn Inspection>> {
+        None
+    }
+}
+
+/// Looks into other agents. It may be asked by several threads at once, and holds up nobody else.
+pub trait Inspection: Send + Sync {
+    /// The properties of another agent that a pattern is of, with their newest values if those are wanted. It waits no
+    /// longer than `limit`.
+    ///
+    /// # Errors
+    /// In words, when nobody of that name is known, or the agent is not there or does not answer.
+    fn list(
+        &self,
+        agent: &str,
+        pattern: &str,
+        values: bool,
+        limit: Duration,
+    ) -> Result<Vec<RemoteProperty>, String>;
+}
+
+/// A property of another agent.
+#[derive(Clone, Debug)]
+pub struct RemoteProperty {
+    /// Path in that agent.
+    pub path: String,
+    /// What it is for.
+    pub doc: String,
+    /// Who writes it.
+    pub access: Access,
+    /// Its type.
+    pub descriptor: &'static Descriptor,
+    /// Room in the tail.
+    pub capacity: u64,
+    /// How many values are kept; 0 for a mailbox.
+    pub depth: u32,
+    /// Whether it has a writer now.
+    pub has_writer: bool,
+    /// Its newest value, if that was asked for and there is one: its bytes, how many items its tail has, and the other
+    /// agent's stamp. They are as they came, as what can be read of them takes far more memory.
+    pub newest: Option<(Vec<u8>, usize, Stamp)>,
+}
+
+impl RemoteProperty {
+    /// The newest value, or a field of it.
+    ///
+    /// # Errors
+    /// When there is no such field.
+    pub fn value(&self, field: &str) -> Result<Option<(Value, Stamp)>, AccessError> {
+        let place = match field {
+            "" => None,
+            field => Some(find(self.descriptor, field)?),
+        };
+        let Some((bytes, items, stamp)) = &self.newest else { return Ok(None) };
+        let view = View::new(self.descriptor, bytes, *items);
+        let value = view.and_then(|view| place.map_or_else(|| Some(view.value()), |place| view.at(&place)));
+        Ok(value.map(|value| (value, *stamp)))
+    }
 }
 
 /// Why an agent does not share.
@@ -35,6 +100,12 @@ pub struct SharingError {
     pub help: Option<String>,
     /// What it is about.
     pub about: About,
+}
+
+impl From<String> for SharingError {
+    fn from(message: String) -> Self {
+        Self { message, help: None, about: About::Sharing }
+    }
 }
 
 /// What of `[share]` an error is about.
@@ -68,6 +139,9 @@ pub struct RemotePath {
 impl RemotePath {
     /// The path on this agent's board of what stands for it.
     pub fn place(&self) -> String {
+        if self.agent == TEAM {
+            return format!("{TEAM}/{}", self.path);
+        }
         format!("agents/{}/{}", self.agent, self.path)
     }
 }
@@ -91,10 +165,24 @@ pub enum Want {
         period: Option<u64>,
         /// How many values are kept at least, if every value is wanted; nothing when the newest is.
         every: Option<usize>,
+        /// What a port is that reads the whole property, if one does.
+        interface: Option<Expected>,
     },
     /// Messages that come into the mailbox at [`RemotePath::place`] of the board are to be sent there.
     Messages,
 }
+
+/// The interface of a port. Those of one schema are equal.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected(pub &'static Descriptor);
+
+impl PartialEq for Expected {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.hash == other.0.hash
+    }
+}
+
+impl Eq for Expected {}
 
 /// How something that is wanted stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -126,6 +214,8 @@ pub struct Site {
     pub listen: Vec<String>,
     /// Where other agents are found, if not at `local:NAME`.
     pub agents: BTreeMap<String, String>,
+    /// What the agent shares of its knowledge; nothing when it takes no part in a team.
+    pub knowledge: Option<SharedKnowledge>,
     /// How it knows others and what they may do; whoever reaches it may do all unless said.
     pub security: Option<ShareSecurity>,
     /// The time that the agent's values carry, nanoseconds; in lockstep it goes by the simulation.

@@ -13,7 +13,7 @@
 //!
 //! [`knowledge`] is the protocol by which facts reach every robot that is reachable through any chain of robots that know
 //! each other. It is a state machine without sockets, clocks and threads: the host hands it messages and sends what it
-//! has to say, over whatever carries bytes.
+//! has to say, over whatever carries bytes. [`team`] ties it to a board and to the sessions.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -41,3 +41,4 @@ pub mod knowledge;
 pub mod peers;
 pub mod schema;
 pub mod session;
+pub mod team;

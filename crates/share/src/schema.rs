@@ -38,25 +38,7 @@ pub fn interface(bytes: &[u8]) -> Result<&'static Descriptor, Refusal> {
             all.insert(bytes.to_vec());
         }
     }
-    let descriptor = decode_interface(bytes)?;
-    match descriptor.fields.iter().find(|field| is_endless(&field.kind)) {
-        None => Ok(descriptor),
-        Some(field) => {
-            Err(Refusal(format!("field `{}` of {} has items of no size", field.name, descriptor.name)))
-        }
-    }
-}
-
-/// Whether there are items without size, of which any number takes no memory but time.
-fn is_endless(kind: &Kind) -> bool {
-    match kind {
-        Kind::Array(item, _) | Kind::Sequence(item, _) | Kind::Tail(item) => {
-            item.size() == 0 || is_endless(item)
-        }
-        Kind::Optional(item) => is_endless(item),
-        Kind::Nested(nested) => nested.fields.iter().any(|field| is_endless(&field.kind)),
-        _ => false,
-    }
+    decode_interface(bytes)
 }
 
 /// The first difference between two interfaces in words; nothing when their schemas are the same.

@@ -15,7 +15,9 @@ use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::wake::Wake;
 use slate_share::peers::{Peer, Want};
-use slate_share::session::{Application, Compression, Event, Identity, Limits, Options, Sample, Session};
+use slate_share::session::{
+    Application, Compression, Event, Identity, Limits, Options, Sample, Session, VERSION,
+};
 
 /// Counts what is allocated.
 struct Counting;
@@ -53,7 +55,7 @@ struct Nothing;
 
 impl Application for Nothing {
     fn event(&mut self, _: Event) {}
-    fn sample(&mut self, _: u32, _: &Sample, _: &[u8]) {}
+    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
     fn has_news(&mut self, _: u32) -> bool {
         false
     }
@@ -177,7 +179,7 @@ proptest! {
         let mut session = Session::new(identity, None, limits());
         for (packet, now) in packets.iter().zip(1..) {
             session.receive(now, packet, &mut Nothing);
-            let mut known = vec![b'S', 1];
+            let mut known = vec![b'S', VERSION];
             known.extend(packet);
             session.receive(now, &known, &mut Nothing);
         }
@@ -227,7 +229,116 @@ fn another_version_is_refused_in_words() {
     let mut refusal = Vec::new();
     assert!(other.outgoing(1, 1200, &mut refusal, &mut Nothing));
     session.receive(2, &refusal, &mut Nothing);
-    let reason = "agent `arm` speaks version 1 of the sharing protocol and got version 9: let both agents run the same \
+    let reason = "agent `arm` speaks version 2 of the sharing protocol and got version 9: let both agents run the same \
                   release";
     assert_eq!(session.refused(), Some(reason));
+}
+
+/// An agent that is connected and says what no honest one does. Tuples stand for frames and messages, as they are written
+/// the same way.
+struct Hostile {
+    session: Session,
+    head: Vec<u8>,
+    values: Vec<Vec<u8>>,
+}
+
+impl Application for Hostile {
+    fn event(&mut self, _: Event) {}
+    fn sample(&mut self, _: u32, _: &Sample, _: u64, content: &[u8]) {
+        self.values.push(content.to_vec());
+    }
+    fn has_news(&mut self, _: u32) -> bool {
+        false
+    }
+    fn take(&mut self, _: u32, _: &mut Vec<u8>) -> Option<Sample> {
+        None
+    }
+}
+
+impl Hostile {
+    /// To an agent that has subscribed.
+    fn new(options: Options) -> Self {
+        let identity = Identity { agent: "base".into(), instance: 1 };
+        let mut session = Session::new(identity, None, limits());
+        session.subscribe("out/value", options).unwrap();
+        let mut greeting = Vec::new();
+        assert!(session.outgoing(1, 1200, &mut greeting, &mut Nothing));
+        let head = [&greeting[..2], &9_u64.to_le_bytes(), &greeting[2..10]].concat();
+        let mut hostile = Self { session, head, values: Vec::new() };
+        hostile.say(&(0_u8, "arm", 7_u64, 1_u64));
+        assert!(hostile.session.other().is_some());
+        hostile
+    }
+
+    fn say(&mut self, frame: &impl serde::Serialize) {
+        let packet = postcard::to_extend(frame, self.head.clone()).unwrap();
+        let identity = Identity { agent: "none".into(), instance: 0 };
+        let mut session = std::mem::replace(&mut self.session, Session::new(identity, None, limits()));
+        session.receive(2, &packet, self);
+        self.session = session;
+    }
+
+    fn fragment(&mut self, stream: u32, number: u64, (index, count): (u32, u32), bytes: &[u8]) {
+        self.say(&(2_u8, stream, number, index, count, bytes));
+    }
+
+    /// Offers the values after that number.
+    fn offer(&mut self, number: u64, epoch: u32, after: u64) {
+        let offer = ("out/value", [0_u8; 0].as_slice(), "", 0_u64, 1_u32, after);
+        let message = postcard::to_allocvec(&(2_u8, 1_u32, epoch, offer)).unwrap();
+        self.fragment(0, number, (0, 1), &message);
+    }
+
+    /// What the agent has to say to all of that.
+    fn hear(&mut self) {
+        let mut packet = Vec::new();
+        while self.session.outgoing(3, 1200, &mut packet, &mut Nothing) {}
+    }
+}
+
+#[test]
+fn the_last_numbers_there_are_end_nothing() {
+    let mut hostile = Hostile::new(Options::queue());
+    for stream in [0, 1] {
+        for number in [u64::MAX - 2, u64::MAX - 1, u64::MAX] {
+            hostile.fragment(stream, number, (0, 1), b"x");
+            hostile.say(&(3_u8, stream, number, number, number, 0_u32));
+            hostile.say(&(4_u8, stream, number, vec![(0_u64, number)]));
+            hostile.hear();
+        }
+    }
+    assert!(hostile.session.other().is_some());
+}
+
+#[test]
+fn losses_beyond_all_numbers_are_counted_as_many() {
+    let mut hostile = Hostile::new(Options::queue());
+    for (number, after) in [0, u64::MAX, 0, u64::MAX].into_iter().enumerate() {
+        hostile.offer(number as u64 + 1, number as u32 + 1, after);
+    }
+    assert_eq!(hostile.session.progress(1).unwrap().lost, u64::MAX);
+}
+
+#[test]
+fn a_value_in_more_pieces_than_bytes_is_refused() {
+    let mut hostile = Hostile::new(Options::default().best_effort());
+    for index in 0..1000 {
+        hostile.fragment(1, 1 + u64::from(index), (index, u32::MAX), b"");
+    }
+    assert_eq!(hostile.session.counters().malformed, 1000);
+}
+
+#[test]
+fn a_piece_that_comes_again_counts_once() {
+    let mut hostile = Hostile::new(Options::default().best_effort());
+    hostile.offer(1, 1, 0);
+    let mut head = [0; 37];
+    (head[0], head[8], head[28], head[33]) = (1, 1, 8, 1);
+    hostile.fragment(1, 1, (0, 2), &head);
+    // Longer each time, for as long as anybody listens.
+    for length in 0..100 {
+        hostile.fragment(1, 1, (0, 2), &vec![7; length * 500]);
+    }
+    hostile.fragment(1, 2, (1, 2), b"12345678");
+    assert_eq!(hostile.values, [b"12345678"]);
 }

@@ -1,5 +1,5 @@
 //! Agents whose links lead to each other.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test that fails panics")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 
 mod agents;
 
@@ -12,6 +12,7 @@ use slate_blackboard::interface::Value;
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{Configuration, Options as Reading};
+use slate_runtime::remote::{Client, ClientError, Server};
 use slate_runtime::{Agent, Composer, Control, Mode, Options, Rate, Stopper};
 use slate_share::agent::AgentSharing;
 
@@ -94,16 +95,22 @@ struct Running {
     thread: Option<JoinHandle<()>>,
 }
 
+fn load(name: &str, text: &str, mode: Mode) -> Agent {
+    let configuration = Configuration::from_text(&format!("{name}.toml"), text, &Reading::default()).unwrap();
+    let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
+    let mut sharing = AgentSharing::default();
+    sharing.limits = agents::limits();
+    let options =
+        Options { mode, rate: Rate::REALTIME, sharing: Some(Box::new(sharing)), ..Options::default() };
+    Agent::load(&configuration, &plugins, options).unwrap()
+}
+
 impl Running {
     fn start(name: &str, text: &str, mode: Mode) -> Self {
-        let configuration =
-            Configuration::from_text(&format!("{name}.toml"), text, &Reading::default()).unwrap();
-        let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
-        let mut sharing = AgentSharing::default();
-        sharing.limits = agents::limits();
-        let options =
-            Options { mode, rate: Rate::REALTIME, sharing: Some(Box::new(sharing)), ..Options::default() };
-        let mut agent = Agent::load(&configuration, &plugins, options).unwrap();
+        Self::run(load(name, text, mode))
+    }
+
+    fn run(mut agent: Agent) -> Self {
         let (board, composer, stopper) = (Arc::clone(agent.board()), agent.composer(), agent.stopper());
         let thread = std::thread::spawn(move || {
             agent.run(Box::new(|_| Control::Continue)).unwrap();
@@ -206,4 +213,52 @@ fn an_agent_that_can_not_share_refuses_links_to_others() {
     let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
     let error = Agent::load(&configuration, &plugins, Options::default()).unwrap_err();
     assert!(error.to_string().contains("`slate://base/counter/number` belongs to agent `base`"), "{error}");
+}
+
+#[test]
+fn tools_see_another_agent_through_one_that_knows_it() {
+    let folder = Folder::new();
+    let _base = Running::start("base", &base(&folder), Mode::Staged);
+    let (name, file) = (format!("arm-{}", std::process::id()), folder.path("base.json"));
+    let text = format!(
+        "[agent]\nname = \"{name}\"\n[share]\nlisten = \"{}\"\nagents.base.at = \"{}\"\nagents.nobody.at = \"{}\"\n",
+        folder.endpoint("arm"),
+        folder.endpoint("base"),
+        folder.endpoint("nobody")
+    );
+    let arm = load("arm", &text, Mode::Staged);
+    // Nothing is linked there, so what is asked for is all that passes.
+    let server = Server::open(&arm).unwrap();
+    let _arm = Running::run(arm);
+    let mut client = Client::connect(server.name()).unwrap();
+
+    let tree = client.properties(Some("slate://base/counter/*")).unwrap();
+    assert!(tree.iter().any(|property| property.path == "counter/number" && property.interface == "Number"));
+    let first = client.read("slate://base/counter/number").unwrap().unwrap();
+    let field = client.read("slate://base/counter/number/value").unwrap().unwrap();
+    assert!(field.value.as_f64() >= first.value["value"].as_f64() && field.sequence >= first.sequence);
+
+    let saved = client.save_remote("slate://base/**", &file).unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let properties = json["properties"].as_array().unwrap();
+    assert_eq!((json["agent"].as_str(), properties.len()), (Some("base"), saved.properties));
+    assert!(saved.values > 0 && saved.values <= saved.properties);
+    let number = properties.iter().find(|property| property["path"] == "counter/number").unwrap();
+    assert!(number["newest"]["value"]["value"].as_f64() >= first.value["value"].as_f64(), "{number}");
+
+    let mut refused = |url: &str, says: &[&str]| {
+        let ClientError::Refused(refusal) = client.read(url).unwrap_err() else {
+            panic!("{url} is not refused")
+        };
+        assert!(says.iter().all(|says| refusal.message.contains(says)), "{url}: {refusal:?}");
+    };
+    refused("slate://bse/counter/number", &["no agent `bse`", "nearest: base"]);
+    refused("slate://base/countr/number", &["slate://base/countr/number", "nearest: counter/number"]);
+    refused("slate://base/counter/number/valeu", &["no field `valeu`", "value"]);
+    refused("slate://nobody/counter/number", &["`nobody`", "not connected"]);
+    let there = std::fs::metadata(&file).unwrap().len();
+    assert!(client.save_remote("slate://nobody/**", &file).is_err());
+    assert!(client.properties(Some("slate://base/countr/**")).unwrap_err().to_string().contains("counter/"));
+    assert_eq!(std::fs::metadata(&file).unwrap().len(), there, "what is refused leaves an older file");
 }

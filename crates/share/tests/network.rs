@@ -16,6 +16,8 @@ use agents::net::port;
 use agents::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
 use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::Interface;
+use slate_share::carrier::Carrier;
+use slate_share::carrier::zenoh::Zenoh;
 use slate_share::peers::{Setup, Want};
 use slate_share::session::{Compression, Limits, Options};
 
@@ -144,6 +146,28 @@ fn an_address_that_swallows_holds_nobody_else() {
     let start = Instant::now();
     drop(arm);
     assert!(start.elapsed() < Duration::from_secs(3), "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_link_that_was_full_has_room_again() {
+    for protocol in ["tcp", "udp"] {
+        let (zenoh, endpoint) = (Zenoh::new(), format!("zenoh:{protocol}/127.0.0.1:{}", port()));
+        let listener = zenoh.listen(&endpoint).unwrap();
+        let near = zenoh.dial(&endpoint).unwrap();
+        let far = listener.accept(Duration::from_secs(5)).unwrap().unwrap();
+        let packet = vec![7; near.largest()];
+        for link in [&near, &far] {
+            let mut full = 0;
+            let start = Instant::now();
+            while full < 20 && start.elapsed() < Duration::from_secs(2) {
+                full += u32::from(!link.send(&packet).expect(protocol));
+            }
+            wait_for("room", || link.send(&packet).expect(protocol));
+            // Nobody has taken them, and they have not ended the link.
+            thread::sleep(Duration::from_millis(50));
+            link.send(&packet).expect(protocol);
+        }
+    }
 }
 
 /// The longest that the healthy agent did not hear of the one that writes.

@@ -16,7 +16,7 @@ use slate_share::session::{Answer, Options};
 fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
     let patterns = |texts: &[&str]| texts.iter().map(|text| Pattern::parse(text).unwrap()).collect();
     let each = agents.iter().map(|(agent, read, send)| {
-        ((*agent).to_owned(), Allowance { read: patterns(read), send: patterns(send) })
+        ((*agent).to_owned(), Allowance { read: patterns(read), send: patterns(send), team: false })
     });
     Rights::restricted(each.collect::<BTreeMap<_, _>>())
 }
@@ -55,6 +55,8 @@ fn an_agent_may_do_what_is_said_and_nothing_else() {
     };
     assert_eq!(send("drive/commands"), Ok(Answer::Accepted));
     assert_eq!(send("vault/commands"), Ok(Answer::Denied));
+    // It is not said that it is of the team.
+    assert!(!base.peers.tell("arm", b"something"));
     let listed = arm.peers.list("base", "**", true, limit).unwrap();
     let paths: Vec<_> = listed.iter().map(|property| property.path.as_str()).collect();
     assert_eq!(paths, ["drive/commands", "drive/speed"]);

@@ -69,15 +69,3 @@ pub enum BoardError {
 fn nearest(near: &[String]) -> String {
     if near.is_empty() { String::new() } else { format!("; nearest: {}", near.join(", ")) }
 }
-
-/// The names most like `name`, at most three, best first.
-pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut scored: Vec<_> = names.map(|other| (strsim::damerau_levenshtein(name, other), other)).collect();
-    scored.sort();
-    scored
-        .into_iter()
-        .filter(|(distance, _)| *distance <= name.len() / 3 + 1)
-        .take(3)
-        .map(|(_, name)| name.into())
-        .collect()
-}

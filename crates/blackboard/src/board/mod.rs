@@ -1,5 +1,6 @@
 mod error;
 mod events;
+mod nearest;
 mod pattern;
 mod property;
 
@@ -7,8 +8,9 @@ use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, PoisonError};
 
-pub use error::{BoardError, nearest_names};
+pub use error::BoardError;
 pub use events::{Event, Observer, Settings};
+pub use nearest::{nearest_names, nearest_paths};
 pub use pattern::{Pattern, PatternError};
 pub use property::{Access, Carrier, Property, Setter, Watching};
 
@@ -417,6 +419,6 @@ fn look_up(path: &str, entries: &Entries) -> Result<(Arc<Property>, String), Str
 fn unknown(path: &str, entries: &Entries) -> BoardError {
     BoardError::Unknown {
         url: format!("/{path}"),
-        near: nearest_names(path, entries.keys().map(String::as_str)),
+        near: nearest_paths(path, '/', entries.keys().map(String::as_str)),
     }
 }

@@ -1,5 +1,6 @@
 use super::view::{length, read};
 use super::{Descriptor, Kind, Value};
+use crate::board::nearest_names;
 
 /// Why a field can't be read or written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -65,6 +66,14 @@ impl FieldPath {
     }
 }
 
+/// The names of all fields, those first that may be meant.
+fn fields(descriptor: &Descriptor, meant: &str) -> String {
+    let names = || descriptor.fields.iter().map(|field| field.name);
+    let near = nearest_names(meant, names());
+    let others = names().filter(|name| !near.iter().any(|near| near == name));
+    near.iter().map(String::as_str).chain(others).collect::<Vec<_>>().join(", ")
+}
+
 /// Finds `path` (`position/x`, `ranges/3`) in an interface.
 ///
 /// # Errors
@@ -80,10 +89,11 @@ pub fn find(descriptor: &Descriptor, path: &str) -> Result<FieldPath, AccessErro
         };
         let place = match (current.take(), found.take()) {
             (Some(descriptor), before) => {
-                let field = descriptor.fields.iter().find(|field| field.name == name).ok_or_else(|| {
-                    let names: Vec<_> = descriptor.fields.iter().map(|field| field.name).collect();
-                    unknown(descriptor.name, names.join(", "))
-                })?;
+                let field = descriptor
+                    .fields
+                    .iter()
+                    .find(|field| field.name == name)
+                    .ok_or_else(|| unknown(descriptor.name, fields(descriptor, name)))?;
                 let (base, guards, tail_index) =
                     before.map_or((0, vec![], None), |p| (p.offset, p.guards, p.tail_index));
                 FieldPath { kind: field.kind, offset: base + field.offset, guards, tail_index }

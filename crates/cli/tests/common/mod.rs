@@ -41,6 +41,17 @@ pub fn exp1(folder: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
     (json(&output), output.status.code())
 }
 
+/// Waits until something is so, and says what it was if it is not within a time that no machine needs.
+pub fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+    for _ in 0..600 {
+        if is_so() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    panic!("{what}: not within 30 s");
+}
+
 /// A run in the background, whose tools find it and no other one. It is killed when this is dropped.
 pub struct Running {
     folder: PathBuf,

@@ -2,7 +2,9 @@
 
 mod facts;
 mod robot;
+mod statements;
 mod strategy;
+mod table;
 mod world;
 
 use std::marker::PhantomData;
@@ -10,7 +12,9 @@ use std::marker::PhantomData;
 pub use facts::{Fact, Facts, Live, Merge, MostCertain, Newest, Union, Version};
 pub use robot::{Device, RobotModel};
 use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
+pub use statements::Statements;
 pub use strategy::{StoredPlan, StrategyModel, StrategyRecord, StrategyReport};
+pub use table::{FactTable, Stated};
 pub use world::WorldModel;
 
 use crate::block::{BlockState, distinct};

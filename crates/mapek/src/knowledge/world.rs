@@ -2,7 +2,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Fact, Facts, Merge};
+use slate_module::blackboard::interface::Plain;
+
+use super::{Fact, FactTable, Facts, Merge, Version};
 
 /// What the robot knows of the world: facts by key, such as the positions of other robots by their numbers.
 ///
@@ -15,11 +17,14 @@ pub struct WorldModel<K, T> {
     // A list of pairs, as a map's keys must be text in some formats.
     #[serde(with = "pairs")]
     facts: BTreeMap<K, Facts<T>>,
+    /// Of the table that was learned last.
+    #[serde(default)]
+    revision: u64,
 }
 
 impl<K: Ord, T> Default for WorldModel<K, T> {
     fn default() -> Self {
-        Self { facts: BTreeMap::new() }
+        Self { facts: BTreeMap::new(), revision: 0 }
     }
 }
 
@@ -32,6 +37,43 @@ impl<K: Ord, T> WorldModel<K, T> {
     /// What is known of the key.
     pub fn facts(&self, key: &K) -> Option<&Facts<T>> {
         self.facts.get(key)
+    }
+
+    /// Becomes what a table of facts says, such as that of what the team knows: what is not in the table is forgotten. Returns the
+    /// keys about which something was stated, changed or taken back since, in order; none, and without looking further, when the
+    /// table is the one that was learned last.
+    ///
+    /// [`Newest`](super::Newest) goes by the order of the table: what was stated in knowledge of another statement is newer,
+    /// however far the robots' clocks are apart.
+    pub fn learn(&mut self, table: &FactTable<T>) -> Vec<K>
+    where
+        K: Clone + for<'k> From<&'k str>,
+        T: Plain,
+    {
+        if table.head.revision == self.revision && self.revision > 0 {
+            return Vec::new();
+        }
+        self.revision = table.head.revision;
+        let mut facts: BTreeMap<K, Facts<T>> = BTreeMap::new();
+        let versions = |facts: &Facts<T>| -> Vec<(u32, Version)> {
+            facts.all().iter().map(|fact| (fact.origin, fact.version)).collect()
+        };
+        for stated in table.iter().filter(|stated| !stated.head.retracted.get()) {
+            let head = &stated.head;
+            let version = Version { epoch: head.epoch, sequence: head.sequence };
+            let (origin, certainty, value) = (head.origin, head.certainty, Some(stated.value));
+            let fact = Fact { origin, version, time: head.order, certainty, value };
+            facts.entry(head.key.as_str().into()).or_default().tell(fact);
+        }
+        let before = std::mem::replace(&mut self.facts, facts);
+        let gone = before.keys().filter(|key| !self.facts.contains_key(*key));
+        let new = self
+            .facts
+            .iter()
+            .filter(|(key, facts)| before.get(*key).is_none_or(|known| versions(known) != versions(facts)));
+        let mut changed: Vec<K> = gone.chain(new.map(|(key, _)| key)).cloned().collect();
+        changed.sort();
+        changed
     }
 
     /// All keys with what that view sees of them, in order.

@@ -232,6 +232,7 @@ impl Agent {
             composer.composition().watch = Some(Arc::clone(&watch));
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
         }
+        composer.check_facts(configuration)?;
         composer.share().map_err(|error| sharing::refused(configuration, error))?;
         Ok(Self { shared, composer, hang, threads, settings: None })
     }

@@ -12,7 +12,9 @@ use super::composition::Composition;
 use super::survey::{Misfit, remote_path};
 use crate::configuration::{Configuration, Link, LinkMode, LinkRate, Report};
 use crate::runner::Condition;
-use crate::sharing::{About, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks};
+use crate::sharing::{
+    About, Expected, Inspection, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
+};
 
 /// The threads that wait for values of other agents.
 pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
@@ -75,6 +77,7 @@ fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
                     let said = link.window.as_ref().map(|window| usize::from(window.value));
                     2 * said.unwrap_or(port.window).max(16)
                 }),
+                interface: port.map(|port| Expected(port.descriptor)),
             },
         };
         match wants.get_mut(&path) {
@@ -98,13 +101,20 @@ fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
 fn both(one: &Want, other: Want) -> Want {
     match (one.clone(), other) {
         (
-            Want::Values { carrier, reliable, period, every },
-            Want::Values { carrier: also, reliable: is_reliable, period: other_period, every: all },
+            Want::Values { carrier, reliable, period, every, interface },
+            Want::Values {
+                carrier: also,
+                reliable: is_reliable,
+                period: other_period,
+                every: all,
+                interface: other_interface,
+            },
         ) => Want::Values {
             carrier: carrier.or(also),
             reliable: reliable || is_reliable,
             period: period.zip(other_period).map(|(one, other)| one.min(other)),
             every: every.max(all),
+            interface: interface.or(other_interface),
         },
         (Want::Messages, other) => other,
         (one, Want::Messages) => one,
@@ -112,6 +122,27 @@ fn both(one: &Want, other: Want) -> Want {
 }
 
 impl Composer {
+    /// What is stated has to be there, unless its module is of a plugin that is not loaded.
+    pub(super) fn check_facts(&self, configuration: &Configuration) -> Result<(), Report> {
+        let composition = self.composition();
+        let facts = configuration.share().and_then(|share| share.knowledge.as_ref());
+        for (topic, path) in facts.iter().flat_map(|knowledge| &knowledge.facts) {
+            let waits = configuration.modules().iter().any(|module| {
+                let name = module.name.value.as_str();
+                let is_its = path.value.strip_prefix(name).is_some_and(|rest| rest.starts_with('/'));
+                is_its && !composition.present.contains_key(name)
+            });
+            if let Err(error) = self.board().find(&path.value)
+                && !waits
+            {
+                let message = format!("what this robot states about `{topic}`: {error}");
+                let help = "name the output of a block that states facts: \"block/output\"".to_owned();
+                return Err(configuration.diagnostic(path.span, message, Some(help)).into());
+            }
+        }
+        Ok(())
+    }
+
     /// Tells whoever shares what the links want, and starts it when that is the first.
     pub(super) fn share(&self) -> Result<(), SharingError> {
         let mut composition = self.composition();
@@ -134,6 +165,7 @@ impl Composer {
                     .flatten()
                     .map(|(name, at)| (name.clone(), at.value.clone()))
                     .collect(),
+                knowledge: share.and_then(|share| share.knowledge.clone()),
                 time,
                 steady,
                 wake: Arc::clone(&composition.ground.sharing_wake),
@@ -218,6 +250,11 @@ impl Composer {
         Some(named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone()))
     }
 
+    /// What looks into other agents; nothing when this one shares nothing.
+    pub(crate) fn inspection(&self) -> Option<Arc<dyn Inspection>> {
+        self.composition().remotes.sharing.as_ref()?.inspection()
+    }
+
     /// The time of the clock by which the agent shares.
     pub(crate) fn steady_now(&self) -> u64 {
         clocks(&self.shared.clock)[1]()
@@ -270,7 +307,7 @@ impl Composition {
 
     /// Finds the threads that wait for values of other agents.
     fn note_readers(&mut self) {
-        let own = |path: &&String| path.starts_with("agents/");
+        let own = |path: &&String| path.starts_with("agents/") || path.starts_with("team/");
         let names: BTreeSet<String> = self
             .listeners
             .iter()

@@ -79,7 +79,7 @@ impl Build<'_> {
     }
 
     /// A whole number from 1.
-    fn count(&mut self, table: &Table, name: &str, limit: u64) -> Option<Spanned<u64>> {
+    pub(super) fn count(&mut self, table: &Table, name: &str, limit: u64) -> Option<Spanned<u64>> {
         let value = table.get(name)?;
         let number = value.as_integer().and_then(|number| u64::try_from(number).ok());
         match number.filter(|number| (1..=limit).contains(number)) {

@@ -61,7 +61,8 @@ pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscri
 pub use diagnostic::{Diagnostic, Report};
 pub use model::{
     Actuator, Allowance, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy, LinkRate, Log,
-    LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity, Transport,
+    LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity, SharedKnowledge,
+    Transport,
 };
 use path::Prefix;
 use problems::Problems;

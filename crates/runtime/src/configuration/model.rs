@@ -141,8 +141,23 @@ pub struct Share {
     pub listen: Vec<Spanned<String>>,
     /// Where it finds others, by their names; `local:NAME` for those that are not named.
     pub agents: BTreeMap<String, Spanned<String>>,
+    /// What it shares of its knowledge; nothing when it takes no part in a team.
+    pub knowledge: Option<SharedKnowledge>,
     /// How it knows others, and what they may do; nothing when it trusts whoever reaches it.
     pub security: Option<ShareSecurity>,
+}
+
+/// What a robot shares of its knowledge with its team.
+#[derive(Clone, Debug)]
+pub struct SharedKnowledge {
+    /// The properties with what this robot states, by topic.
+    pub facts: BTreeMap<String, Spanned<String>>,
+    /// From one look at what changed to the next, nanoseconds.
+    pub period: u64,
+    /// How many facts of a topic are shown.
+    pub room: usize,
+    /// The folder where what is known is saved.
+    pub save: Option<PathBuf>,
 }
 
 /// How an agent knows others, and what they may do.
@@ -174,6 +189,8 @@ pub struct Allowance {
     pub read: Vec<Pattern>,
     /// The mailboxes that it may send messages to.
     pub send: Vec<Pattern>,
+    /// Whether it is of the team: it is told what the team knows, and believed.
+    pub team: bool,
 }
 
 /// A gate in front of an actuator.

@@ -2,6 +2,7 @@ use slate_blackboard::{Url, nearest_names};
 
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table, Value};
+use crate::sharing::TEAM;
 
 /// Something wrong at a place, before its text is looked up.
 #[derive(Debug)]
@@ -147,7 +148,7 @@ impl Problems {
     pub(super) fn url(&mut self, text: &str, span: Span) -> Option<Url> {
         let help = "a property is module/property, /module/property or slate://agent/module/property";
         match Url::parse(text) {
-            Ok(url) if url.path_in("").contains('/') => return Some(url),
+            Ok(url) if url.path_in("").contains('/') || url.agent() == Some(TEAM) => return Some(url),
             Ok(_) => self.add(span, format!("`{text}` names no property, only a module"), help),
             Err(error) => self.add(span, error.to_string(), help),
         }
@@ -157,6 +158,11 @@ impl Problems {
     /// Whether a text can name an agent.
     pub(super) fn agent_name(&mut self, name: &str, span: Span) -> bool {
         let good = Url::parse(&format!("slate://{name}/module")).is_ok();
+        if name == TEAM {
+            let help = "slate://team/... is what all robots of a team know together";
+            self.add(span, format!("no agent can be called `{name}`"), help);
+            return false;
+        }
         if !good {
             let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";
             self.add(span, format!("`{name}` can't name an agent"), help);

@@ -1,18 +1,26 @@
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use slate_blackboard::Pattern;
 
 use super::build::Build;
-use super::model::{Allowance, Credentials, Share, ShareSecurity};
-use super::source::Spanned;
+use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge};
+use super::source::{Span, Spanned};
 use super::value::{Entry, Table};
+
+/// From one look to the next when nothing is said, and at least, nanoseconds.
+const PERIOD: u64 = 200_000_000;
+const SHORTEST: u64 = 10_000_000;
+
+/// How many facts of a topic are shown when nothing is said.
+const ROOM: usize = 256;
 
 impl Build<'_> {
     /// How the agent shares; nothing when it says nothing of it.
     pub(super) fn share(&mut self, root: &Table, agent: &str) -> Option<Share> {
         let entry = root.entries.get("share")?;
         let table = self.problems.as_table("share", entry)?;
-        self.problems.unknown_keys(table, "in [share]", &["listen", "agents", "security"]);
+        self.problems.unknown_keys(table, "in [share]", &["listen", "agents", "knowledge", "security"]);
         let listen = match table.get("listen") {
             Some(value) => {
                 let texts = self.problems.texts("listen", value, "local:base");
@@ -39,7 +47,47 @@ impl Build<'_> {
         }
         // A table for all agents has this one too.
         agents.remove(agent);
-        Some(Share { listen, agents, security })
+        let knowledge = self.knowledge(table);
+        Some(Share { listen, agents, knowledge, security })
+    }
+
+    fn knowledge(&mut self, share: &Table) -> Option<SharedKnowledge> {
+        let table = match share.get("knowledge")?.as_bool() {
+            // An agent of a team that takes no part, where others do.
+            Some(false) => return None,
+            _ => self.problems.table(share, "knowledge")?,
+        };
+        let known = ["facts", "period", "room", "save"];
+        self.problems.unknown_keys(table, "in [share.knowledge]", &known);
+        let mut facts = BTreeMap::new();
+        for (topic, entry) in self.problems.table(table, "facts").into_iter().flat_map(Table::iter) {
+            let property = self.problems.as_text(topic, &entry.value, "scout/found");
+            if self.topic(topic, entry.key)
+                && let Some(property) = property
+                && self.problems.url(&property.value, property.span).is_some()
+            {
+                let path = property.value.trim_start_matches('/').to_owned();
+                facts.insert(topic.to_owned(), Spanned::new(path, property.span));
+            }
+        }
+        let period = self.problems.duration(table, "period").map_or(PERIOD, |period| period.value);
+        Some(SharedKnowledge {
+            facts,
+            period: period.max(SHORTEST),
+            room: self.count(table, "room", 65_536).map_or(ROOM, |room| room.value as usize),
+            save: self.problems.text(table, "save", "knowledge").map(|folder| PathBuf::from(folder.value)),
+        })
+    }
+
+    fn topic(&mut self, topic: &str, span: Span) -> bool {
+        let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || matches!(c, '_' | '/');
+        let good =
+            topic.len() <= 48 && topic.chars().all(letter) && topic.split('/').all(|part| !part.is_empty());
+        if !good {
+            let help = "a topic is at most 48 small letters, digits and _, as in slate://team/victims";
+            self.problems.add(span, format!("`{topic}` can't be a topic of facts"), help);
+        }
+        good
     }
 
     fn share_security(&mut self, entry: &Entry) -> Option<ShareSecurity> {
@@ -82,7 +130,7 @@ impl Build<'_> {
         self.problems.agent_name(agent, entry.key);
         let name = format!("share.security.allow.{agent}");
         let table = self.problems.as_table(&name, entry)?;
-        self.problems.unknown_keys(table, &format!("in [{name}]"), &["read", "send"]);
+        self.problems.unknown_keys(table, &format!("in [{name}]"), &["read", "send", "team"]);
         let mut patterns = |name: &str| {
             let texts = table.get(name).map(|value| self.problems.texts(name, value, "localizer/**"));
             let mut patterns = Vec::new();
@@ -94,7 +142,9 @@ impl Build<'_> {
             }
             patterns
         };
-        Some(Allowance { read: patterns("read"), send: patterns("send") })
+        let (read, send) = (patterns("read"), patterns("send"));
+        let team = self.problems.flag(table, "team").is_some_and(|flag| flag.value);
+        Some(Allowance { read, send, team })
     }
 
     fn endpoint(&mut self, at: &Spanned<String>) -> bool {

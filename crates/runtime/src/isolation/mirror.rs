@@ -188,7 +188,7 @@ impl Mirror {
                     data,
                     items: Cell::new(items),
                     stamp: entry.stamp,
-                    answer: Cell::new(0),
+                    answer: Cell::new(if filled { 0 } else { entry.answer.get() }),
                     sender: entry.sender,
                 });
             }

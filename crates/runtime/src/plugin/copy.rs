@@ -1,11 +1,13 @@
 //! Copies of libraries, and what is left of those whose process was killed.
 
 use std::fs::{self, DirBuilder, File, Metadata};
-use std::io::{self, ErrorKind};
+use std::io::{self, BufRead, BufReader, ErrorKind};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
+
+use xxhash_rust::xxh3::Xxh3Default;
 
 /// A copy of a file in a folder of its own, so that debuggers find it under its name. It goes when this is dropped.
 #[derive(Debug)]
@@ -57,6 +59,24 @@ impl PrivateCopy {
     /// The copy.
     pub fn file(&self) -> &Path {
         &self.file
+    }
+
+    /// A hash over it.
+    ///
+    /// # Errors
+    /// When it can't be read.
+    pub fn hash(&self) -> io::Result<u64> {
+        let mut file = BufReader::with_capacity(1 << 18, File::open(&self.file)?);
+        let mut hash = Xxh3Default::new();
+        loop {
+            let part = file.fill_buf()?;
+            if part.is_empty() {
+                return Ok(hash.digest());
+            }
+            hash.update(part);
+            let length = part.len();
+            file.consume(length);
+        }
     }
 }
 

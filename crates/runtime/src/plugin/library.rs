@@ -18,6 +18,8 @@ use crate::isolation;
 struct Library {
     handle: Option<unix::Library>,
     copy: PathBuf,
+    /// A hash over the file; none when the copy belongs to another process.
+    code: Option<u64>,
     /// Goes after the library; none when the copy belongs to another process.
     _own: Option<PrivateCopy>,
     residence: Arc<AtomicU8>,
@@ -86,12 +88,14 @@ pub(crate) fn load_for(
         ));
     }
     let residence = Residence::default();
-    let copy = PrivateCopy::of(file).map_err(|error| {
+    let copied = PrivateCopy::of(file).and_then(|copy| copy.hash().map(|code| (copy, code)));
+    let (copy, code) = copied.map_err(|error| {
         refuse(format!("can't be copied to {}: {error}", std::env::temp_dir().display()), "make room there")
     })?;
     let library = Library {
         handle: None,
         copy: copy.file().into(),
+        code: Some(code),
         _own: Some(copy),
         residence: Arc::clone(&residence.0),
     };
@@ -122,7 +126,12 @@ pub(crate) fn load_for(
 pub(crate) fn open_as_it_is(copy: &Path) -> Result<Plugin, LibraryError> {
     let outline = LibraryOutline::read(copy)?;
     let residence = Residence::default().0;
-    open(copy, Library { handle: None, copy: copy.into(), _own: None, residence }, &outline)
+    open(copy, Library { handle: None, copy: copy.into(), code: None, _own: None, residence }, &outline)
+}
+
+/// A hash over the file of a kind's library, if it is of one.
+pub(crate) fn code_of(kind: &ModuleKind) -> Option<u64> {
+    kind.library()?.downcast_ref::<Library>()?.code
 }
 
 /// The file that a kind's library was opened from, if it is of one.

@@ -8,7 +8,7 @@ mod whole;
 use std::path::PathBuf;
 
 pub use library::{Residence, load};
-pub(crate) use library::{file_of, load_for, open_as_it_is};
+pub(crate) use library::{code_of, file_of, load_for, open_as_it_is};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 
 /// Why a file can't be used as a plugin.

@@ -11,8 +11,8 @@ use super::line::{self, Line};
 use super::place;
 use super::protocol::{
     Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
-    PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry, Switched, TraceEntry,
-    UnloadedPlugin, VERSION,
+    PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SettingEntry, SnapshotEntry,
+    Switched, TraceEntry, UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
 
@@ -308,6 +308,11 @@ impl Client {
     /// Lets the agent go on from the snapshot at an absolute path.
     pub fn load_snapshot(&mut self, file: &Path) -> Result<SnapshotEntry, ClientError> {
         self.call(&Call::SnapshotLoad { file: file.into() })
+    }
+
+    /// Writes the newest values of another agent's properties, such as `slate://robot/**`, into a file at an absolute path.
+    pub fn save_remote(&mut self, url: &str, file: &Path) -> Result<RemoteSnapshotEntry, ClientError> {
+        self.call(&Call::SnapshotRemote { url: url.into(), file: file.into() })
     }
 
     /// The newest value of a property or a field; nothing before the first write.

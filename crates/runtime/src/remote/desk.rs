@@ -7,6 +7,7 @@ use serde::Serialize;
 use slate_blackboard::interface;
 use slate_blackboard::{BoardError, Pattern, Property, Stamp, Url};
 
+use super::elsewhere;
 use super::protocol::{
     Answer, Call, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, PropertyEntry, Reading,
     Refusal, Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
@@ -118,6 +119,7 @@ impl Desk {
                 self.composer.restore(&read, self.database.as_ref())?;
                 snapshot(&read)
             }
+            Call::SnapshotRemote { url, file } => self.remote_snapshot(&url, absolute(&file)?),
             Call::Read { url } => self.read(&url),
             Call::ReadHistory { url } => self.history(&url),
             Call::Stop { reason } => {
@@ -237,6 +239,12 @@ impl Desk {
     }
 
     fn properties(&self, pattern: Option<&str>) -> Done {
+        if let Some((agent, pattern)) = pattern.and_then(|pattern| self.elsewhere(pattern)) {
+            return self.remote_properties(agent, pattern);
+        }
+        // That of this agent as a whole URL.
+        let pattern =
+            pattern.map(|pattern| elsewhere::split(pattern).map_or(pattern, |(_, pattern)| pattern));
         let pattern = pattern.map(Pattern::parse).transpose();
         let pattern =
             pattern.map_err(|error| refusal(error.to_string(), "such as /r2/planner/* or /**/timing"))?;
@@ -250,8 +258,26 @@ impl Desk {
             .iter()
             .filter(|property| pattern.as_ref().is_none_or(|pattern| pattern.matches(property.path())));
         let mut entries: Vec<_> = wanted.map(entry).collect();
+        if let Some(pattern) = pattern.as_ref().filter(|_| entries.is_empty()) {
+            self.check_beginning(pattern)?;
+        }
         entries.sort_unstable_by(|a, b| a.path.cmp(&b.path));
         result(entries)
+    }
+
+    /// What stands before the first star has to be the beginning of something.
+    fn check_beginning(&self, pattern: &Pattern) -> Result<(), Refusal> {
+        let text = pattern.to_string();
+        let names: Vec<_> = text.split('/').take_while(|name| !name.starts_with('*')).collect();
+        let beginning = names.join("/");
+        let below = |property: &Arc<Property>| {
+            property.path().strip_prefix(&beginning).is_some_and(|rest| rest.starts_with('/'))
+        };
+        if names.is_empty() || self.composer.board().properties().iter().any(below) {
+            return Ok(());
+        }
+        let unknown = self.composer.board().find(&beginning).err();
+        unknown.map_or(Ok(()), |error| Err(refusal(error.to_string(), KNOWN)))
     }
 
     /// The path of a URL, which leads to something.
@@ -263,6 +289,9 @@ impl Desk {
     }
 
     fn read(&self, url: &str) -> Done {
+        if let Some((agent, path)) = self.elsewhere(url) {
+            return self.remote_read(agent, path);
+        }
         let read = self.composer.board().read(&self.path(url)?);
         result(read.map_err(|error| refusal(error.to_string(), KNOWN))?.map(reading))
     }
@@ -277,7 +306,7 @@ impl Desk {
 /// What was refused of a link; the text that a command makes of it is none of the user's, so it is not shown.
 const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
 
-fn reading((value, stamp): (interface::Value, Stamp)) -> Reading {
+pub(super) fn reading((value, stamp): (interface::Value, Stamp)) -> Reading {
     let value = serde_json::to_value(value).unwrap_or_default();
     Reading { value, sequence: stamp.sequence, time: stamp.time }
 }

@@ -29,6 +29,7 @@
 
 mod client;
 mod desk;
+mod elsewhere;
 mod line;
 mod lock;
 mod peers;
@@ -45,7 +46,7 @@ pub use peers::{PeerEntry, ReadEntry, ServedEntry};
 pub use place::{agents, folder};
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
-    ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, Saved, SettingEntry, SnapshotEntry,
-    Switched, TraceEntry, TrackEntry, UnloadedPlugin, VERSION,
+    ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
+    SettingEntry, SnapshotEntry, Switched, TraceEntry, TrackEntry, UnloadedPlugin, VERSION,
 };
 pub use server::{OpenError, Server};

@@ -167,7 +167,8 @@ pub enum Call {
     /// The properties: a list of [`PropertyEntry`].
     #[serde(rename = "property/list")]
     PropertyList {
-        /// Which of them, such as `/r2/**/timing`; all unless given.
+        /// Which of them, such as `/r2/**/timing`; all unless given. Of another agent that this one knows, such as
+        /// `slate://robot/**`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pattern: Option<String>,
     },
@@ -183,10 +184,18 @@ pub enum Call {
         /// The file, by its absolute path.
         file: PathBuf,
     },
+    /// Writes the newest values of another agent's properties into a file, as JSON: [`RemoteSnapshotEntry`].
+    #[serde(rename = "snapshot/remote")]
+    SnapshotRemote {
+        /// Which of them, such as `slate://robot/**`.
+        url: String,
+        /// The file, by its absolute path.
+        file: PathBuf,
+    },
     /// The newest value of a property or a field: [`Reading`], or nothing before the first write.
     #[serde(rename = "read")]
     Read {
-        /// Its URL.
+        /// Its URL, which may be that of another agent that this one knows; the time is that agent's then.
         url: String,
     },
     /// All values that a property keeps, or a field of them, the oldest first: a list of [`Reading`].
@@ -404,6 +413,17 @@ pub struct SnapshotEntry {
     pub time: u64,
     /// Cycles of the main loop until then.
     pub cycle: u64,
+}
+
+/// A file with values of another agent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RemoteSnapshotEntry {
+    /// The other agent.
+    pub agent: String,
+    /// How many of its properties are in the file.
+    pub properties: usize,
+    /// How many of those have a value; mailboxes and what was never written have none.
+    pub values: usize,
 }
 
 /// A trace that is or was recorded.

@@ -15,6 +15,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Serialize;
 
 use super::desk::{self, Desk, refusal};
+use super::elsewhere;
 use super::line::{self, Line};
 use super::place::Place;
 use super::protocol::{Answer, Call, Greeting, LINE_LIMIT, Refusal, VERSION};
@@ -298,6 +299,9 @@ enum Manner {
 impl Manner {
     fn of(call: &Call) -> Self {
         match call {
+            // Another agent is waited for, and no module of this one.
+            Call::Read { url } if elsewhere::split(url).is_some() => Self::Slow,
+            Call::SnapshotRemote { .. } => Self::Slow,
             Call::Stop { .. }
             | Call::Reset {}
             | Call::Arm { .. }

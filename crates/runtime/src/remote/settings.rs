@@ -1,6 +1,6 @@
 //! What tools ask and change of the configuration.
 
-use slate_blackboard::interface;
+use slate_blackboard::{interface, nearest_paths};
 
 use super::desk::{Desk, Done, refusal, result};
 use super::protocol::{Changed, Different, Refusal, Saved, SettingEntry};
@@ -21,10 +21,7 @@ impl Desk {
         };
         let settings: Vec<_> = self.database()?.get(path)?.into_iter().map(entry).collect();
         if settings.is_empty() && !path.trim().is_empty() {
-            return Err(refusal(
-                format!("no setting at `{path}` or below it"),
-                "`config get` without a path lists all",
-            ));
+            return Err(no_setting(self.database()?, path));
         }
         result(settings)
     }
@@ -46,7 +43,12 @@ impl Desk {
     }
 
     pub(super) fn revert(&self, path: &str) -> Done {
-        let changed = self.database()?.take_back(path)?;
+        let database = self.database()?;
+        let is_known = !database.get(path)?.is_empty();
+        let changed = database.take_back(path)?;
+        if changed.is_empty() && !is_known && !path.trim().is_empty() {
+            return Err(no_setting(database, path));
+        }
         self.say_changes("taken back", &changed);
         match self.composer.unlinked() {
             Some(report) => Err(report.into()),
@@ -118,4 +120,15 @@ impl Desk {
 
 fn text(value: Option<Value>) -> Option<String> {
     value.map(|value| value.to_string())
+}
+
+/// Nothing stands there.
+fn no_setting(database: &Database, path: &str) -> Refusal {
+    let settings = database.get("").unwrap_or_default();
+    let near = nearest_paths(path.trim(), '.', settings.iter().map(|setting| setting.path.as_str()));
+    let help = match near.is_empty() {
+        true => "`config get` without a path lists all".into(),
+        false => format!("did you mean {}?", near.join(" or ")),
+    };
+    refusal(format!("no setting at `{path}` or below it"), &help)
 }

@@ -26,6 +26,10 @@ impl Runner {
         }
         if condition == Condition::Failed {
             self.services.iter_mut().for_each(|service| service.abandon());
+            for outbox in &mut self.outboxes {
+                let count = self.slots[outbox.slot].count.get().min(outbox.memory.len());
+                (0..count).for_each(|_| outbox.note(None));
+            }
             self.publish_safe(now);
         } else {
             self.publish(now, digest);
@@ -87,16 +91,19 @@ impl Runner {
         }
         for outbox in &mut self.outboxes {
             let count = self.slots[outbox.slot].count.get().min(outbox.memory.len());
-            let Some(sender) = &mut outbox.sender else { continue };
-            for memory in &outbox.memory[..count] {
+            for i in 0..count {
+                let Some(sender) = &mut outbox.sender else {
+                    outbox.note(None);
+                    continue;
+                };
                 // SAFETY: the memory holds a value of that size, written by this step.
-                let value = unsafe { std::slice::from_raw_parts(memory.as_ptr(), outbox.size) };
+                let value = unsafe { std::slice::from_raw_parts(outbox.memory[i].as_ptr(), outbox.size) };
                 if let Some(digest) = digest.as_deref_mut() {
                     digest.add(outbox.index, value);
                 }
-                if sender.send(value, 0, now).is_err() {
-                    outbox.refused += 1;
-                }
+                let ticket = sender.send(value, 0, now).ok();
+                outbox.refused += u64::from(ticket.is_none());
+                outbox.note(ticket);
             }
             if count > 0
                 && let Some(wake) = &outbox.wake

@@ -72,10 +72,16 @@ pub(crate) struct FrozenSource {
 }
 
 /// How far an outbox is.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct FrozenOutbox {
     pub index: u32,
     pub refused: u64,
+    /// How many messages it has sent.
+    #[serde(default)]
+    pub sent: u64,
+    /// How those fare that are remembered, by their numbers.
+    #[serde(default)]
+    pub deliveries: Vec<(u64, u32)>,
     /// As whom it sends.
     pub sender: Option<u32>,
 }
@@ -122,7 +128,16 @@ impl Runner {
                 .iter()
                 .map(|outbox| {
                     let sender = outbox.sender.as_ref().map(|sender| sender.id());
-                    (name(outbox.slot), FrozenOutbox { index: outbox.index, refused: outbox.refused, sender })
+                    (
+                        name(outbox.slot),
+                        FrozenOutbox {
+                            index: outbox.index,
+                            refused: outbox.refused,
+                            sent: outbox.sent,
+                            deliveries: outbox.deliveries(),
+                            sender,
+                        },
+                    )
                 })
                 .collect(),
             rewired: self.rewired,
@@ -229,6 +244,7 @@ impl Runner {
         for outbox in &mut self.outboxes {
             if let Some(frozen) = frozen.outboxes.get(name(outbox.slot)) {
                 (outbox.index, outbox.refused) = (frozen.index, frozen.refused);
+                outbox.resume(frozen.sent, &frozen.deliveries);
             }
         }
         self.rewired = frozen.rewired;

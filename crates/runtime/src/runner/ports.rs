@@ -3,10 +3,10 @@ use std::sync::atomic::AtomicU64;
 
 use slate_blackboard::channel::{QueueReader, SetAside, Writer};
 use slate_blackboard::interface::FloatMap;
-use slate_blackboard::message::{Receiver, Sender};
+use slate_blackboard::message::{ABANDONED, Receiver, Sender, Status, Ticket};
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Property, Shape};
-use slate_module::Entry;
+use slate_module::{Delivery, Entry};
 
 use super::Health;
 use crate::actuators::Actuator;
@@ -117,4 +117,89 @@ pub(crate) struct OutboxPort {
     pub index: u32,
     pub wake: Option<Arc<Wake>>,
     pub refused: u64,
+    /// Counts the messages.
+    pub sent: u64,
+    /// Those without an answer, each at the place of its number.
+    pub open: Vec<Option<Ticket>>,
+}
+
+impl OutboxPort {
+    /// Counts a message that nobody answers unless there is a ticket.
+    pub fn note(&mut self, ticket: Option<Ticket>) {
+        let place = (self.sent % self.entries.len().max(1) as u64) as usize;
+        self.sent += 1;
+        let delivery = if ticket.is_some() { Delivery::Waiting } else { Delivery::Lost };
+        if let (Some(entry), Some(open)) = (self.entries.get_mut(place), self.open.get_mut(place)) {
+            entry.stamp.sequence = self.sent;
+            entry.answer.set(delivery.code());
+            *open = ticket;
+        }
+    }
+
+    /// Looks how the messages fare that have no answer.
+    pub fn settle(&mut self) {
+        let Some(sender) = &self.sender else { return };
+        for (entry, open) in self.entries.iter().zip(&mut self.open) {
+            let delivery = open.map_or(Delivery::Waiting, |ticket| delivery(sender, ticket));
+            if delivery != Delivery::Waiting {
+                entry.answer.set(delivery.code());
+                *open = None;
+            }
+        }
+    }
+
+    /// How the messages fare that are remembered, by their numbers.
+    pub fn deliveries(&self) -> Vec<(u64, u32)> {
+        let fares = |(entry, open): (&Entry, &Option<Ticket>)| {
+            let now = self.sender.as_ref().zip(*open).map(|(sender, ticket)| delivery(sender, ticket).code());
+            (entry.stamp.sequence, now.unwrap_or(entry.answer.get()))
+        };
+        let all = self.entries.iter().zip(&self.open).map(fares);
+        all.filter(|(number, _)| *number > 0).collect()
+    }
+
+    /// Goes on after so many messages, of which these are remembered.
+    pub fn resume(&mut self, sent: u64, deliveries: &[(u64, u32)]) {
+        self.sent = sent;
+        let count = self.entries.len().max(1) as u64;
+        for (number, code) in deliveries.iter().filter(|(number, _)| *number > 0) {
+            if let Some(entry) = self.entries.get_mut(((number - 1) % count) as usize) {
+                entry.stamp.sequence = *number;
+                entry.answer.set(*code);
+            }
+        }
+    }
+
+    /// Sends a message again that waited: the oldest one without an answer.
+    pub fn send_again(&mut self, bytes: &[u8], items: usize, time: u64) {
+        // As many fit as fitted then.
+        let ticket = self.sender.as_mut().and_then(|sender| sender.send(bytes, items, time).ok());
+        let waits = |(entry, open): &(&Entry, &mut Option<Ticket>)| {
+            open.is_none() && entry.stamp.sequence > 0 && entry.answer.get() == Delivery::Waiting.code()
+        };
+        let waiting = self.entries.iter().zip(&mut self.open).filter(waits);
+        if let Some((_, open)) = waiting.min_by_key(|(entry, _)| entry.stamp.sequence) {
+            *open = ticket;
+        }
+    }
+
+    /// Sends to another receiver from now on: what the former one has not answered is lost.
+    pub fn turn_to(&mut self, sender: Option<Sender>) -> Option<Sender> {
+        self.settle();
+        for (entry, open) in self.entries.iter().zip(&mut self.open) {
+            if open.take().is_some() {
+                entry.answer.set(Delivery::Lost.code());
+            }
+        }
+        std::mem::replace(&mut self.sender, sender)
+    }
+}
+
+fn delivery(sender: &Sender, ticket: Ticket) -> Delivery {
+    match sender.status(ticket) {
+        Status::Accepted => Delivery::Waiting,
+        Status::Done => Delivery::Done,
+        Status::Refused(ABANDONED) | Status::Unknown => Delivery::Lost,
+        Status::Refused(reason) => Delivery::Refused(reason),
+    }
 }

@@ -133,7 +133,11 @@ impl Runner {
             slot.priority.set(0);
         }
         for outbox in &mut self.outboxes {
-            self.slots[outbox.slot].count.set(0);
+            outbox.settle();
+            let slot = &mut self.slots[outbox.slot];
+            slot.stamp.sequence = outbox.sent;
+            slot.entries = outbox.entries.as_ptr();
+            slot.count.set(0);
         }
         for provider in &self.providers {
             self.slots[provider.slot].flags.set(if provider.is_provided() { Flags::SET } else { 0 });

@@ -135,7 +135,7 @@ impl Runner {
         for OutboxWiring { slot, sender, wake } in outboxes {
             if let Some(port) = self.outboxes.iter_mut().find(|port| port.slot == slot) {
                 port.wake = wake;
-                unwired.senders.extend(std::mem::replace(&mut port.sender, sender));
+                unwired.senders.extend(port.turn_to(sender));
             }
         }
         if let Some((reader, is_switched)) = switch {

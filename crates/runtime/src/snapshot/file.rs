@@ -21,7 +21,8 @@ pub struct PluginMark {
     pub version: String,
     /// The library that its code came from; none when it was linked in.
     pub file: Option<PathBuf>,
-    /// A hash over the kinds of modules that it brings, and the ports and parameters of those that were there.
+    /// A hash over its library's file; when it was linked in, over the kinds of modules that it brings, and the ports and
+    /// parameters of those that were there.
     pub hash: u64,
 }
 

@@ -16,10 +16,12 @@ pub const TESTS: [Test; 4] = [
     ("what a process can't do is said", what_it_cannot_do),
 ];
 
+pub const ALL: [&str; 8] = ["pulse", "plotter", "adder", "clerk", "dice", "relay", "villain", "counter"];
+
 /// A module of every kind of port; those of which the name is in `isolated` are.
-fn text(isolated: &[&str]) -> String {
+pub fn text(isolated: &[&str]) -> String {
     let mut text = String::from("time.source = \"pulse\"\nloop.period = \"10ms\"\nlog.level = \"debug\"\n");
-    for module in ["pulse", "plotter", "adder", "clerk", "dice", "relay", "villain", "counter"] {
+    for module in ALL {
         let apart = isolated.contains(&module);
         text += &format!("[modules.{module}]\nisolated = {apart}\n");
     }
@@ -47,7 +49,6 @@ fn lockstep(text: &str) -> Agent {
 }
 
 fn values_of_every_kind() {
-    const ALL: [&str; 8] = ["pulse", "plotter", "adder", "clerk", "dice", "relay", "villain", "counter"];
     let run = |isolated: &[&str]| {
         let mut agent = lockstep(&text(isolated));
         let (traced, _) = agent.board().find("plotter/traced").unwrap();

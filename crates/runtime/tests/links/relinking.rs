@@ -1,8 +1,10 @@
 //! Links that change while the agent runs.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-use slate_runtime::configuration::SaveTo;
+use slate_runtime::configuration::{Configuration, SaveTo};
+use slate_runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
 use slate_runtime::{Agent, NewLink};
 
 use crate::common::number;
@@ -89,9 +91,9 @@ fn a_dry_run_and_a_refusal_change_nothing() {
         }
     };
     refused("relay/input", "a/numbr", &["no output `numbr`", "did you mean number?"]);
-    refused("relay/input", "c/number", &["nothing is called `/c/number`", "there are: a, b"]);
+    refused("relay/input", "c/number", &["nothing is called `/c/number`", "did you mean a or b?"]);
     refused("relay/inptu", "a/number", &["`relay` has no port `inptu`", "did you mean input?"]);
-    refused("rely/input", "a/number", &["no module owns `rely/input`", "there are: a, b, relay"]);
+    refused("rely/input", "a/number", &["no module owns `rely/input`", "did you mean relay?"]);
     refused("relay/input", "sum/sum", &["Number", "Pair"]);
     refused("relay/input", "slate://other/a/number", &["belongs to agent `other`"]);
     refused("slate://other/relay/input", "a/number", &["belongs to agent `other`"]);
@@ -169,6 +171,17 @@ plugin = "receiver"
     assert_eq!((read(&agent, "first"), read(&agent, "second")), (9.0, 15.0));
 }
 
+/// Shares with agents that never come.
+struct Nobody;
+
+impl Sharing for Nobody {
+    fn start(&mut self, _: Site) -> Result<(), SharingError> {
+        Ok(())
+    }
+
+    fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
+}
+
 #[test]
 fn what_was_linked_is_saved_with_comments_kept() {
     let folder = std::env::temp_dir().join(format!("slate-links-{}", std::process::id()));
@@ -179,8 +192,11 @@ fn what_was_linked_is_saved_with_comments_kept() {
     let database =
         slate_runtime::configuration::Database::open(&file, slate_runtime::configuration::Options::default())
             .unwrap();
-    let options =
-        slate_runtime::Options { rate: slate_runtime::Rate::Max, ..slate_runtime::Options::default() };
+    let options = slate_runtime::Options {
+        rate: slate_runtime::Rate::Max,
+        sharing: Some(Box::new(Nobody)),
+        ..slate_runtime::Options::default()
+    };
     let agent = Agent::load_with(&database, &crate::support::all(), options).unwrap();
     link(&agent, "relay/input", "b/number");
     database.save(SaveTo::Origin).unwrap();
@@ -190,10 +206,23 @@ fn what_was_linked_is_saved_with_comments_kept() {
     database.save(SaveTo::Origin).unwrap();
     let saved = std::fs::read_to_string(&file).unwrap();
     assert!(saved.contains("# The relay follows the counter.") && saved.contains("every = 2"), "{saved}");
+    let saved = || {
+        database.save(SaveTo::Origin).unwrap();
+        let saved = std::fs::read_to_string(&file).unwrap();
+        assert!(saved.contains("# The relay follows the counter."), "{saved}");
+        saved
+    };
     agent.composer().unlink("relay/input").unwrap();
-    database.save(SaveTo::Origin).unwrap();
-    let saved = std::fs::read_to_string(&file).unwrap();
-    assert!(saved.contains("# The relay follows the counter.") && !saved.contains("b/number"), "{saved}");
+    assert!(!saved().contains("b/number"));
+    link(&agent, "relay/input/value", "b/number/value");
+    assert!(saved().contains("b/number/value"));
+    agent.composer().unlink("relay/input/value").unwrap();
+    assert!(!saved().contains("b/number"));
+    let elsewhere = NewLink::new("relay/input", "slate://other/b/number").with("rate", "\"20Hz\"");
+    agent.composer().link(&elsewhere).unwrap();
+    let text = saved();
+    assert!(text.contains("slate://other/b/number") && text.contains("rate = \"20Hz\""), "{text}");
+    drop(Configuration::load(&file, &Default::default()).unwrap());
     std::fs::remove_dir_all(folder).unwrap();
 }
 

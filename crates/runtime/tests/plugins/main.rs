@@ -13,6 +13,7 @@ mod damage;
 mod dependencies;
 mod faults;
 mod fixtures;
+mod frozen;
 mod hangs;
 mod loading;
 mod memory;

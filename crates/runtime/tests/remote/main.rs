@@ -9,6 +9,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod files;
+mod names;
 mod settings;
 mod wire;
 

@@ -48,7 +48,7 @@ fn bad_lines_are_answered_with_what_is_wrong() {
         (r#"{"call":"config/save","to":"moon"}"#, "origin"),
         (r#"{"call":"read","url":"http://x/y"}"#, "slate://"),
         (r#"{"call":"read","url":"/teller/tld"}"#, "teller/told"),
-        (r#"{"call":"read","url":"slate://other/teller/told"}"#, "another agent"),
+        (r#"{"call":"read","url":"slate://other/teller/told"}"#, "no agent `other`"),
     ] {
         let answer = stream.ask(line);
         let message = answer["error"]["message"].as_str().unwrap_or_else(|| panic!("{line}: {answer}"));

@@ -1,5 +1,5 @@
 use slate_runtime::snapshot::Snapshot;
-use slate_runtime::{Agent, Control};
+use slate_runtime::{Agent, Control, Options};
 
 use crate::common::number;
 use crate::support::{ROBOT, file, robot};
@@ -66,4 +66,19 @@ fn what_cannot_be_looked_at_is_refused() {
         };
         assert!(report.contains(words), "{line}: {report}");
     }
+}
+
+#[test]
+fn on_the_wall_clock_a_condition_that_comes_and_goes_holds_the_loop_up_at_no_time() {
+    let path = file("flip");
+    let _ = std::fs::remove_file(&path);
+    let text = format!(
+        "agent.name = \"robot\"\nloop.period = \"1ms\"\n[modules.dice]\n\
+         [snapshot]\nwhen = \"/dice/number/value > 0.5\"\nfile = {path:?}"
+    );
+    let configuration = crate::common::configuration(&text);
+    let mut agent = Agent::load(&configuration, &crate::common::plugins(), Options::default()).unwrap();
+    run(&mut agent, 1000);
+    assert_eq!(number(&agent, "loop/state/cycles"), 1000.0);
+    assert!(Snapshot::read(&path).unwrap().cycle() > 0);
 }

@@ -1,6 +1,7 @@
 //! The thread between an agent and its peers: it subscribes to what links want, and tells the agent how that stands.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -29,7 +30,7 @@ pub(super) struct Bridge {
 }
 
 impl Bridge {
-    pub fn new(peers: Peers, site: Site, reasons: Reasons) -> Self {
+    pub fn new(peers: Arc<Peers>, site: Site, reasons: Reasons) -> Self {
         Self {
             subscriptions: Subscriptions::new(peers),
             site,

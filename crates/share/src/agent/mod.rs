@@ -8,6 +8,7 @@
 //! ```
 
 mod bridge;
+mod inspector;
 mod outbox;
 mod reading;
 mod subscriptions;
@@ -20,12 +21,14 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
-use slate_runtime::sharing::{About, RemotePath, Sharing, SharingError, Site, Want};
+use slate_runtime::sharing::{About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, Want};
 
 use crate::carrier::{Carrier, CarrierError};
 use crate::peers::{Happening, Notice, Peers, Rights, Setup};
 use crate::session::{Identity, Limits};
+use crate::team::{Inbox, News, Team};
 use bridge::Bridge;
+use inspector::Inspector;
 
 /// What is wanted, by its path.
 type Wants = BTreeMap<RemotePath, Want>;
@@ -41,12 +44,14 @@ pub struct AgentSharing {
     /// Carriers beside `local`, by the beginnings of their endpoints.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
     running: Option<Running>,
+    inspector: Option<Arc<Inspector>>,
 }
 
 /// The thread that does it.
 struct Running {
     post: Arc<Post>,
     thread: Option<JoinHandle<()>>,
+    team: Option<Team>,
 }
 
 /// What the thread is told.
@@ -73,10 +78,20 @@ impl std::fmt::Debug for AgentSharing {
 impl Sharing for AgentSharing {
     fn start(&mut self, site: Site) -> Result<(), SharingError> {
         let reasons = Reasons::default();
+        let inbox = site.knowledge.as_ref().map(|_| Arc::new(Inbox::default()));
         let notice: Notice = {
             let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
+            let inbox = inbox.clone();
             let (host, turned_away) = (site.host.clone(), Mutex::new(BTreeSet::new()));
             Arc::new(move |agent, happening| {
+                if let Some(inbox) = &inbox {
+                    match happening {
+                        Happening::Connected { .. } => inbox.put(News::Connected(agent.into())),
+                        Happening::Disconnected { .. } => inbox.put(News::Disconnected(agent.into())),
+                        Happening::Told { bytes } => inbox.put(News::Told(agent.into(), bytes.clone())),
+                        _ => {}
+                    }
+                }
                 let reason = match happening {
                     Happening::TurnedAway { reason } => {
                         let mut turned_away = locked(&turned_away);
@@ -91,12 +106,14 @@ impl Sharing for AgentSharing {
                     Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
                         return wake.notify(CHANGE);
                     }
+                    Happening::Told { .. } => return,
                 };
                 locked(&reasons).insert(agent.into(), reason.into());
                 wake.notify(CHANGE);
             })
         };
-        let identity = Identity { agent: site.board.agent().into(), instance: instance() };
+        let instance = instance();
+        let identity = Identity { agent: site.board.agent().into(), instance };
         let setup = Setup {
             limits: self.limits,
             listen: site.listen.clone(),
@@ -121,6 +138,8 @@ impl Sharing for AgentSharing {
             });
             fits?;
         }
+        let peers = Arc::new(peers);
+        self.inspector = Some(Arc::new(Inspector::new(&peers, site.agents.clone())));
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
         let post = Arc::new(Post {
@@ -128,24 +147,40 @@ impl Sharing for AgentSharing {
             wants: Mutex::default(),
             ended: AtomicBool::new(false),
         });
+        // Mixed, as two starts may be close to each other.
+        let random = xxhash_rust::xxh3::xxh3_64(&instance.to_le_bytes()) as u32;
+        let team = site
+            .knowledge
+            .clone()
+            .zip(inbox)
+            .map(|(knowledge, inbox)| Team::start(&site, knowledge, Arc::clone(&peers), inbox, random));
+        let team = team.transpose()?;
         let mut bridge = Bridge::new(peers, site, reasons);
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
-        let thread = thread.map_err(|error| SharingError {
-            message: format!("a thread can't be started: {error}"),
-            help: None,
-            about: About::Sharing,
-        });
-        let thread = Some(thread?);
-        self.running = Some(Running { post, thread });
+        let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
+        self.running = Some(Running { post, thread, team });
         Ok(())
     }
 
     fn want(&mut self, wants: Wants) {
         if let Some(running) = &self.running {
+            let (of_team, wants): (Wants, Wants) =
+                wants.into_iter().partition(|(path, _)| path.agent == TEAM);
+            if let Some(team) = &running.team {
+                let topic = |(path, want): (RemotePath, Want)| match want {
+                    Want::Values { interface, .. } => Some((path.path, interface.map(|found| found.0))),
+                    Want::Messages => None,
+                };
+                team.want(of_team.into_iter().filter_map(topic).collect());
+            }
             *locked(&running.post.wants) = Some(wants);
             running.post.wake.notify(CHANGE);
         }
+    }
+
+    fn inspection(&self) -> Option<Arc<dyn Inspection>> {
+        Some(Arc::clone(self.inspector.as_ref()?) as Arc<dyn Inspection>)
     }
 }
 
@@ -194,6 +229,7 @@ fn help(error: &CarrierError) -> Option<String> {
 
 impl Drop for Running {
     fn drop(&mut self) {
+        self.team = None;
         self.post.ended.store(true, Ordering::Release);
         self.post.wake.notify(CHANGE);
         // One that panicked has ended, too.

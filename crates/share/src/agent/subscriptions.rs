@@ -1,17 +1,18 @@
 //! Subscriptions that links share, as several may read fields of one property.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::peers::{PeerError, Peers, Status, Want};
 
 pub(super) struct Subscriptions {
-    pub peers: Peers,
+    pub peers: Arc<Peers>,
     /// By agent and property: the subscription, and how many use it.
     open: BTreeMap<(String, String), (u32, usize)>,
 }
 
 impl Subscriptions {
-    pub fn new(peers: Peers) -> Self {
+    pub fn new(peers: Arc<Peers>) -> Self {
         Self { peers, open: BTreeMap::new() }
     }
 

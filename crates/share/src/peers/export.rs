@@ -66,7 +66,8 @@ impl Export {
 
     /// Looks for the property; what it offers.
     pub fn connect(&mut self, board: &Board, instance: u64) -> Result<Offer, Unserved> {
-        let (property, field) = board.find(&self.path).map_err(|error| Unserved::Waits(error.to_string()))?;
+        let found = board.get(&self.path).ok_or_else(|| self.nothing_there(board));
+        let (property, field) = found.map_err(Unserved::Waits)?;
         if !field.is_empty() {
             return Err(Unserved::Declined(format!(
                 "/{} is `{field}` of /{}: subscribe to that, and read the field here",
@@ -114,6 +115,17 @@ impl Export {
         let wake = Arc::clone(&self.wake);
         self.source = Some(Source { watching: property.watch(), reader, after, wake });
         Ok(offer)
+    }
+
+    /// Why there is nothing. To look for the nearest names takes a while, and so it is done once and not at each look.
+    fn nothing_there(&self, board: &Board) -> String {
+        if !self.waiting.is_empty() {
+            return self.waiting.clone();
+        }
+        board
+            .find(&self.path)
+            .err()
+            .map_or_else(|| format!("no property at /{}", self.path), |e| e.to_string())
     }
 
     fn no_reader(&self, error: LinkError) -> Unserved {

@@ -406,6 +406,15 @@ impl Peers {
         Ok(receiver)
     }
 
+    /// Tells another agent something of the team's knowledge, which arrives as a [`Happening::Told`] or not at all; false
+    /// when it is lost already.
+    pub fn tell(&self, agent: &str, message: &[u8]) -> bool {
+        let Some(line) = self.common.line(agent) else { return false };
+        let told = locked(&line.peer).tell(message);
+        line.wake.notify(1);
+        told
+    }
+
     /// Asks another agent which properties it has of those paths, and for their newest values if those are wanted.
     ///
     /// # Errors

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use slate_blackboard::interface::{Descriptor, Value, View};
+use slate_blackboard::interface::View;
 use slate_blackboard::{Access, Board, Carrier, Pattern, Property, Stamp};
 use slate_module::encode_interface;
+use slate_runtime::sharing::RemoteProperty;
 
 use super::Allowance;
 use super::rights::{may_read, may_send};
@@ -16,27 +17,6 @@ const PART: usize = 32 << 10;
 
 /// Bytes of an answer at most.
 const LARGEST_ANSWER: usize = 64 << 20;
-
-/// A property of another agent.
-#[derive(Clone, Debug)]
-pub struct RemoteProperty {
-    /// Path in that agent.
-    pub path: String,
-    /// What it is for.
-    pub doc: String,
-    /// Who writes it.
-    pub access: Access,
-    /// Its type.
-    pub descriptor: &'static Descriptor,
-    /// Room in the tail.
-    pub capacity: u64,
-    /// How many values are kept; 0 for a mailbox.
-    pub depth: u32,
-    /// Whether it has a writer now.
-    pub has_writer: bool,
-    /// Its newest value, if that was asked for and there is one; the stamp is the other agent's.
-    pub value: Option<(Value, Stamp)>,
-}
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry<'a> {
@@ -187,10 +167,12 @@ impl Answers {
 
 fn read(entry: &Entry<'_>) -> Result<RemoteProperty, String> {
     let descriptor = interface(entry.interface).map_err(|refusal| refusal.to_string())?;
-    let value = entry.value.as_ref().and_then(|value| {
-        let view = View::new(descriptor, value.bytes, usize::try_from(value.items).ok()?)?;
+    let newest = entry.value.as_ref().and_then(|value| {
+        let items = usize::try_from(value.items).ok()?;
+        // What is no value of the interface is none.
+        View::new(descriptor, value.bytes, items)?;
         let (sequence, time, generation) = value.stamp;
-        Some((view.value(), Stamp { sequence, time, generation }))
+        Some((value.bytes.to_vec(), items, Stamp { sequence, time, generation }))
     });
     Ok(RemoteProperty {
         path: entry.path.into(),
@@ -204,6 +186,6 @@ fn read(entry: &Entry<'_>) -> Result<RemoteProperty, String> {
         capacity: entry.capacity,
         depth: entry.depth,
         has_writer: entry.has_writer,
-        value,
+        newest,
     })
 }

@@ -61,7 +61,7 @@ pub(super) struct Waiting {
     pub lists: BTreeMap<u32, Sender<Result<Vec<RemoteProperty>, String>>>,
 }
 
-pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -333,7 +333,7 @@ impl Line {
                 Happening::Disconnected { reason } | Happening::Refused { reason } => {
                     locked(&self.reason).clone_from(reason);
                 }
-                Happening::Unserved { .. } | Happening::TurnedAway { .. } => {}
+                Happening::Unserved { .. } | Happening::Told { .. } | Happening::TurnedAway { .. } => {}
                 Happening::Answered { ticket, answer } => {
                     let mut waiting = locked(&self.waiting);
                     if let Some(sender) = waiting.answers.get(ticket) {

@@ -15,9 +15,10 @@ use slate_blackboard::interface::Descriptor;
 
 pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
-pub use inspection::RemoteProperty;
+pub(crate) use line::locked;
 pub use peer::Peer;
 pub use rights::{Allowance, Rights};
+pub use slate_runtime::sharing::RemoteProperty;
 pub use state::{PeerState, ReadState, ServedState};
 
 use crate::session::{Answer, Options};
@@ -92,6 +93,11 @@ pub enum Happening {
         ticket: u64,
         /// How it fares.
         answer: Answer,
+    },
+    /// The other agent tells something of the team's knowledge.
+    Told {
+        /// What it tells.
+        bytes: Vec<u8>,
     },
     /// A question of this agent was answered.
     Listed {

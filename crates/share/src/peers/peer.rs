@@ -10,7 +10,7 @@ use super::export::{Export, Unserved};
 use super::import::{Import, Status};
 use super::inspection::{Answers, Question};
 use super::messages::{Incoming, Messages};
-use super::rights::{may_read, may_send};
+use super::rights::{is_of_team, may_read, may_send};
 use super::{Allowance, Happening, Want};
 use crate::carrier::SharedMemory;
 use crate::session::{
@@ -75,10 +75,10 @@ impl Application for Work<'_> {
         self.desk.events.push_back(event);
     }
 
-    fn sample(&mut self, id: u32, sample: &Sample, content: &[u8]) {
+    fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
         let (estimate, lead) = (self.desk.estimate, self.desk.lead);
         if let Some(import) = self.desk.imports.get_mut(&id) {
-            self.desk.shown |= import.show(sample, content, self.memory, (estimate, lead));
+            self.desk.shown |= import.show(sample, skipped, content, self.memory, (estimate, lead));
         }
     }
 
@@ -201,6 +201,11 @@ impl Peer {
     /// When the other agent is not there, or too much waits for it: the message is not sent then.
     pub fn send(&mut self, path: &str, schema: u64, items: usize, bytes: &[u8]) -> Result<u64, SendError> {
         self.session.send(path, schema, items as u64, bytes)
+    }
+
+    /// Tells the other agent something of the team's knowledge; false when it is lost already.
+    pub fn tell(&mut self, message: &[u8]) -> bool {
+        is_of_team(self.desk.allowance.as_ref()) && self.session.tell(message)
     }
 
     /// Asks which properties there are of those paths, and for their newest values if those are wanted; the answer is
@@ -377,6 +382,11 @@ impl Peer {
             Event::Part { request, bytes, last } => {
                 if let Some(answer) = self.answers.take(request, &bytes, last) {
                     self.happen(Happening::Listed { request, answer });
+                }
+            }
+            Event::Told { bytes } => {
+                if is_of_team(self.desk.allowance.as_ref()) {
+                    self.happen(Happening::Told { bytes });
                 }
             }
             Event::Failed { request } => {

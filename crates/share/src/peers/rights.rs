@@ -42,3 +42,8 @@ pub(super) fn may_read(allowance: Option<&Allowance>, path: &str) -> bool {
 pub(super) fn may_send(allowance: Option<&Allowance>, path: &str) -> bool {
     allowance.is_none_or(|allowance| allowance.send.iter().any(|pattern| pattern.matches(path)))
 }
+
+/// Whether it is told what the team knows, and believed.
+pub(super) fn is_of_team(allowance: Option<&Allowance>) -> bool {
+    allowance.is_none_or(|allowance| allowance.team)
+}

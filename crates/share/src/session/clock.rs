@@ -60,6 +60,11 @@ impl PeerClock {
         self.exchanges.push_back(Estimate { offset, round_trip });
     }
 
+    /// Whether a beat came.
+    pub fn is_heard(&self) -> bool {
+        self.heard.is_some()
+    }
+
     /// The best estimate; nothing before the first exchange.
     pub fn estimate(&self) -> Option<Estimate> {
         self.exchanges.iter().min_by_key(|estimate| estimate.round_trip).copied()

@@ -29,7 +29,8 @@ pub enum SendError {
 }
 
 impl Session {
-    /// Subscribes to a property of the other agent, from now on and after every connection.
+    /// Subscribes to a property of the other agent, from now on and after every connection, as soon as it is known how far
+    /// the clocks are apart.
     ///
     /// # Errors
     /// When there are as many subscriptions as there may be.
@@ -40,7 +41,7 @@ impl Session {
         let id = self.next_id;
         self.next_id += 1;
         self.readings.insert(id, Reading::new(path, options, &self.limits));
-        if self.connection.together {
+        if self.connection.together && self.clock.estimate().is_some() {
             self.send_subscription(id);
         }
         Ok(id)

@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use super::Content;
 use super::wire::{Announcement, Fragment, Report};
@@ -20,6 +21,10 @@ const UNFINISHED: usize = 2;
 
 /// How far ahead of what is expected a fragment may be.
 const AHEAD: u64 = 4096;
+
+/// Every fragment but an item's last has at least so many bytes. What a fragment takes beside them is memory, too, so
+/// an item has no more fragments than its size allows.
+const SMALLEST: usize = 512;
 
 /// The receiving end of a stream: puts items together. A reliable stream brings all fragments in order, of others an
 /// item counts that is complete.
@@ -93,7 +98,8 @@ impl Inbound {
     /// Takes a fragment; says whether it fits what came before. Items that it completes go to `deliver`.
     pub fn receive(&mut self, fragment: &Fragment<'_>, deliver: &mut dyn FnMut(&[u8])) -> bool {
         let Fragment { number, index, count, .. } = *fragment;
-        if index >= count || number == 0 || number == u64::MAX || u64::from(index) >= number {
+        // The numbers after the last one are counted with, too.
+        if index >= count || number == 0 || number >= u64::MAX - 1 || u64::from(index) >= number {
             return false;
         }
         self.known = self.known.max(number + 1);
@@ -189,13 +195,17 @@ impl Inbound {
             }
             return fits;
         }
+        if count as usize > self.limit / SMALLEST + 1 {
+            return false;
+        }
         let item = self.unfinished.entry(start).or_default();
         if item.bytes + bytes.0.len() > self.limit {
             self.unfinished.remove(&start);
             return false;
         }
-        if item.pieces.insert(index, bytes.0.to_vec()).is_none() {
+        if let Entry::Vacant(place) = item.pieces.entry(index) {
             item.bytes += bytes.0.len();
+            place.insert(bytes.0.to_vec());
         }
         if item.pieces.len() == count as usize {
             let pieces = self.unfinished.remove(&start).unwrap_or_default().pieces;

@@ -12,6 +12,7 @@ mod connection;
 mod control;
 mod event;
 mod inbound;
+mod knowledge;
 mod options;
 mod outbound;
 mod sending;
@@ -24,6 +25,7 @@ pub use clock::Estimate;
 pub use connection::Identity;
 pub use control::SendError;
 pub use event::{Answer, Application, Event, Offer};
+pub use knowledge::LONGEST as LONGEST_KNOWLEDGE;
 pub use options::{Compression, Content, Limits, Mode, Options};
 pub use wire::{Encoding, Sample, Seen, VERSION, refusal};
 
@@ -32,6 +34,7 @@ use slate_blackboard::Url;
 use clock::PeerClock;
 use connection::{Connection, Greeting};
 use inbound::Inbound;
+use knowledge::Knowledge;
 use outbound::Outbound;
 use subscription::{Reading, Serving};
 use wire::{Fragment, Frame, Hello, Packet, Report};
@@ -93,6 +96,7 @@ pub struct Session {
     /// Control messages that wait for the stream.
     waiting: VecDeque<Vec<u8>>,
     waiting_bytes: usize,
+    knowledge: Knowledge,
     readings: BTreeMap<u32, Reading>,
     servings: BTreeMap<u32, Serving>,
     /// The serving that is asked first.
@@ -126,6 +130,7 @@ impl Session {
             control_in,
             waiting: VecDeque::new(),
             waiting_bytes: 0,
+            knowledge: Knowledge::default(),
             readings: BTreeMap::new(),
             servings: BTreeMap::new(),
             cursor: 0,
@@ -185,6 +190,12 @@ impl Session {
     /// How many values were sent for a subscription of the other agent, and how many fragments it has not confirmed.
     pub fn served(&self, id: u32) -> Option<(u64, usize)> {
         self.servings.get(&id).map(|serving| (serving.sent, serving.stream.in_flight()))
+    }
+
+    /// Tells the other agent something of the team's knowledge, of at most [`LONGEST_KNOWLEDGE`] bytes. It may be lost on the way;
+    /// false when the other agent is not there or too much waits, and then it is lost already.
+    pub fn tell(&mut self, message: &[u8]) -> bool {
+        self.connection.together && self.knowledge.push(message)
     }
 
     /// Takes a packet that came at this agent's time `now`, nanoseconds.
@@ -262,7 +273,7 @@ impl Session {
             let fine = match frame {
                 Frame::Hello(_) => true,
                 Frame::Beat(beat) => {
-                    self.clock.receive(now, beat);
+                    self.receive_beat(now, beat);
                     true
                 }
                 Frame::Fragment(fragment) => self.receive_fragment(now, &fragment, application),
@@ -270,6 +281,13 @@ impl Session {
                     self.receive_announcement(now, &announcement, application)
                 }
                 Frame::Report(report) => self.receive_report(now, &report),
+                Frame::Knowledge(piece) => match self.knowledge.receive(&piece) {
+                    Some(Some(bytes)) => {
+                        application.event(Event::Told { bytes });
+                        true
+                    }
+                    received => received.is_some(),
+                },
             };
             if !fine {
                 self.counters.malformed += 1;
@@ -346,8 +364,19 @@ impl Session {
         self.counters.connections += 1;
         let Identity { agent, instance } = other;
         application.event(Event::Connected { agent, instance });
-        let ids: Vec<u32> = self.readings.keys().copied().collect();
-        ids.into_iter().for_each(|id| self.send_subscription(id));
+    }
+
+    fn receive_beat(&mut self, now: u64, beat: wire::Beat) {
+        let (was_heard, was_known) = (self.clock.is_heard(), self.clock.estimate().is_some());
+        self.clock.receive(now, beat);
+        let is_known = self.clock.estimate().is_some();
+        // The other agent learns the difference of the clocks from the answer.
+        self.owes_beat |= !was_heard || is_known && !was_known;
+        if is_known && !was_known {
+            // Not before, as the time of a value would be that of another clock.
+            let ids: Vec<u32> = self.readings.keys().copied().collect();
+            ids.into_iter().for_each(|id| self.send_subscription(id));
+        }
     }
 
     /// Whose packet it is, if it is a greeting: for who has to find the session that it belongs to.
@@ -369,6 +398,7 @@ impl Session {
         (self.control_out, self.control_in) = control_streams(&self.limits);
         self.waiting.clear();
         self.waiting_bytes = 0;
+        self.knowledge = Knowledge::default();
         self.asked.clear();
         self.readings.values_mut().for_each(|reading| reading.end(&self.limits));
         for id in std::mem::take(&mut self.servings).into_keys() {
@@ -445,7 +475,7 @@ impl Session {
         let fine = call(&mut stream, &mut |item| match Sample::read(item) {
             Some((sample, epoch, content)) if sample.length as usize <= limit => {
                 if reading.is_news(&sample, epoch) {
-                    application.sample(id, &sample, content);
+                    application.sample(id, &sample, std::mem::take(&mut reading.skipped), content);
                 } else {
                     discard(&sample, content, application);
                 }

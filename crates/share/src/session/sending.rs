@@ -47,6 +47,7 @@ impl Session {
         self.append_announcements(now, largest, packet);
         self.append_control(now, largest, packet);
         self.append_values(now, largest, packet, application);
+        self.knowledge.append(largest, packet);
         packet.len() > HEAD && self.count(packet)
     }
 
@@ -66,7 +67,7 @@ impl Session {
         }
         let mut next = self.beat_at.min(self.connection.heard.saturating_add(self.limits.silence + 1));
         let mut sooner = |at: Option<u64>| next = at.map_or(next, |at| next.min(at));
-        sooner(self.owes_beat.then_some(now));
+        sooner((self.owes_beat || self.knowledge.is_waiting()).then_some(now));
         sooner(self.control_in.report_at(now));
         sooner(self.control_out.announce_at());
         sooner((self.control_out.has_fragment() || self.may_go_on()).then_some(now));

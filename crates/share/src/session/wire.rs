@@ -9,7 +9,7 @@ use slate_blackboard::Stamp;
 use super::{Answer, Options};
 
 /// The protocol's version; agents of different versions refuse each other.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Values travel as they are in memory, so agents on machines of another byte order do not understand each other.
 const MAGIC: u8 = if cfg!(target_endian = "little") { b'S' } else { b's' };
@@ -97,6 +97,8 @@ pub(super) enum Frame<'a> {
     Fragment(Fragment<'a>),
     Announcement(Announcement),
     Report(Report),
+    #[serde(borrow)]
+    Knowledge(Piece<'a>),
 }
 
 /// Who is there.
@@ -154,6 +156,18 @@ pub(super) struct Report {
     pub next: u64,
     /// What it lacks beyond: from one number to another, both included.
     pub missing: Vec<(u64, u64)>,
+}
+
+/// A piece of a message of the team's knowledge.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Piece<'a> {
+    /// Counts the messages.
+    pub number: u32,
+    /// Where in the message it belongs, bytes.
+    pub at: u32,
+    pub is_last: bool,
+    #[serde(borrow)]
+    pub bytes: Bytes<'a>,
 }
 
 /// A message in the control stream.

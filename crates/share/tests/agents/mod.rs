@@ -4,6 +4,7 @@
 
 #[cfg(feature = "zenoh")]
 pub mod net;
+pub mod scout;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -31,7 +31,8 @@ const SLACK: Duration = Duration::from_millis(200);
 
 const NAMES: [&str; 3] = ["hub", "one", "two"];
 
-const TESTS: [(&str, fn(&mut Scene)); 4] = [("control", control),
+const TESTS: [(&str, fn(&mut Scene)); 4] = [
+    ("control", control),
     ("nothing_is_lost_where_a_fifth_of_all_packets_is", loss),
     ("a_partition_disturbs_nobody_else_and_leaves_nothing_when_it_is_healed", partition),
     ("a_slow_network_delays_nobody_else_and_what_it_cannot_carry_is_counted", too_little),
@@ -82,7 +83,7 @@ fn protected(setup: Setup, folder: &Path) -> Setup {
     let files = Files { certificate: &certificate, key: &key, authority: &authority };
     let zenoh = Zenoh::with_credentials(Credentials::load(files, &name).unwrap(), true);
     let zenoh: Arc<dyn Carrier> = Arc::new(zenoh);
-    let all = || Allowance { read: vec![Pattern::parse("out/*").unwrap()], send: Vec::new() };
+    let all = || Allowance { read: vec![Pattern::parse("out/*").unwrap()], ..Allowance::default() };
     let rights = Rights::restricted(NAMES.map(|name| (name.to_owned(), all())).into());
     Setup { carriers: BTreeMap::from([("zenoh".into(), zenoh)]), rights, ..setup }
 }

@@ -88,7 +88,8 @@ impl Fault {
         tool("nft add table inet faults");
         for (chain, name) in [("input", "iifname"), ("output", "oifname")] {
             tool(&format!("nft add chain inet faults {chain} {{ type filter hook {chain} priority 0 ; }}"));
-            let which = if percent < 100 { format!("numgen random mod 100 < {percent}") } else { String::new() };
+            let which =
+                if percent < 100 { format!("numgen random mod 100 < {percent}") } else { String::new() };
             tool(&format!("nft add rule inet faults {chain} {name} {agent} {which} drop"));
         }
         Self { mend: "nft delete table inet faults".into() }

@@ -59,6 +59,7 @@ fn drain(reader: &mut QueueReader, mut each: impl FnMut(u64)) -> Option<u64> {
     last
 }
 
+/// A process, which ends with this.
 pub struct Process(Child);
 
 impl Process {
@@ -66,6 +67,7 @@ impl Process {
         Self(command.stdin(Stdio::null()).spawn().unwrap())
     }
 
+    #[allow(dead_code, reason = "not all tests do")]
     pub fn signal(&self, signal: Signal) {
         kill_process(Pid::from_child(&self.0), signal).unwrap();
     }

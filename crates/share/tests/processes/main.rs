@@ -14,23 +14,30 @@ use hub::{Hub, Process, be_an_agent};
 use rustix::process::Signal;
 use slate_blackboard::interface::Value;
 
+/// A test: its name, and what it does by a carrier.
+type Test = (&'static str, fn(&'static str));
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
+    let ways = if cfg!(feature = "zenoh") { &["local", "tcp", "udp"][..] } else { &["local"] };
     if let [_, agent, name, endpoint] = &arguments[..]
         && agent == "agent"
     {
         return be_an_agent(setup(name), endpoint);
     }
-    let tests: [(&str, fn()); 3] = [
+    let tests: [Test; 3] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
         ("a_stopped_agent_disturbs_nobody_and_catches_up", stopped),
         ("a_killed_agent_leaves_nothing_behind", left_behind),
     ];
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for (name, test) in tests {
-        if filter.is_none_or(|filter| name.contains(filter.as_str())) {
-            test();
-            println!("test {name} ... ok");
+        for way in ways {
+            let name = format!("{way}::{name}");
+            if filter.is_none_or(|filter| name.contains(filter.as_str())) {
+                test(way);
+                println!("test {name} ... ok");
+            }
         }
     }
 }
@@ -41,10 +48,15 @@ fn launch(name: &str, endpoint: &str) -> Process {
 }
 
 /// A hub with agents of those names, and where it is.
-fn start(names: &[&str]) -> (Hub, Vec<Process>, String, Folder) {
-    let folder = Folder::new();
+fn start(way: &'static str, names: &[&str]) -> (Hub, Vec<Process>, String, Folder) {
+    let folder = match way {
+        #[cfg(feature = "zenoh")]
+        "tcp" | "udp" => Folder::over(way),
+        _ => Folder::new(),
+    };
     let endpoint = folder.endpoint("hub");
-    let (hub, processes) = Hub::start(setup("hub").listen(&endpoint), names, |name| launch(name, &endpoint));
+    let setup = folder.setup("hub").listen(&endpoint);
+    let (hub, processes) = Hub::start(setup, names, |name| launch(name, &endpoint));
     (hub, processes, endpoint, folder)
 }
 
@@ -60,15 +72,18 @@ fn report(what: &str, before: (Duration, Duration), during: (Duration, Duration)
     assert!(during.0 < before.0 + SLACK, "the healthy agents wait for the one that is ill");
 }
 
-fn killed() {
-    let (mut hub, mut processes, endpoint, _folder) = start(&["one", "two", "three"]);
+fn killed(way: &'static str) {
+    let (mut hub, mut processes, endpoint, _folder) = start(way, &["one", "two", "three"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::KILL);
     let during = hub.run(Duration::from_millis(800), &mut writer, "two");
     report("killed", before, during);
-    let connected = hub.agent.board.read("peers/two/link/connected").unwrap().unwrap().0;
-    assert_eq!(connected, Value::Bool(false));
+    wait_for("its end to be seen", || !hub.agent.peers.is_connected("two"));
+    wait_for("the state", || {
+        let connected = hub.agent.board.read("peers/two/link/connected").unwrap().unwrap().0;
+        connected == Value::Bool(false)
+    });
     let (mirror, _) = hub.agent.board.find("agents/two/out/count").unwrap();
     assert!(!mirror.has_writer(), "readers see that its writer is gone");
     processes[1] = launch("two", &endpoint);
@@ -80,8 +95,8 @@ fn killed() {
     wait_for("the second connection to be counted", || hub.state("peers/two/link/connections") == Some(2));
 }
 
-fn stopped() {
-    let (mut hub, processes, _endpoint, _folder) = start(&["one", "two"]);
+fn stopped(way: &'static str) {
+    let (mut hub, processes, _endpoint, _folder) = start(way, &["one", "two"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::STOP);
@@ -99,9 +114,9 @@ fn stopped() {
     });
 }
 
-fn left_behind() {
+fn left_behind(way: &'static str) {
     let count = |folder: &str| std::fs::read_dir(folder).unwrap().count();
-    let (mut hub, mut processes, endpoint, _folder) = start(&["one"]);
+    let (mut hub, mut processes, endpoint, _folder) = start(way, &["one"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     hub.run(Duration::from_millis(100), &mut writer, "one");
     let files = count("/proc/self/fd");

@@ -262,6 +262,8 @@ impl Builder<'_, '_> {
         OutboxPort {
             slot: p,
             sender: None,
+            sent: 0,
+            open: memory.iter().map(|_| None).collect(),
             memory,
             entries,
             size: port.descriptor.size,

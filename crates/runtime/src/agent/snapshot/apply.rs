@@ -140,11 +140,10 @@ fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, subjects: &[Subject], i
         for outbox in &mut runner.outboxes {
             let name = &subject.ports[outbox.slot].name;
             let was = frozen.runner.outboxes.get(name).and_then(|outbox| outbox.sender);
-            if let Some(sender) = outbox.sender.as_mut().filter(|sender| sender.is_of(mailbox))
+            if outbox.sender.as_ref().is_some_and(|sender| sender.is_of(mailbox))
                 && was == Some(message.sender)
             {
-                // As many fit as fitted then.
-                let _ = sender.send(&message.bytes, message.items, message.time);
+                outbox.send_again(&message.bytes, message.items, message.time);
                 return;
             }
         }

@@ -243,7 +243,7 @@ fn is_kept(property: &Property, written: &BTreeSet<String>) -> bool {
 
 /// Whether it is of other agents, which know better what it is when the snapshot is resumed.
 fn is_remote(path: &str) -> bool {
-    path.starts_with("agents/") || path.starts_with("peers/")
+    ["agents/", "peers/", "team/"].iter().any(|prefix| path.starts_with(prefix))
 }
 
 /// The messages that wait for receivers which are not there.
@@ -263,9 +263,10 @@ fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, Fr
     mailboxes.collect()
 }
 
-/// The plugins that are loaded, each with a hash over what its modules are.
+/// The plugins that are loaded, each with a hash over its library, or over what its modules are.
 pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
     let mark = |plugin: &slate_module::Plugin| {
+        let code = plugin.kinds().iter().find_map(crate::plugin::code_of);
         let mut text = String::new();
         for kind in plugin.kinds() {
             text.push_str(&format!("{}\n", kind.name()));
@@ -282,7 +283,7 @@ pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
             name: plugin.name().into(),
             version: plugin.version_text().into(),
             file: composition.origins.get(plugin.name()).map(|origin| origin.file.clone()),
-            hash: xxhash_rust::xxh3::xxh3_64(text.as_bytes()),
+            hash: code.unwrap_or_else(|| xxhash_rust::xxh3::xxh3_64(text.as_bytes())),
         }
     };
     composition.catalogue.plugins.iter().map(mark).collect()

@@ -8,7 +8,7 @@ use super::capture::{Subject, marks};
 use crate::agent::composition::Composition;
 use crate::configuration::{Configuration, Entry, Table, Value};
 use crate::main_loop::Shared;
-use crate::snapshot::{FrozenPort, Image, Snapshot};
+use crate::snapshot::{FrozenPort, Image, PluginMark, Snapshot};
 
 /// Everything that does not fit, in words.
 pub(super) fn problems(
@@ -76,6 +76,14 @@ fn plugins(composition: &Composition, snapshot: &Snapshot, problems: &mut Vec<St
             _ => {}
         }
     }
+}
+
+/// Plugins of the same version whose code is not the same.
+pub(super) fn other_code(composition: &Composition, snapshot: &Snapshot) -> Vec<String> {
+    let differs = |here: &PluginMark| {
+        snapshot.plugins().iter().any(|there| there.name == here.name && there.hash != here.hash)
+    };
+    marks(composition).into_iter().filter(differs).map(|mark| mark.name).collect()
 }
 
 fn modules(subjects: &[Subject], image: &Image, problems: &mut Vec<String>) {

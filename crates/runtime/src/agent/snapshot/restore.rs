@@ -129,6 +129,12 @@ impl Composer {
             slate_module::Level::Info,
             &format!("it goes on from a snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()),
         );
+        for plugin in fit::other_code(&composition, snapshot) {
+            let text = format!(
+                "plugin `{plugin}` has other code than when the snapshot was taken: what follows may be different"
+            );
+            self.log(slate_module::Level::Warn, &text);
+        }
         Ok(())
     }
 

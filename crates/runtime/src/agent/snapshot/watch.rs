@@ -24,8 +24,23 @@ pub(crate) struct Watch {
     looked: Mutex<Looked>,
     /// Whether one is due that could not be taken yet.
     due: AtomicBool,
-    writing: Mutex<Option<JoinHandle<()>>>,
+    writing: Arc<Mutex<Writing>>,
 }
+
+/// The thread that writes snapshots, one after the other, as they go to one file.
+#[derive(Default)]
+struct Writing {
+    /// What it does next. A newer one takes the place of one that was not begun, whose file it would overwrite.
+    next: Option<Task>,
+    /// How many were not.
+    left_out: u64,
+    /// Whether it looks for another one.
+    is_at_work: bool,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Writes a snapshot, or takes one and writes it.
+type Task = Box<dyn FnOnce() -> Result<(), SnapshotError> + Send>;
 
 /// What the last look has found.
 struct Looked {
@@ -114,7 +129,7 @@ impl Watch {
             file: trigger.file.value.clone(),
             looked: Mutex::new(looked),
             due: AtomicBool::new(false),
-            writing: Mutex::new(None),
+            writing: Arc::default(),
         })))
     }
 
@@ -173,35 +188,62 @@ impl Watch {
         Flow::Next
     }
 
+    /// Has a snapshot written, and waits for nothing: the thread that takes one waits for the loop.
     fn write(&self, shared: &Shared, write: impl FnOnce() -> Result<(), SnapshotError> + Send + 'static) {
-        // One after the other, as they go to one file.
-        self.wait();
+        let mut writing = locked(&self.writing);
+        writing.left_out += u64::from(writing.next.replace(Box::new(write)).is_some());
+        if writing.is_at_work {
+            return;
+        }
         let (logger, clock, file) =
             (Arc::clone(&shared.logger), Arc::clone(&shared.clock), self.file.clone());
-        let thread = std::thread::Builder::new().name("snapshot".into()).spawn(move || {
-            let (level, text) = match write() {
-                Ok(()) => (Level::Info, format!("a snapshot is in {}", file.display())),
-                Err(error) => (Level::Error, format!("no snapshot was taken: {error}")),
-            };
-            logger.log(clock.now(), level, &text);
-        });
-        match thread {
-            Ok(thread) => {
-                *self.writing.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread);
+        let own = Arc::clone(&self.writing);
+        let work = move || {
+            while let Some((task, left_out)) = next(&own) {
+                let (level, text) = match task() {
+                    Ok(()) if left_out > 0 => {
+                        let file = file.display();
+                        let text = format!(
+                            "a snapshot is in {file}; {left_out} that were due before it are left out"
+                        );
+                        (Level::Warn, text)
+                    }
+                    Ok(()) => (Level::Info, format!("a snapshot is in {}", file.display())),
+                    Err(error) => (Level::Error, format!("no snapshot was taken: {error}")),
+                };
+                logger.log(clock.now(), level, &text);
             }
+        };
+        match std::thread::Builder::new().name("snapshot".into()).spawn(work) {
+            // The one before is at its end, if there was one.
+            Ok(thread) => (writing.thread, writing.is_at_work) = (Some(thread), true),
             Err(error) => {
+                writing.next = None;
                 let text = format!("no snapshot was taken: a thread can't be started: {error}");
                 shared.logger.log(shared.clock.now(), Level::Error, &text);
             }
         }
     }
 
-    /// Waits until the last snapshot is written.
+    /// Waits until the last snapshot is written. Not for the loop, as the thread may wait for that.
     pub fn wait(&self) {
-        let thread = self.writing.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let thread = locked(&self.writing).thread.take();
         if let Some(thread) = thread {
             // It has nothing that panics.
             let _ = thread.join();
         }
     }
+}
+
+/// What the thread does next, and how many were left out before that; nothing when it ends.
+fn next(writing: &Mutex<Writing>) -> Option<(Task, u64)> {
+    let mut writing = locked(writing);
+    let next = writing.next.take();
+    writing.is_at_work = next.is_some();
+    Some((next?, std::mem::take(&mut writing.left_out)))
+}
+
+/// What stays intact when another thread panicked while it held the lock.
+fn locked(writing: &Mutex<Writing>) -> MutexGuard<'_, Writing> {
+    writing.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -9,7 +9,7 @@ mod order;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use slate_blackboard::nearest_names;
+use slate_blackboard::nearest_paths;
 use slate_module::{Description, ModuleKind, Stage, Trigger};
 
 use super::catalogue::{Catalogue, RemoteProperty};
@@ -299,7 +299,8 @@ impl<'a> Complaints<'a> {
 
 /// Words for "did you mean".
 fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> String {
-    let near = nearest_names(name, names.clone());
+    // A module's name may be the beginning of what was named.
+    let near = nearest_paths(name, '/', names.clone());
     if near.is_empty() {
         format!("there are: {}", names.collect::<Vec<_>>().join(", "))
     } else {

@@ -90,40 +90,40 @@ impl Link for LocalLink {
 
     fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>> {
         self.wait_at_most(limit)?;
-        loop {
-            let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
-            let mut control = RecvAncillaryBuffer::new(&mut space);
-            let received = rustix::net::recvmsg(
-                &self.socket,
-                &mut [IoSliceMut::new(packet)],
-                &mut control,
-                RecvFlags::CMSG_CLOEXEC,
-            );
-            let received = match received {
-                Ok(received) => received,
-                Err(Errno::AGAIN | Errno::INTR) => return Ok(None),
-                Err(error) => return Err(error.into()),
-            };
-            if received.bytes == 0 {
-                return Err(closed());
-            }
-            if received.flags.contains(ReturnFlags::TRUNC) {
-                // No agent sends such a packet.
-                continue;
-            }
-            if packet[0] != MEMORY {
-                return Ok(Some(received.bytes));
-            }
-            let files = control.drain().filter_map(|message| match message {
-                RecvAncillaryMessage::ScmRights(files) => Some(files),
-                _ => None,
-            });
-            if let (Some(file), 2) = (files.flatten().next(), received.bytes)
-                && let Some(region) = Region::theirs(packet[1], file)
-            {
-                locked(&self.others).add(region);
-            }
+        let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
+        let mut control = RecvAncillaryBuffer::new(&mut space);
+        let received = rustix::net::recvmsg(
+            &self.socket,
+            &mut [IoSliceMut::new(packet)],
+            &mut control,
+            RecvFlags::CMSG_CLOEXEC,
+        );
+        let received = match received {
+            Ok(received) => received,
+            Err(Errno::AGAIN | Errno::INTR) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        if received.bytes == 0 {
+            return Err(closed());
         }
+        // What is no packet of a session is none that came, so that an agent that sends nothing else holds up nobody.
+        if received.flags.contains(ReturnFlags::TRUNC) {
+            // No agent sends such a packet.
+            return Ok(None);
+        }
+        if packet[0] != MEMORY {
+            return Ok(Some(received.bytes));
+        }
+        let files = control.drain().filter_map(|message| match message {
+            RecvAncillaryMessage::ScmRights(files) => Some(files),
+            _ => None,
+        });
+        if let (Some(file), 2) = (files.flatten().next(), received.bytes)
+            && let Some(region) = Region::theirs(packet[1], file)
+        {
+            locked(&self.others).add(region);
+        }
+        Ok(None)
     }
 
     fn largest(&self) -> usize {

@@ -9,15 +9,16 @@ use zenoh_protocol::zenoh::{PushBody, Put};
 use zenoh_runtime::ZRuntime;
 use zenoh_transport::unicast::TransportUnicast;
 
+use super::Credentials;
 use super::endpoint::Place;
 use super::inbox::Inbox;
+use super::socket::Socket;
 use super::station::{Begun, Station, end, words};
-use super::{Credentials, linger};
 use crate::carrier::{CarrierError, Link};
 
-/// The largest packet over a stream, bytes: one of Zenoh's batches (64 KiB at most) takes it whole, and so it is
-/// neither cut nor copied again. In a network, TCP cuts it to what fits.
-const LARGEST: usize = 48 << 10;
+/// The largest packet over a stream, bytes. Both ends agree on how much Zenoh takes at once, at most 64 KiB and at least
+/// half of that, whatever the network takes: this fits in any case, so it is never cut. TCP cuts it to what fits there.
+const LARGEST: usize = 31 << 10;
 
 /// And over UDP, which is for one machine, whose loopback takes datagrams of 64 KiB: a dozen of these fit into a
 /// socket's buffer, and a lost one costs little.
@@ -26,16 +27,14 @@ const LARGEST_DATAGRAM: usize = 16 << 10;
 /// How long a link that is closed goes on sending what it has.
 const FAREWELL: Duration = Duration::from_millis(20);
 
-/// From one look for room to the next.
-const LOOK: Duration = Duration::from_micros(200);
-
 /// A link to one agent.
 #[derive(Debug)]
 pub(super) struct ZenohLink {
     transport: TransportUnicast,
     inbox: Arc<Inbox>,
+    /// A stream's; what datagrams have no room for is lost.
+    socket: Option<Socket>,
     largest: usize,
-    is_datagrams: bool,
     /// A link that was dialled has a station of its own, which goes with it.
     _station: Option<Station>,
     /// Whom the other end's certificate names.
@@ -43,19 +42,18 @@ pub(super) struct ZenohLink {
 }
 
 impl ZenohLink {
-    pub fn new(begun: Begun, station: Option<Station>) -> Self {
-        linger::forbid(&begun.wire);
-        let is_datagrams = !begun.wire.is_streamed;
-        let largest = if is_datagrams { LARGEST_DATAGRAM } else { LARGEST };
+    pub fn new(begun: Begun, station: Option<Station>) -> io::Result<Self> {
+        let socket = if begun.wire.is_streamed { Some(Socket::of(&begun.wire)?) } else { None };
+        let largest = socket.as_ref().map_or(LARGEST_DATAGRAM, |socket| socket.largest().min(LARGEST));
         let authenticated = begun.wire.auth_identifier.get_cert_common_name().map(Into::into);
-        Self {
+        Ok(Self {
             transport: begun.transport,
             inbox: begun.inbox,
+            socket,
             largest,
-            is_datagrams,
             _station: station,
             authenticated,
-        }
+        })
     }
 
     pub fn dial(place: &Place, credentials: Option<&Credentials>) -> Result<Arc<Self>, CarrierError> {
@@ -63,7 +61,7 @@ impl ZenohLink {
             endpoint: place.text.clone(),
             error: io::Error::other(reason),
         };
-        let station = Station::new(credentials).map_err(|error| system(words(&error)))?;
+        let station = Station::new(place.protocol, credentials).map_err(|error| system(words(&error)))?;
         let begun = match station.dial(&place.locator()) {
             Ok(begun) => begun.ok_or_else(|| system("the link ended at once".into()))?,
             Err(error) => {
@@ -74,14 +72,19 @@ impl ZenohLink {
                 return Err(system(reason));
             }
         };
-        Ok(Arc::new(Self::new(begun, Some(station))))
+        let link = Self::new(begun, Some(station)).map_err(|error| system(error.to_string()))?;
+        Ok(Arc::new(link))
     }
 }
 
 impl Link for ZenohLink {
     fn send(&self, packet: &[u8]) -> io::Result<bool> {
         self.inbox.closed()?;
-        let reliability = if self.is_datagrams { Reliability::BestEffort } else { Reliability::Reliable };
+        let is_full = |socket: &Socket| Ok::<_, io::Error>(!socket.wait_for_room(Duration::ZERO)?);
+        if self.socket.as_ref().map_or(Ok(false), is_full)? {
+            return Ok(false);
+        }
+        let reliability = if self.socket.is_some() { Reliability::Reliable } else { Reliability::BestEffort };
         let mut push = Push {
             wire_expr: WireExpr::empty(),
             ext_qos: push::ext::QoSType::new(Priority::DEFAULT, CongestionControl::Drop, true),
@@ -104,8 +107,9 @@ impl Link for ZenohLink {
     }
 
     fn wait_for_room(&self, limit: Duration) -> io::Result<()> {
-        // Zenoh tells nobody when there is room.
-        std::thread::sleep(limit.min(LOOK));
+        if let Some(socket) = &self.socket {
+            socket.wait_for_room(limit)?;
+        }
         self.inbox.closed()
     }
 

@@ -19,7 +19,7 @@ impl ZenohListener {
             endpoint: place.text.clone(),
             error: io::Error::other(reason),
         };
-        let station = Station::new(credentials).map_err(|error| system(words(&error)))?;
+        let station = Station::new(place.protocol, credentials).map_err(|error| system(words(&error)))?;
         station.listen(&place.locator()).map_err(|error| match bind(place) {
             Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
                 CarrierError::InUse { endpoint: place.text.clone() }
@@ -41,6 +41,8 @@ fn bind(place: &Place) -> io::Result<()> {
 
 impl Listener for ZenohListener {
     fn accept(&self, limit: Duration) -> io::Result<Option<Arc<dyn Link>>> {
-        Ok(self.0.accept(limit).map(|begun| Arc::new(ZenohLink::new(begun, None)) as Arc<dyn Link>))
+        let link = self.0.accept(limit).map(|begun| ZenohLink::new(begun, None));
+        // One that has ended meanwhile is none.
+        Ok(link.and_then(Result::ok).map(|link| Arc::new(link) as Arc<dyn Link>))
     }
 }

@@ -10,9 +10,9 @@
 mod credentials;
 mod endpoint;
 mod inbox;
-mod linger;
 mod link;
 mod listener;
+mod socket;
 mod station;
 
 use std::sync::Arc;

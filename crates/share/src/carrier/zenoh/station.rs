@@ -17,6 +17,7 @@ use zenoh_transport::{
     TransportPeerEventHandler,
 };
 
+use super::endpoint::Protocol;
 use super::inbox::Inbox;
 use super::{Credentials, PATIENCE};
 
@@ -28,6 +29,10 @@ const LINKS: usize = 512;
 
 /// After that time without any sign of the other end Zenoh gives a link up. Sessions notice it far earlier.
 const LEASE: Duration = Duration::from_secs(4);
+
+/// How long a packet waits for room in a queue of Zenoh, which wakes it then, before its sender looks for something else
+/// to do.
+const ROOM: Duration = Duration::from_micros(100);
 
 /// A link that has begun.
 #[derive(Debug)]
@@ -50,7 +55,10 @@ impl std::fmt::Debug for Station {
 }
 
 impl Station {
-    pub fn new(credentials: Option<&Credentials>) -> ZResult<Self> {
+    /// A station for links of that protocol.
+    pub fn new(protocol: Protocol, credentials: Option<&Credentials>) -> ZResult<Self> {
+        // A direct link over TLS is closed twice by Zenoh 1.10.2, which it does not survive.
+        let is_direct = protocol != Protocol::Tls;
         let (sender, begun) = sync_channel(BACKLOG);
         let unicast = TransportManager::config_unicast()
             .lease(LEASE)
@@ -58,15 +66,16 @@ impl Station {
             .accept_timeout(PATIENCE)
             .accept_pending(BACKLOG)
             .max_sessions(LINKS)
-            // One queue is enough: sessions have an order of their own.
-            .qos(false)
-            .lowlatency(false);
+            // The thread that sends writes to the socket itself. Otherwise a thread of Zenoh does, which has to be woken.
+            .lowlatency(is_direct)
+            // Agents use one priority. But without any, a queue of Zenoh 1.10.2 that was full once stays so: it marks the
+            // default priority as full, and another one as having room again.
+            .qos(!is_direct);
         let tls = credentials.map(|credentials| (LinkKind::Tls, credentials.settings.clone()));
         let manager = TransportManager::builder()
             .unicast(unicast)
-            // Whoever sends is told at once that there is no room.
-            .wait_before_drop(Duration::ZERO)
-            .max_wait_before_drop_fragments(Duration::ZERO)
+            .wait_before_drop(ROOM)
+            .max_wait_before_drop_fragments(ROOM)
             .link_configs(tls.into_iter().collect())
             .build(Arc::new(Door(sender)))?;
         Ok(Self { manager, begun: Mutex::new(begun) })

@@ -12,7 +12,7 @@ use crate::agent::catalogue::Catalogue;
 use crate::agent::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
 use crate::configuration::{Configuration, Link};
 use crate::link::Place;
-use crate::sharing::RemotePath;
+use crate::sharing::{RemotePath, TEAM};
 
 /// The other agent that a link leads to, if it does.
 pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option<&'a str> {
@@ -68,6 +68,9 @@ pub(super) fn joint<'a>(
         complaints.add(link.from.span, message, help);
         return (None, None);
     };
+    if wanted.agent == TEAM && !takes_part(configuration, link, sink, survey, complaints) {
+        return (None, None);
+    }
     let target = Target::Remote(index);
     let direction = match sink.wire {
         Wire::Port(port) => survey.modules[sink.module].description.ports[port].direction,
@@ -125,4 +128,25 @@ pub(super) fn joint<'a>(
             }
         }
     }
+}
+
+/// Whether a link to what the team knows makes sense here.
+fn takes_part<'a>(
+    configuration: &'a Configuration,
+    link: &'a Link,
+    sink: &Sink,
+    survey: &Survey<'a>,
+    complaints: &mut Complaints<'a>,
+) -> bool {
+    let is_outbox = matches!(sink.wire, Wire::Port(port)
+        if survey.modules[sink.module].description.ports[port].direction == Direction::Outbox);
+    let (message, help) = if configuration.share().is_none_or(|share| share.knowledge.is_none()) {
+        ("this agent takes part in no team", "add a section [share.knowledge], which may be empty")
+    } else if is_outbox {
+        ("a team has no inbox", "messages go to one robot: slate://robot/module/inbox")
+    } else {
+        return true;
+    };
+    complaints.add(link.from.span, format!("`{}`: {message}", link.from.value), help);
+    false
 }

@@ -1,0 +1,125 @@
+//! Facts as a property: what a robot states, and what its team states.
+#![allow(unsafe_code, reason = "an interface that is generic is laid out by hand")]
+
+use std::ops::Deref;
+
+use slate_interfaces::{FactHead, FactTableHead};
+use slate_module::blackboard::interface::{Descriptor, Field, Interface, Kind, Plain, schema_hash};
+
+/// A fact in a [`FactTable`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Stated<T> {
+    /// What it is about, who states it, and when.
+    pub head: FactHead,
+    /// What is stated.
+    pub value: T,
+}
+
+/// Facts about one topic by key and origin: a property that shows what a robot states, or what all of its team do.
+///
+/// A block states facts by an [`Output`](slate_module::Output) of this type, for which [`Statements`](super::Statements)
+/// keep them, and learns what the team knows by an [`Input`](slate_module::Input), of which
+/// [`WorldModel::learn`](super::WorldModel::learn) shows the views. The values are of any type that fields of interfaces may have
+/// and that takes a multiple of 8 bytes.
+#[repr(C)]
+#[derive(Debug)]
+pub struct FactTable<T> {
+    /// What holds for the whole table.
+    pub head: FactTableHead,
+    /// The facts, by key and then by origin.
+    pub facts: [Stated<T>],
+}
+
+/// Its facts.
+impl<T> Deref for FactTable<T> {
+    type Target = [Stated<T>];
+
+    fn deref(&self) -> &[Stated<T>] {
+        &self.facts
+    }
+}
+
+/// A field at the same place as in another descriptor.
+const fn same(descriptor: &'static Descriptor, i: usize) -> Field {
+    let Field { name, doc, unit, offset, kind } = &descriptor.fields[i];
+    Field { name, doc, unit, offset: *offset, kind: *kind }
+}
+
+const HEAD: &Descriptor = FactHead::DESCRIPTOR;
+const TABLE: &Descriptor = FactTableHead::DESCRIPTOR;
+
+impl<T: Plain> Stated<T> {
+    const NO_PADDING: () = assert!(
+        size_of::<T>().is_multiple_of(8) && align_of::<T>() <= 8,
+        "the value of a fact takes a multiple of 8 bytes: add reserved fields"
+    );
+    const FIELDS: &'static [Field] = &[
+        same(HEAD, 0),
+        same(HEAD, 1),
+        same(HEAD, 2),
+        same(HEAD, 3),
+        same(HEAD, 4),
+        same(HEAD, 5),
+        same(HEAD, 6),
+        same(HEAD, 7),
+        same(HEAD, 8),
+        same(HEAD, 9),
+        same(HEAD, 10),
+        Field { name: "value", doc: "What is stated.", unit: "", offset: HEAD.size, kind: T::KIND },
+    ];
+    const DESCRIPTOR: &'static Descriptor = &Descriptor {
+        name: "Fact",
+        doc: "What one robot states about one thing.",
+        ros: "",
+        fields: Self::FIELDS,
+        size: HEAD.size + size_of::<T>(),
+        align: 8,
+        hash: schema_hash("Fact", Self::FIELDS),
+    };
+    const ITEM: &'static Kind = &Kind::Nested(Self::DESCRIPTOR);
+}
+
+const _: () = assert!(HEAD.fields.len() == 11 && TABLE.fields.len() == 3, "all fields are listed");
+
+impl<T: Plain> FactTable<T> {
+    const FIELDS: &'static [Field] = &[
+        same(TABLE, 0),
+        same(TABLE, 1),
+        same(TABLE, 2),
+        Field {
+            name: "facts",
+            doc: "The facts, by key and then by origin.",
+            unit: "",
+            offset: TABLE.size,
+            kind: Kind::Tail(Stated::<T>::ITEM),
+        },
+    ];
+}
+
+// SAFETY: `repr(C)`; a head of 16 bytes that is aligned to 8, and items of a multiple of 8 bytes with the same alignment,
+// as `NO_PADDING` asserts. Both are plain.
+unsafe impl<T: Plain> Interface for FactTable<T> {
+    const DESCRIPTOR: &'static Descriptor = {
+        let () = Stated::<T>::NO_PADDING;
+        &Descriptor {
+            name: "FactTable",
+            doc: "Facts about one topic, by key and origin.",
+            ros: "",
+            fields: Self::FIELDS,
+            size: TABLE.size,
+            align: 8,
+            hash: schema_hash("FactTable", Self::FIELDS),
+        }
+    };
+
+    unsafe fn from_raw<'a>(data: *const u8, items: usize) -> &'a Self {
+        // SAFETY: passed on to the caller.
+        unsafe { &*(std::ptr::slice_from_raw_parts(data, items) as *const Self) }
+    }
+
+    unsafe fn from_raw_mut<'a>(data: *mut u8, items: usize) -> &'a mut Self {
+        // SAFETY: passed on to the caller.
+        unsafe { &mut *(std::ptr::slice_from_raw_parts_mut(data, items) as *mut Self) }
+    }
+}

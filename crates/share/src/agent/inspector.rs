@@ -1,0 +1,66 @@
+//! Looks into other agents for tools.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Weak};
+use std::time::{Duration, Instant};
+
+use slate_blackboard::nearest_names;
+use slate_runtime::sharing::{Inspection, RemoteProperty};
+
+use crate::peers::Peers;
+
+/// How often it is looked whether an agent has come that was not dialled before.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// Knows the agents to which links lead, those that the configuration names, and those that have dialled this one.
+#[derive(Debug)]
+pub(super) struct Inspector {
+    /// It does not keep them alive.
+    peers: Weak<Peers>,
+    named: BTreeMap<String, String>,
+}
+
+impl Inspector {
+    pub fn new(peers: &Arc<Peers>, named: BTreeMap<String, String>) -> Self {
+        Self { peers: Arc::downgrade(peers), named }
+    }
+
+    /// Dials an agent that only the configuration names; says whether it is known at all.
+    fn dial(&self, peers: &Peers, agent: &str) -> Result<(), String> {
+        let known = peers.agents();
+        if known.iter().any(|known| known == agent) {
+            return Ok(());
+        }
+        if let Some(endpoint) = self.named.get(agent) {
+            return peers.connect(agent, endpoint).map_err(|error| error.to_string());
+        }
+        let names: BTreeSet<&str> = known.iter().chain(self.named.keys()).map(String::as_str).collect();
+        let near = nearest_names(agent, names.iter().copied());
+        let others = match (names.is_empty(), near.is_empty()) {
+            (true, _) => "it knows none".to_owned(),
+            (_, false) => format!("nearest: {}", near.join(", ")),
+            _ => format!("it knows {}", names.into_iter().collect::<Vec<_>>().join(", ")),
+        };
+        Err(format!("this agent knows no agent `{agent}`; {others}"))
+    }
+}
+
+impl Inspection for Inspector {
+    #[allow(clippy::disallowed_methods, reason = "tools wait on the wall clock")]
+    fn list(
+        &self,
+        agent: &str,
+        pattern: &str,
+        values: bool,
+        limit: Duration,
+    ) -> Result<Vec<RemoteProperty>, String> {
+        let start = Instant::now();
+        let peers = self.peers.upgrade().ok_or("the agent ends")?;
+        self.dial(&peers, agent)?;
+        while !peers.is_connected(agent) && start.elapsed() < limit {
+            std::thread::sleep(LOOK);
+        }
+        let left = limit.saturating_sub(start.elapsed());
+        peers.list(agent, pattern, values, left).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,117 @@
+use slate_blackboard::interface::{Descriptor, Interface, Kind, View};
+use slate_interfaces::{FactHead, FactTableHead};
+use slate_module::{Bool, Text};
+
+/// What a table of facts looks like: the `FactTable` of slate-mapek, or one of another language that is laid out in
+/// the same way.
+#[derive(Clone, Copy, Debug)]
+pub struct Layout {
+    descriptor: &'static Descriptor,
+    /// Bytes of a fact, and where its value begins.
+    item: usize,
+    value: usize,
+}
+
+/// A fact in a table, without its value.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Entry<'a> {
+    pub key: &'a str,
+    pub time: u64,
+    pub certainty: f64,
+    pub retracted: bool,
+    pub value: &'a [u8],
+    /// All of it.
+    pub bytes: &'a [u8],
+}
+
+impl Layout {
+    /// The layout of tables of that interface.
+    ///
+    /// # Errors
+    /// In words, when it is another interface.
+    pub fn of(descriptor: &'static Descriptor) -> Result<Self, String> {
+        let begins = |with: &Descriptor, descriptor: &Descriptor, beyond: usize| {
+            let same = |(own, other): (_, _)| {
+                let (own, other): (&slate_blackboard::interface::Field, &slate_blackboard::interface::Field) =
+                    (own, other);
+                own.name == other.name
+                    && own.offset == other.offset
+                    && own.kind.describe() == other.kind.describe()
+            };
+            descriptor.fields.len() == with.fields.len() + beyond
+                && with.fields.iter().zip(descriptor.fields).all(same)
+        };
+        let entry = match descriptor.tail() {
+            Some(Kind::Nested(entry)) if begins(FactTableHead::DESCRIPTOR, descriptor, 1) => Some(*entry),
+            _ => None,
+        };
+        let value = entry
+            .filter(|entry| begins(FactHead::DESCRIPTOR, entry, 1))
+            .and_then(|entry| Some((entry, entry.fields.last()?)))
+            .filter(|(entry, value)| {
+                let begin = FactHead::DESCRIPTOR.size;
+                value.offset == begin && begin + value.kind.size() == entry.size
+            });
+        match value {
+            Some((entry, value)) => Ok(Self { descriptor, item: entry.size, value: value.offset }),
+            None => {
+                Err(format!("{} is no table of facts, such as FactTable of slate-mapek", descriptor.name))
+            }
+        }
+    }
+
+    /// The interface of the tables.
+    pub fn descriptor(&self) -> &'static Descriptor {
+        self.descriptor
+    }
+
+    /// Bytes of a value.
+    pub fn value_size(&self) -> usize {
+        self.item - self.value
+    }
+
+    /// The facts of a table.
+    pub(super) fn entries<'a>(&self, table: &'a [u8], items: usize) -> impl Iterator<Item = Entry<'a>> {
+        let Self { item, value, .. } = *self;
+        let facts = table.get(self.descriptor.size..).unwrap_or_default();
+        facts.chunks_exact(item).take(items).map(move |bytes| Entry {
+            key: text(bytes, std::mem::offset_of!(FactHead, key), 124),
+            time: number(bytes, std::mem::offset_of!(FactHead, time)),
+            certainty: f64::from_bits(number(bytes, std::mem::offset_of!(FactHead, certainty))),
+            retracted: bytes[std::mem::offset_of!(FactHead, retracted)] != 0,
+            value: &bytes[value..],
+            bytes,
+        })
+    }
+
+    /// Begins a table.
+    pub(super) fn begin(&self, table: &mut Vec<u8>, head: &FactTableHead) {
+        table.clear();
+        table.extend(View::of(head).bytes());
+    }
+
+    /// Appends a fact, whose value has the size that is needed.
+    pub(super) fn append(table: &mut Vec<u8>, head: &FactHead, value: &[u8]) {
+        table.extend(View::of(head).bytes());
+        table.extend(value);
+    }
+}
+
+/// The name of a robot and a key as a table has them; what is longer is cut.
+pub(super) fn texts(robot: &str, key: &str) -> (Text<60>, Text<124>, Bool) {
+    (Text::new(robot), Text::new(key), Bool::FALSE)
+}
+
+fn number(bytes: &[u8], at: usize) -> u64 {
+    let mut number = [0; 8];
+    number.copy_from_slice(&bytes[at..at + 8]);
+    u64::from_ne_bytes(number)
+}
+
+/// A text of at most that many bytes; nothing of one that is damaged.
+fn text(bytes: &[u8], at: usize, capacity: usize) -> &str {
+    let mut length = [0; 4];
+    length.copy_from_slice(&bytes[at..at + 4]);
+    let length = (u32::from_ne_bytes(length) as usize).min(capacity);
+    std::str::from_utf8(&bytes[at + 4..at + 4 + length]).unwrap_or_default()
+}

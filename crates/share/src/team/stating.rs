@@ -1,0 +1,80 @@
+//! What the blocks of this robot state.
+
+use std::collections::BTreeMap;
+
+use slate_blackboard::Board;
+
+use super::{Layout, Member};
+
+/// A property with what this robot states about a topic.
+pub(super) struct Stating {
+    pub topic: String,
+    path: String,
+    /// The statements as they were passed on, by key.
+    seen: BTreeMap<String, Vec<u8>>,
+    /// The last table's number and writer.
+    stamp: (u64, u64),
+    pub trouble: Option<String>,
+}
+
+impl Stating {
+    pub fn new(topic: &str, path: &str) -> Self {
+        let (topic, path) = (topic.to_owned(), path.to_owned());
+        Self { topic, path, seen: BTreeMap::new(), stamp: (0, 0), trouble: None }
+    }
+
+    /// The layout of its table, if it is there.
+    pub fn layout(&self, board: &Board) -> Option<Result<Layout, String>> {
+        let (property, field) = board.get(&self.path)?;
+        if !field.is_empty() {
+            return Some(Err("it is a field, and not a whole property".into()));
+        }
+        Some(Layout::of(property.descriptor()))
+    }
+
+    /// Passes on what has changed. The calendar shows `date` when the agent's time is `now`, both in nanoseconds.
+    pub fn look(&mut self, board: &Board, member: &mut Member, now: u64, date: u64) {
+        let table = match self.layout(board) {
+            None => Err("there is no such property yet".to_owned()),
+            Some(layout) => layout.map(|layout| (layout, board.get(&self.path))),
+        };
+        let (layout, property) = match table {
+            Ok((layout, Some((property, _)))) => (layout, property),
+            Ok(_) => return,
+            Err(reason) => {
+                self.trouble = Some(format!("/{}: {reason}", self.path));
+                return;
+            }
+        };
+        self.trouble = None;
+        let Ok(Some((bytes, items, stamp))) = property.newest() else { return };
+        let stamp = (stamp.generation, stamp.sequence);
+        if self.stamp == stamp {
+            return;
+        }
+        self.stamp = stamp;
+        for entry in layout.entries(&bytes, items) {
+            if entry.key.is_empty() || self.seen.get(entry.key).is_some_and(|seen| seen == entry.bytes) {
+                continue;
+            }
+            let time = date.saturating_sub(now.saturating_sub(entry.time));
+            let done = if entry.retracted {
+                member.retract(time, &self.topic, entry.key).map(drop)
+            } else {
+                member.state(time, (&self.topic, entry.key), &layout, entry.certainty, entry.value)
+            };
+            match done {
+                Ok(()) => drop(self.seen.insert(entry.key.to_owned(), entry.bytes.to_vec())),
+                Err(refusal) => {
+                    self.trouble = Some(format!("/{}, `{}`: {refusal}", self.path, entry.key));
+                    // It is tried again.
+                    self.stamp = (0, 0);
+                }
+            }
+        }
+        let stays = |key: &str| layout.entries(&bytes, items).any(|entry| entry.key == key);
+        if self.seen.len() > items {
+            self.seen.retain(|key, _| stays(key));
+        }
+    }
+}

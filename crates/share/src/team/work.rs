@@ -1,0 +1,330 @@
+//! What the thread of the team's knowledge does.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::interface::{Interface, View};
+use slate_blackboard::{Access, Board, Store};
+use slate_module::{Level, Text};
+use slate_runtime::configuration::SharedKnowledge;
+use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing, TEAM};
+
+use super::shown::Shown;
+use super::stating::Stating;
+use super::{Inbox, Known, Layout, Member, News, Post, SavedKnowledge, TeamState, Topics};
+use crate::peers::{Clock, Peers, locked};
+
+/// From one time that what is known is saved to the next, nanoseconds.
+const SAVING: u64 = 10_000_000_000;
+
+/// From one time that topics are shown to the next at least, nanoseconds.
+const SHOWING: u64 = 20_000_000;
+
+pub(super) struct Work {
+    member: Member,
+    peers: Arc<Peers>,
+    inbox: Arc<Inbox>,
+    host: SharingHost,
+    board: Arc<Board>,
+    /// The time that values carry, and a steady one.
+    time: Clock,
+    steady: Clock,
+    stating: Vec<Stating>,
+    topics: Topics,
+    shown: BTreeMap<String, Shown>,
+    told: BTreeMap<String, Standing>,
+    period: u64,
+    room: usize,
+    saved: Option<SavedKnowledge>,
+    /// When it is saved next, and whether something has changed since it was.
+    saves_at: u64,
+    unsaved: bool,
+    state: TeamState,
+    state_writer: Option<Writer>,
+    /// What was logged, so that it is not logged again.
+    logged: Vec<String>,
+}
+
+impl Work {
+    pub fn new(
+        site: &Site,
+        knowledge: SharedKnowledge,
+        peers: Arc<Peers>,
+        inbox: Arc<Inbox>,
+        random: u32,
+    ) -> Self {
+        let own = site.board.agent();
+        let saved = knowledge.save.map(|folder| SavedKnowledge::new(&folder, own));
+        let (member, trouble) = saved.as_ref().map_or((None, None), |saved| saved.restore(own, random));
+        // Nothing else can be refused than what was saved.
+        let member = member.or_else(|| Member::new(own, random, None).ok());
+        let member = member.unwrap_or_else(|| unreachable!("a robot that restores nothing is not refused"));
+        if let Some(trouble) = trouble {
+            site.host.log(Level::Error, &trouble);
+        }
+        let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
+        let doc = "How this robot takes part in its team's knowledge.";
+        let state =
+            site.board.add_channel("share/knowledge", doc, TeamState::DESCRIPTOR, store, Access::Output);
+        let state_writer =
+            state.ok().and_then(|state| state.channel().and_then(|channel| channel.writer().ok()));
+        Self {
+            state: TeamState { robot: member.replica().robot(), ..TeamState::default() },
+            member,
+            peers,
+            inbox,
+            host: site.host.clone(),
+            board: Arc::clone(&site.board),
+            time: Arc::clone(&site.time),
+            steady: Arc::clone(&site.steady),
+            stating: knowledge.facts.iter().map(|(topic, path)| Stating::new(topic, &path.value)).collect(),
+            topics: Topics::new(),
+            shown: BTreeMap::new(),
+            told: BTreeMap::new(),
+            period: knowledge.period,
+            room: knowledge.room,
+            saved,
+            saves_at: 0,
+            unsaved: false,
+            state_writer,
+            logged: Vec::new(),
+        }
+    }
+
+    pub fn run(&mut self, post: &Post) {
+        let mut next = 0;
+        // What was restored is shown at once.
+        let (mut changed, mut shows_at) = (true, 0);
+        while !post.ended.load(Ordering::Acquire) {
+            if let Some(topics) = locked(&post.topics).take() {
+                self.topics = topics;
+                self.told.retain(|topic, _| self.topics.contains_key(topic));
+                changed = true;
+            }
+            for news in self.inbox.take() {
+                self.take(news);
+            }
+            let now = (self.steady)();
+            let is_due = now >= next;
+            if is_due {
+                next = now + self.period;
+                let (time, date) = ((self.time)(), date());
+                self.stating
+                    .iter_mut()
+                    .for_each(|stating| stating.look(&self.board, &mut self.member, time, date));
+                self.member.tick();
+            }
+            self.send();
+            if self.member.take_changed() {
+                (changed, self.unsaved) = (true, true);
+            }
+            if changed && now >= shows_at {
+                (changed, shows_at) = (false, now + SHOWING);
+                self.show();
+            }
+            if is_due {
+                self.publish();
+                self.save(now);
+            }
+            let next_look = if changed { next.min(shows_at) } else { next };
+            let left = next_look.saturating_sub((self.steady)());
+            post.wake.wait_timeout(Duration::from_nanos(left.max(1)));
+        }
+        self.saves_at = 0;
+        self.save(u64::MAX);
+    }
+
+    fn take(&mut self, news: News) {
+        match news {
+            News::Connected(agent) => {
+                if let Err(trouble) = self.member.meet(&agent) {
+                    self.log(Level::Error, trouble);
+                }
+            }
+            News::Disconnected(agent) => self.member.part(&agent),
+            News::Told(agent, message) => {
+                self.state.received += 1;
+                if let Err(error) = self.member.hear(&agent, &message) {
+                    self.state.refused += 1;
+                    self.log(Level::Warn, format!("what `{agent}` tells of the team's knowledge is {error}"));
+                }
+            }
+        }
+    }
+
+    fn send(&mut self) {
+        while let Some((agent, message)) = self.member.outgoing() {
+            if self.peers.tell(agent, &message) {
+                self.state.sent += 1;
+            } else {
+                self.state.dropped += 1;
+            }
+        }
+    }
+
+    /// Brings the topics on the board up to date.
+    fn show(&mut self) {
+        let Self { member, shown, .. } = self;
+        let mut known = member.known();
+        self.state.facts = known.values().map(|facts| facts.len() as u64).sum();
+        let own = self.stating.iter().map(|stating| stating.topic.as_str());
+        let read = self.topics.keys().map(String::as_str);
+        let kept = shown.keys().map(String::as_str);
+        let names: BTreeSet<String> =
+            known.keys().copied().chain(own).chain(read).chain(kept).map(str::to_owned).collect();
+        let now = (self.time)();
+        let mut standing = Vec::new();
+        for topic in names {
+            let facts = known.remove(topic.as_str()).unwrap_or_default();
+            let layout = layout(&topic, &facts, &self.topics, &self.stating, &self.board, member);
+            standing.push((topic.clone(), place(&topic, layout, shown, &self.board, self.room)));
+            if let Some(shown) = shown.get_mut(&topic) {
+                shown.update(&topic, facts, member, now);
+            }
+        }
+        for (topic, placed) in standing {
+            match placed {
+                Ok(is_another) => {
+                    if is_another {
+                        let reason = "it looks otherwise from now on".to_owned();
+                        self.tell(&topic, Standing::Absent { reason });
+                    }
+                    self.tell(&topic, Standing::Served { property: topic.clone() });
+                }
+                Err(reason) => {
+                    self.log(Level::Warn, format!("team/{topic}: {reason}"));
+                    self.tell(&topic, Standing::Absent { reason });
+                }
+            }
+        }
+        self.host.news();
+    }
+
+    /// Tells the agent how a topic stands that is read there.
+    fn tell(&mut self, topic: &str, standing: Standing) {
+        if self.topics.contains_key(topic) && self.told.get(topic) != Some(&standing) {
+            self.told.insert(topic.to_owned(), standing.clone());
+            self.host.report(&RemotePath { agent: TEAM.into(), path: topic.into() }, standing);
+        }
+    }
+
+    fn publish(&mut self) {
+        let mut unfit: Vec<String> = Vec::new();
+        for shown in self.shown.values() {
+            unfit.extend(shown.unfit.values().cloned());
+        }
+        unfit.into_iter().for_each(|text| self.log(Level::Warn, text));
+        let counters = self.member.counters();
+        if counters.contested {
+            let name = self.member.name();
+            let text = format!(
+                "another robot has the number of `{name}`, and the team does not agree on its facts: rename one of them"
+            );
+            self.log(Level::Error, text);
+        }
+        let troubles = self.stating.iter().filter_map(|stating| stating.trouble.clone());
+        let troubles: Vec<String> = troubles.collect();
+        let trouble = troubles.first().cloned().unwrap_or_default();
+        troubles.into_iter().for_each(|text| self.log(Level::Warn, text));
+        let state = TeamState {
+            bytes: self.member.replica().memory() as u64,
+            unfit: self.shown.values().map(|shown| u64::from(shown.unfit_facts())).sum(),
+            neighbours: self.member.neighbours() as u32,
+            contested: counters.contested.into(),
+            trouble: Text::new(&trouble),
+            ..self.state
+        };
+        let whole = TeamState {
+            dropped: state.dropped + counters.dropped,
+            refused: state.refused + counters.refused,
+            ..state
+        };
+        self.state = state;
+        if let Some(writer) = &mut self.state_writer {
+            // Nobody holds a writer up on the wall clock.
+            let _ = writer.write(View::of(&whole).bytes(), 0, (self.time)());
+        }
+    }
+
+    fn save(&mut self, now: u64) {
+        let Some(saved) = self.saved.clone().filter(|_| self.unsaved && now >= self.saves_at) else { return };
+        self.saves_at = now.saturating_add(SAVING);
+        match saved.save(&self.member) {
+            Ok(()) => self.unsaved = false,
+            Err(error) => {
+                let file = saved.file().display();
+                self.log(Level::Error, format!("what the team knows can't be saved to {file}: {error}"));
+            }
+        }
+    }
+
+    /// Logs something once.
+    fn log(&mut self, level: Level, text: String) {
+        if self.logged.contains(&text) {
+            return;
+        }
+        self.host.log(level, &text);
+        if self.logged.len() == LOGGED {
+            self.logged.remove(0);
+        }
+        self.logged.push(text);
+    }
+}
+
+/// What tables about a topic look like: what is read here says so, then what is stated here, and then what other robots say.
+fn layout(
+    topic: &str,
+    facts: &[Known<'_>],
+    read: &Topics,
+    stating: &[Stating],
+    board: &Board,
+    member: &Member,
+) -> Result<Layout, String> {
+    if let Some(descriptor) = read.get(topic).copied().flatten() {
+        return Layout::of(descriptor);
+    }
+    let own = stating.iter().find(|stating| stating.topic == topic);
+    if let Some(layout) = own.and_then(|own| own.layout(board)) {
+        return layout;
+    }
+    let mut schemas = facts.iter().map(|known| known.fact.statement.schema);
+    match schemas.find_map(|schema| member.interface(schema)) {
+        Some(descriptor) => Layout::of(descriptor),
+        None => Err("it is not known yet what facts about it look like".into()),
+    }
+}
+
+/// Puts a topic on the board, unless it is there; says whether it takes the place of one with another layout.
+fn place(
+    topic: &str,
+    layout: Result<Layout, String>,
+    shown: &mut BTreeMap<String, Shown>,
+    board: &Arc<Board>,
+    room: usize,
+) -> Result<bool, String> {
+    let layout = match (layout, shown.get(topic)) {
+        // It stays as it is when nobody says any more what it looks like.
+        (Err(_), Some(_)) => return Ok(false),
+        (layout, _) => layout?,
+    };
+    let is_same = |shown: &Shown| shown.layout.descriptor().hash == layout.descriptor().hash;
+    if shown.get(topic).is_some_and(is_same) {
+        return Ok(false);
+    }
+    let was_there = shown.remove(topic).is_some();
+    shown.insert(topic.to_owned(), Shown::new(board, topic, layout, room)?);
+    Ok(was_there)
+}
+
+/// How many lines are remembered so that they are not logged again.
+const LOGGED: usize = 64;
+
+/// The calendar's time, nanoseconds since 1970: what robots state goes from one to the other, and from start to start.
+#[allow(clippy::disallowed_methods, reason = "no clock of an agent means anything to another one")]
+fn date() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+}

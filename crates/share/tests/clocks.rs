@@ -1,0 +1,48 @@
+//! The times of values whose agents have clocks of their own.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+
+mod agents;
+
+use std::sync::Arc;
+
+use agents::{Agent, Folder, Number, clock, output, setup, wait_for, write};
+use slate_blackboard::interface::View;
+use slate_share::peers::{Setup, Want};
+use slate_share::session::Options;
+
+#[test]
+fn a_value_has_its_time_from_the_first_one_on_however_far_the_clocks_are_apart() {
+    const HOURS: u64 = 5 * 3_600_000_000_000;
+    let folder = Folder::new();
+    let base = Agent::listening("base", &folder);
+    let mut out = output(&base.board, "out/number", 1);
+    write(&mut out, 1);
+    let written = out.last().time;
+    for round in 0..5 {
+        // Its clock is ahead by hours; another start of it is another connection.
+        let ahead = Setup { clock: Arc::new(|| clock()() + HOURS), ..setup("arm") };
+        let arm = Agent::start(ahead);
+        let mut own = output(&arm.board, "out/number", 1);
+        own.write(View::of(&Number { value: 2 }).bytes(), 0, clock()() + HOURS).unwrap();
+        let own_time = own.last().time - HOURS;
+        arm.peers.connect("base", &folder.endpoint("base")).unwrap();
+        arm.peers.subscribe("base", Want::new("out/number", Options::default())).unwrap();
+        let time = |agent: &Agent, path: &str| {
+            let (property, _) = agent.board.get(path)?;
+            property.newest().unwrap().map(|(_, _, stamp)| stamp.time)
+        };
+        let near = |time: u64, expected: u64| time.abs_diff(expected) < 200_000_000;
+        if round == 0 {
+            wait_for("who is read", || base.peers.is_connected("arm"));
+            base.peers.subscribe("arm", Want::new("out/number", Options::default())).unwrap();
+        }
+        wait_for("the value here", || arm.number("agents/base/out/number") == Some(1));
+        let seen = time(&arm, "agents/base/out/number").unwrap();
+        assert!(near(seen, written + HOURS), "round {round}: {seen}, not {}", written + HOURS);
+        let arrived = || time(&base, "agents/arm/out/number").is_some_and(|time| near(time, own_time));
+        wait_for("the value there", arrived);
+        wait_for("who reads it", || base.peers.is_connected("arm"));
+        drop(arm);
+        wait_for("its end", || !base.peers.is_connected("arm"));
+    }
+}

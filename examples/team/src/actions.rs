@@ -1,0 +1,71 @@
+//! What a scout can do: go somewhere, and tell another robot to.
+
+use serde::{Deserialize, Serialize};
+use slate_exp1::actions::{GoToOrigin, Leg, PioneerBody};
+use slate_plugin::interfaces::Point2;
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
+
+/// The ways to other robots.
+#[ports]
+pub struct Radio {
+    /// Where another robot is to go and look.
+    look: Outbox<Point2>,
+}
+
+/// EXP1's robot with a radio.
+pub type ScoutBody = (PioneerBody, Radio);
+
+/// Goes near to a place.
+#[derive(Serialize, Deserialize)]
+pub struct GoNear {
+    go: GoToOrigin,
+}
+
+impl ActionKind for GoNear {
+    const KIND: &'static str = "GoNear";
+    type Arguments = Leg;
+
+    fn start(leg: Leg) -> Self {
+        Self { go: GoToOrigin::start(leg) }
+    }
+
+    fn children(&self, tree: &mut ActionTree) {
+        tree.child(&self.go);
+    }
+}
+
+impl Action<ScoutBody> for GoNear {
+    fn act(&mut self, acting: &Acting<'_, ScoutBody>) -> Step {
+        self.go.act(&Acting { body: &acting.body.0, priority: acting.priority, now: acting.now })
+    }
+}
+
+/// Tells another robot to go and look at a place; done when that robot has taken it to heart.
+#[derive(Serialize, Deserialize)]
+pub struct SendToLook {
+    place: (f64, f64),
+    telling: Telling,
+}
+
+impl ActionKind for SendToLook {
+    const KIND: &'static str = "SendToLook";
+    /// To the east and to the north, metres.
+    type Arguments = (f64, f64);
+
+    fn start(place: (f64, f64)) -> Self {
+        Self { place, telling: Telling::within(3.0) }
+    }
+}
+
+impl Action<ScoutBody> for SendToLook {
+    fn act(&mut self, acting: &Acting<'_, ScoutBody>) -> Step {
+        let (x, y) = self.place;
+        self.telling.tell(&acting.body.1.look, Point2 { x, y }, acting.now)
+    }
+}
+
+repertoire! {
+    /// All that a scout can do.
+    pub enum ScoutActions for ScoutBody as "scout_execute" { GoNear, SendToLook }
+}

@@ -1,0 +1,94 @@
+//! How a scout explores.
+
+use serde::{Deserialize, Serialize};
+use slate_exp1::actions::Leg;
+use slate_plugin::interfaces::Point2;
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
+
+use crate::actions::{GoNear, SendToLook};
+use crate::atlas::Known;
+use crate::finder::Obstacle;
+
+/// What the Plan notices, and what other robots tell it.
+#[ports]
+pub struct Noticing {
+    /// What this robot found.
+    obstacle: Noticed<Obstacle>,
+    /// What the team knows.
+    known: Noticed<Known>,
+    /// Where another robot wants this one to look.
+    orders: Inbox<Point2>,
+}
+
+/// Its part of the arena.
+#[params]
+pub struct ExplorerParams {
+    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "middle of its part, to the east")]
+    x: f64,
+    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "middle of its part, to the north")]
+    y: f64,
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "from there to the sides of the square that it drives")]
+    reach: f64,
+    #[param(default = 0.3, range = 0.0..=1.2, unit = "m/s", doc = "how fast it goes")]
+    speed: f64,
+}
+
+/// What the Plan remembers.
+#[derive(Default, Serialize, Deserialize)]
+pub struct Memory {
+    /// The corner of the square where it goes next.
+    corner: u8,
+    /// Whether it knows of other robots.
+    team: bool,
+    /// What it wants another robot to look at.
+    worth: Option<(f64, f64)>,
+    /// Whether it has told another robot.
+    told: bool,
+}
+
+/// Drives round its part of the arena, tells another robot to look at the first thing that it finds, and looks where it is
+/// told to.
+pub struct Explorer;
+
+impl Plan for Explorer {
+    const NAME: &'static str = "explorer";
+    const DOC: &'static str =
+        "Drives round its part of the arena, and looks where another robot wants it to.";
+    type Noticed = Noticing;
+    type Params = ExplorerParams;
+    type State = Memory;
+
+    fn run(
+        memory: &mut Memory,
+        noticed: &Noticing,
+        situation: &Situation<'_>,
+        params: &ExplorerParams,
+        _: &Tick,
+        plan: &mut Agenda<'_>,
+    ) {
+        memory.told |= situation
+            .ended()
+            .any(|ended| ended.kind.as_str() == SendToLook::KIND && ended.ending == Ending::COMPLETED);
+        if let Some(found) = noticed.obstacle.newest() {
+            memory.worth.get_or_insert((found.x, found.y));
+        }
+        memory.team |= noticed.known.iter().any(|known| known.robots > 1);
+        let near = |x, y, tolerance| GoNear::request(Leg { x, y, speed: params.speed, tolerance });
+        for order in noticed.orders.iter() {
+            // Not into it.
+            plan.replace(near(order.x, order.y, 0.7));
+        }
+        if !situation.needs_plan() || noticed.orders.iter().len() > 0 {
+            return;
+        }
+        // As soon as somebody else is there.
+        if let Some(place) = memory.worth.filter(|_| memory.team && !memory.told) {
+            plan.append(SendToLook::request(place));
+        }
+        let side = |out: bool| if out { params.reach } else { -params.reach };
+        let corner = memory.corner;
+        plan.append(near(params.x + side(corner == 1 || corner == 2), params.y + side(corner >= 2), 0.1));
+        memory.corner = (corner + 1) % 4;
+    }
+}

@@ -1,0 +1,81 @@
+//! What the robot finds.
+
+use serde::{Deserialize, Serialize};
+use slate_plugin::interfaces::{Orientation, Position, SonarScan};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::mapek::{FactTable, Statements};
+use slate_plugin::prelude::*;
+
+/// Something that stands in the arena.
+#[interface]
+#[derive(PartialEq, Serialize, Deserialize)]
+pub struct Obstacle {
+    /// To the east.
+    #[unit("m")]
+    pub x: f64,
+    /// To the north.
+    #[unit("m")]
+    pub y: f64,
+}
+
+/// Where the robot is and what it hears, and what it states.
+#[ports]
+pub struct Finding {
+    range: Observed<SonarScan>,
+    position: Observed<Position>,
+    orientation: Observed<Orientation>,
+    /// What this robot found.
+    #[capacity(512)]
+    found: Output<FactTable<Obstacle>>,
+}
+
+/// What counts.
+#[params]
+pub struct FinderParams {
+    #[param(default = 1.0, range = 0.0..=5.0, unit = "m", doc = "what is farther is not found")]
+    range: f64,
+    #[param(default = 0.5, range = 0.1..=5.0, unit = "m", doc = "finds of one square of this size are one")]
+    square: f64,
+}
+
+/// States where obstacles are, and tells the Plan of new ones.
+pub struct Finder;
+
+impl Analyze for Finder {
+    const NAME: &'static str = "finder";
+    const DOC: &'static str = "States where obstacles are, and tells of new ones.";
+    type Observed = Finding;
+    type Params = FinderParams;
+    type State = Statements<Obstacle>;
+    type Value = Obstacle;
+
+    fn process(
+        found: &mut Statements<Obstacle>,
+        observed: &Finding,
+        params: &FinderParams,
+        now: &Tick,
+    ) -> Option<Obstacle> {
+        let (position, orientation) = (observed.position.fresh()?, observed.orientation.fresh()?);
+        let scan = observed.range.new()?;
+        let mut new = None;
+        for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
+            if !echo.heard.get() || echo.range > params.range {
+                continue;
+            }
+            // The sonars sit on the hull, which is small against a square.
+            let direction = orientation.theta + placement.theta;
+            // The arena is small against the range of these integers.
+            let square = |start: f64, way: f64| ((start + way * echo.range) / params.square).round() as i32;
+            let (column, row) =
+                (square(position.x, math::cos(direction)), square(position.y, math::sin(direction)));
+            let obstacle =
+                Obstacle { x: f64::from(column) * params.square, y: f64::from(row) * params.square };
+            let key = format!("{column},{row}");
+            if found.get(&key).is_none() && found.state(now.now(), &key, 0.8, obstacle) {
+                new = Some(obstacle);
+            }
+        }
+        found.write(&observed.found);
+        new
+    }
+}

@@ -1,0 +1,402 @@
+//! Makes the corpus from what real agents, robots and tools say: `cargo run --example corpus`.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::json;
+use slate_blackboard::interface::{Descriptor, Interface, View};
+use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
+use slate_fuzz::input::append_counted;
+use slate_fuzz::{configuration, knowledge, peer, robot, shared_memory};
+use slate_interfaces::{Image, ImageFormat, LaserScan, Pose2};
+use slate_module::encode_interface;
+use slate_share::encoding::encode;
+use slate_share::knowledge::{Replica, Statement};
+use slate_share::session::{Compression, Encoding};
+
+fn main() {
+    packets();
+    conversations();
+    knowledge_of_a_team();
+    values();
+    interfaces();
+    memory();
+    calls();
+    libraries();
+    snapshots();
+    configurations();
+}
+
+fn keep(target: &str, name: &str, bytes: &[u8]) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
+    fs::create_dir_all(&folder).expect("the folder can be written to");
+    fs::write(folder.join(name), bytes).expect("the folder can be written to");
+}
+
+/// What one of two agents sends to the other, from its greeting on.
+fn packets() {
+    let mut agents = [Agent::new("base", "arm", 1), Agent::new("arm", "base", 7)];
+    let (mut whole, mut frames) = (vec![0], vec![1]);
+    for round in 1..40 {
+        let now = 10 * round * MILLISECOND;
+        for from in [0, 1] {
+            agents[from].peer.tick(now);
+            agents[from].write(round, now);
+            if round == 20 {
+                let number = Number { value: round };
+                let hash = Number::DESCRIPTOR.hash;
+                agents[from].peer.send("in/mail", hash, 0, View::of(&number).bytes()).expect("there is room");
+                agents[from].peer.ask("**", true).expect("there is room");
+            }
+            while let Some(packet) = agents[from].outgoing(now) {
+                if from == 1 && round % 3 == 2 && frames.len() < 24 << 10 {
+                    peer::append_part(peer::PACKET, &packet, &mut whole);
+                    peer::append_part(peer::FRAMES, &packet[18..], &mut frames);
+                }
+                if from == 1 && round < 3 {
+                    let mut alone = vec![1];
+                    peer::append_part(peer::FRAMES, &packet[18..], &mut alone);
+                    alone.extend([peer::PASS, 20, peer::WRITE]);
+                    keep("peer", &format!("frames-{round}-{}", packet.len()), &alone);
+                }
+                agents[1 - from].peer.receive(now, &packet, None);
+            }
+        }
+        for script in [&mut whole, &mut frames] {
+            script.extend([peer::PASS, 10, peer::WRITE]);
+        }
+    }
+    assert!(agents[0].shown("out/blob").is_some(), "the agents talk");
+    keep("peer", "packets", &whole[..whole.len().min(16 << 10)]);
+    keep("peer", "frames", &frames);
+    keep("peer", "version", b"\0\0\x02\0S\x09");
+    items();
+}
+
+/// The control stream and the streams of values, item by item.
+fn items() {
+    #[derive(serde::Serialize)]
+    struct Options(u32, u64, u32, bool, u32);
+    let newest = Options(0, 0, 0, true, 1);
+    let every = Options(1, MILLISECOND, 1, true, 0);
+    let interface = |descriptor: &Descriptor| encode_interface(descriptor).expect("it can be written");
+    let mut script = vec![1];
+    let mut control = |message: Vec<u8>| {
+        script.extend([peer::ITEM, 0]);
+        append_counted(&message, &mut script);
+    };
+    let write = |message: &dyn erased::Message| message.bytes();
+    control(write(&(0_u32, 1_u32, "out/value", newest, None::<()>)));
+    control(write(&(0_u32, 2_u32, "out/blob", every, Some((7_u64, 1_u64, 3_u64)))));
+    control(write(&(0_u32, 3_u32, "out/vale", Options(0, 0, 0, false, 0), None::<()>)));
+    for (id, path, descriptor, capacity) in [
+        (1_u32, "out/value", Number::DESCRIPTOR, 0_u64),
+        (2, "out/blob", Blob::DESCRIPTOR, 8192),
+        (3, "out/other", Pose2::DESCRIPTOR, 0),
+    ] {
+        control(write(&(2_u32, id, 1_u32, (path, interface(descriptor), "A test.", capacity, 8_u32, 0_u64))));
+        control(write(&(3_u32, id, 1_u32)));
+    }
+    control(write(&(7_u32, 1_u64, "in/mail", Number::DESCRIPTOR.hash, 0_u64, [7_u8; 8].to_vec())));
+    control(write(&(9_u32, 1_u32, "**", true)));
+    control(write(&(6_u32, 1_u32, 1_u64)));
+    control(write(&(4_u32, 2_u32, "not yet")));
+    control(write(&(1_u32, 1_u32)));
+    for (stream, content) in [(1, 5_u64.to_le_bytes().to_vec()), (2, [9; 40].to_vec()), (3, [0; 24].to_vec())]
+    {
+        for sequence in 1..4_u64 {
+            let mut item = Vec::new();
+            for number in [1, sequence, sequence * MILLISECOND] {
+                item.extend(number.to_le_bytes());
+            }
+            let items = if stream == 2 { 32_u32 } else { 0 };
+            item.extend(items.to_le_bytes());
+            item.extend((content.len() as u32).to_le_bytes());
+            item.push(0);
+            item.extend(1_u32.to_le_bytes());
+            item.extend(&content);
+            script.extend([peer::ITEM, stream]);
+            append_counted(&item, &mut script);
+            script.extend([peer::PASS, 10, peer::WRITE]);
+        }
+    }
+    keep("peer", "items", &script);
+}
+
+mod erased {
+    /// Whatever postcard writes.
+    pub trait Message {
+        fn bytes(&self) -> Vec<u8>;
+    }
+
+    impl<T: serde::Serialize> Message for T {
+        fn bytes(&self) -> Vec<u8> {
+            postcard::to_allocvec(self).expect("it has a length")
+        }
+    }
+}
+
+/// What happens to packets: nothing, and each kind of damage now and then.
+fn conversations() {
+    keep("conversation", "untouched", &[0; 400]);
+    keep("conversation", "lossy", &[0, 0, 1, 0, 1].repeat(60));
+    keep("conversation", "doubled", &[0, 2].repeat(100));
+    keep("conversation", "reordered", &[0, 3, 3, 0, 3, 4].repeat(50));
+    keep("conversation", "cut", &[0, 0, 0, 5, 9, 0].repeat(50));
+    keep("conversation", "flipped", &[0, 0, 7, 3, 0, 0x80, 0, 7, 40, 0, 1].repeat(30));
+    keep("conversation", "spliced", &[0, 3, 0, 9, 30, 0, 0, 0].repeat(40));
+    keep("conversation", "overwritten", &[0, 0, 8, 5, 0, 2, 0, 255, 255, 0].repeat(30));
+}
+
+fn knowledge_of_a_team() {
+    let mut team: Vec<Replica> = [(1, 77), (2, 5), (3, 901)]
+        .map(|(robot, random)| Replica::new(robot, random, knowledge::LIMITS))
+        .into();
+    for (one, other) in [(1, 2), (2, 3), (1, 3)] {
+        team[one - 1].meet(other as u32);
+        team[other - 1].meet(one as u32);
+    }
+    let (mut script, mut all) = (Vec::new(), 0);
+    for round in 0..12_u64 {
+        for place in 0..3 {
+            let robot = &mut team[place];
+            let key = [(round % 4) as u8];
+            let statement = Statement { schema: 1, certainty: 0.5, value: b"value of it" };
+            robot.state(round * 1000, &key, statement).expect("there is room");
+            if round % 3 == 2 {
+                robot.retract(round * 1000 + 1, &key).expect("there is room");
+            }
+            robot.tick();
+            while let Some(message) = team[place].outgoing() {
+                if message.to == 1 {
+                    script.extend([knowledge::MESSAGE, place as u8 + 1]);
+                    append_counted(&message.bytes, &mut script);
+                    script.push(1);
+                    if all % 4 == 0 {
+                        let mut alone = vec![knowledge::STATE, 1, b'v', 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 1];
+                        alone.extend([knowledge::MESSAGE, place as u8 + 1]);
+                        append_counted(&message.bytes, &mut alone);
+                        alone.extend([1, knowledge::TICK, 2, knowledge::RESTART, 3, 0, 0, 0, 1]);
+                        keep("knowledge", &format!("message-{all}"), &alone);
+                    }
+                    all += 1;
+                }
+                team[message.to as usize - 1]
+                    .receive(place as u32 + 1, &message.bytes)
+                    .expect("it is a message");
+            }
+        }
+    }
+    keep("knowledge", "team", &script[..script.len().min(8 << 10)]);
+    let saved = team[0].save();
+    keep("knowledge_file", "robot", &saved[..saved.len() - 8]);
+    let fresh = Replica::new(1, 77, knowledge::LIMITS).save();
+    keep("knowledge_file", "empty", &fresh[..fresh.len() - 8]);
+}
+
+fn image(format: ImageFormat, pixel: usize) -> Vec<u8> {
+    let (width, height, pixel) = (24, 16, pixel as u32);
+    let mut bytes: Vec<u8> = [width, height, width * pixel].into_iter().flat_map(u32::to_ne_bytes).collect();
+    bytes.extend([format.0, 0, 0, 0]);
+    bytes.extend((0..width * height * pixel).map(|i| (i / 3) as u8));
+    bytes
+}
+
+fn values() {
+    let blob: Vec<u8> = (0..600_u32).map(|i| (i / 50) as u8).collect();
+    for (index, name, descriptor, bytes) in [
+        (0, "grey", Image::DESCRIPTOR, image(ImageFormat::MONO8, 1)),
+        (0, "colour", Image::DESCRIPTOR, image(ImageFormat::RGB8, 3)),
+        (1, "blob", Blob::DESCRIPTOR, blob),
+        (2, "number", Number::DESCRIPTOR, vec![7; 8]),
+    ] {
+        for compression in [Compression::None, Compression::Lossless, Compression::Jpeg(70)] {
+            let mut content = Vec::new();
+            let encoding = encode(descriptor, &bytes, compression, &mut content);
+            let number =
+                [Encoding::Plain, Encoding::Lz4, Encoding::Jpeg].iter().position(|one| *one == encoding);
+            let mut script = vec![index, number.expect("one of those") as u8];
+            script.extend((bytes.len() as u32).to_le_bytes());
+            script.extend(content);
+            keep("encoding", &format!("{name}-{encoding:?}"), &script);
+        }
+    }
+}
+
+fn interfaces() {
+    for (name, descriptor) in [
+        ("number", Number::DESCRIPTOR),
+        ("blob", Blob::DESCRIPTOR),
+        ("pose", Pose2::DESCRIPTOR),
+        ("scan", LaserScan::DESCRIPTOR),
+        ("image", Image::DESCRIPTOR),
+        ("peer", slate_share::peers::PeerState::DESCRIPTOR),
+    ] {
+        let mut script = Vec::new();
+        append_counted(&encode_interface(descriptor).expect("it can be written"), &mut script);
+        script.extend(8_u16.to_le_bytes());
+        script.extend(vec![1; descriptor.shape(8).bytes(8)]);
+        keep("interface", name, &script);
+    }
+    // What no agent says: without a hash, and with large numbers where a fuzzer finds them.
+    for (name, kind) in [
+        ("array", json!({"array": ["u64", 1_u64 << 40]})),
+        ("sequence", json!({"sequence": [{"text": 0x1_0000_0004_u64}, 3]})),
+        ("deep", json!({"optional": {"array": [{"nested": {"name": "Inner", "fields": []}}, 0x1_0000]}})),
+    ] {
+        let interface = json!({"name": "Huge", "fields": [{"name": "many", "kind": kind}]});
+        let (mut bytes, mut script) = (Vec::new(), Vec::new());
+        ciborium::into_writer(&interface, &mut bytes).expect("it can be written");
+        append_counted(&bytes, &mut script);
+        script.extend([0; 12]);
+        keep("interface", name, &script);
+    }
+}
+
+/// What the filling end of a link does: it hands over memory, and says where values are.
+fn memory() {
+    let mut script = vec![shared_memory::MEMORY, 14, 1, 0];
+    let mut head = vec![0; 64 * 8];
+    head[0] = 1;
+    head[64] = 2;
+    append_counted(&head, &mut script);
+    for (slot, number, race) in [(0_u8, 1_u32, 0_u8), (1, 2, 1)] {
+        script.push(shared_memory::READ);
+        script.extend(100_u32.to_le_bytes());
+        script.push(race);
+        let mut reference = vec![14, slot];
+        reference.extend(number.to_le_bytes());
+        append_counted(&reference, &mut script);
+    }
+    script.extend([shared_memory::CHANGE, 0, 0, 0, 0, 1]);
+    script.push(shared_memory::PACKET);
+    append_counted(b"Sxyz", &mut script);
+    keep("shared_memory", "values", &script);
+    let mut short = vec![shared_memory::MEMORY, 14, 0, 0, 0, 16, 0, 0];
+    append_counted(&[], &mut short);
+    keep("shared_memory", "short", &short);
+    let mut open = vec![shared_memory::MEMORY, 26, 5, 0];
+    append_counted(&[], &mut open);
+    keep("shared_memory", "unsealed", &open);
+    let mut several = vec![shared_memory::MEMORY, 15, 9, 0];
+    append_counted(&[], &mut several);
+    keep("shared_memory", "several", &several);
+}
+
+fn calls() {
+    use slate_runtime::configuration::SaveTo;
+    use slate_runtime::remote::Call;
+    let text = |text: &str| text.to_owned();
+    let calls = [
+        Call::PluginList {},
+        Call::PluginUnload { name: text("relay") },
+        Call::PluginLoad { name: Some(text("relay")), file: None },
+        Call::PluginReload { name: text("relay"), file: None },
+        Call::PluginLoad { name: None, file: Some("/x.so".into()) },
+        Call::ModuleList {},
+        Call::ModuleDisable { name: text("relay") },
+        Call::ModuleEnable { name: text("relay") },
+        Call::Link {
+            to: text("relay/input"),
+            from: text("counter/number"),
+            options: vec![(text("stale"), text("\"1s\""))],
+            dry_run: false,
+        },
+        Call::Link {
+            to: text("relay/input/value"),
+            from: text("relay/output/value"),
+            options: vec![],
+            dry_run: true,
+        },
+        Call::Unlink { to: text("relay/all"), dry_run: false },
+        Call::LinkList {},
+        Call::Peers {},
+        Call::ConfigGet { path: text("modules") },
+        Call::ConfigSet { changes: vec![(text("modules.counter.params.step"), text("2"))] },
+        Call::ConfigDiff {},
+        Call::ConfigRevert { path: text("") },
+        Call::ConfigRefused {},
+        Call::ConfigSave { to: SaveTo::default() },
+        Call::PropertyList { pattern: Some(text("/**/timing")) },
+        Call::SnapshotSave { file: "/x.snapshot".into() },
+        Call::SnapshotLoad { file: "/x.snapshot".into() },
+        Call::SnapshotRemote { url: text("slate://other/**"), file: "/x.json".into() },
+        Call::Read { url: text("slate://other/counter/number") },
+        Call::Read { url: text("/counter/number/value") },
+        Call::ReadHistory { url: text("/counter/number") },
+        Call::TraceRecord { file: "/x.json".into() },
+        Call::TraceProgress {},
+        Call::TraceEnd {},
+        Call::Stop { reason: text("a test") },
+        Call::Reset {},
+        Call::Arm { actuator: Some(text("wheel")) },
+    ];
+    let lines: Vec<_> = calls.iter().map(|call| serde_json::to_string(call).expect("it is JSON")).collect();
+    keep("tool", "all", lines.join("\n").as_bytes());
+    for (number, part) in lines.chunks(6).enumerate() {
+        keep("tool", &format!("some-{number}"), part.join("\n").as_bytes());
+    }
+}
+
+/// A library with an outline and nothing else, as a C compiler makes it.
+fn libraries() {
+    let folder = slate_fuzz::folder();
+    let (source, library) = (folder.join("plugin.c"), folder.join("plugin.so"));
+    let outline = r#"{\"abi\":1,\"symbol\":\"slate_plugin_x\",\"name\":\"x\",\"modules\":[{\"name\":\"x\",\"ports\":[{\"name\":\"in\",\"direction\":\"input\",\"interface\":\"Number\"}]}]}"#;
+    let text = format!(
+        "int slate_plugin_x = 1;\n__attribute__((section(\".slate\"), used)) static const char outline[] = \"{outline}\";\n"
+    );
+    fs::write(&source, text).expect("there is room");
+    let made = std::process::Command::new("cc")
+        .args(["-shared", "-nostdlib", "-s", "-Wl,-z,noseparate-code", "-Wl,--build-id=none", "-o"])
+        .args([&library, &source])
+        .status();
+    assert!(made.is_ok_and(|status| status.success()), "a C compiler is needed");
+    let bytes = fs::read(&library).expect("it was made");
+    slate_runtime::plugin::LibraryOutline::read(&library).expect("it is a plugin");
+    keep("outline", "plugin", &bytes);
+    keep("outline", "half", &bytes[..bytes.len() / 2]);
+}
+
+fn snapshots() {
+    let agent = robot::robot();
+    let file = slate_fuzz::folder().join("corpus.snapshot");
+    agent.composer().save_snapshot(&file).expect("there is room");
+    keep("snapshot", "robot", &fs::read(&file).expect("it was written"));
+}
+
+fn configurations() {
+    let mut plain = vec![0];
+    plain.extend(configuration::TEXT.bytes());
+    keep("configuration", "text", &plain);
+    let mut robot = vec![0];
+    robot.extend(robot::TEXT.bytes());
+    keep("configuration", "robot", &robot);
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    for folder in fs::read_dir(examples).expect("it is there").flatten() {
+        for file in fs::read_dir(folder.path()).into_iter().flatten().flatten() {
+            let path = file.path();
+            if path.extension().is_some_and(|ending| ending == "toml") && !path.ends_with("Cargo.toml") {
+                let mut text = vec![0];
+                text.extend(fs::read(&path).expect("it is there"));
+                let name = folder.file_name().into_string().expect("it is text");
+                keep("configuration", &format!("{name}-{}", file.file_name().display()), &text);
+            }
+        }
+    }
+    let mut changes = Vec::new();
+    for (path, value) in [
+        ("modules.counter.params.step", "4"),
+        ("modules.relay", "{ enabled = true }"),
+        ("links.'relay/input'.stale", "\"2s\""),
+        ("actuators.wheel.limits.value", "[-2.0, 2.0]"),
+        ("modules.counter.every", "\"x\""),
+    ] {
+        changes.push(configuration::CHANGE);
+        append_counted(path.as_bytes(), &mut changes);
+        append_counted(value.as_bytes(), &mut changes);
+    }
+    changes.push(configuration::REVERT);
+    append_counted(b"modules", &mut changes);
+    keep("configuration", "changes", &changes);
+}

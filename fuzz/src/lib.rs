@@ -1,0 +1,37 @@
+//! Hostile bytes for everything that takes bytes from elsewhere. Each module is a target, which promises: no panic, no
+//! abort, no hang, no more memory than the limits of the code say, and what is refused changes nothing.
+//!
+//! `fuzz/run SECONDS` lets each target run for that long, from the corpus in `fuzz/corpus`; 0 seconds replay that. With
+//! `cargo fuzz` the targets run, too. `cargo run --example corpus` makes the corpus from conversations of real agents.
+//! What a fuzzer has found goes into it under a name that says what it was.
+
+pub mod agents;
+pub mod configuration;
+pub mod conversation;
+pub mod encoding;
+pub mod input;
+pub mod interface;
+pub mod knowledge;
+pub mod knowledge_file;
+pub mod memory;
+pub mod outline;
+pub mod peer;
+pub mod robot;
+pub mod shared_memory;
+pub mod snapshot;
+pub mod tool;
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+/// A folder of this process in memory, for files and sockets.
+pub fn folder() -> &'static PathBuf {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let memory = PathBuf::from("/dev/shm");
+        let parent = if memory.is_dir() { memory } else { std::env::temp_dir() };
+        let folder = parent.join(format!("slate-fuzz-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("there is room");
+        folder
+    })
+}
