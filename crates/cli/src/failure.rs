@@ -119,10 +119,7 @@ impl Failure {
                 let near = nearest_names(name, running.iter().map(String::as_str));
                 let others = running.iter().filter(|name| !near.contains(name));
                 let all: Vec<_> = near.iter().chain(others).map(String::as_str).collect();
-                match near.first() {
-                    Some(nearest) => format!("did you mean `{nearest}`? There are: {}", all.join(", ")),
-                    None => format!("there are: {}", all.join(", ")),
-                }
+                format!("there are: {}", all.join(", "))
             }
             Self::Agent(ClientError::NoAgent { .. }) => return Self::NoAgent.help(),
             Self::Agent(ClientError::Version { .. }) => "use the `slate` that runs the agent".into(),

@@ -176,7 +176,7 @@ fn another_agent_is_looked_into_through_one_that_knows_it() {
     refused(&["get", "slate://robt/simulator/r2/truth"], &["no agent `robt`", "nearest: robot"]);
     refused(&["get", "slate://robot/simulator/r2/trut"], &["nearest: simulator/r2/truth"]);
     refused(&["list", "slate://robot/simulatr/**"], &["nearest: simulator/"]);
-    running.fails(2, &["list", "--agent", "watchr"], &["did you mean `watcher`? There are: watcher, robot"]);
+    running.fails(2, &["list", "--agent", "watchr"], &["there are: watcher, robot"]);
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod settings;
 mod sharing;
 mod snapshot;
 mod survey;
+mod unlinked;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -215,6 +216,8 @@ impl Agent {
             listeners: BTreeMap::new(),
             database: None,
             unlinked: None,
+            is_trying: false,
+            own: WeakComposer::default(),
             last_known: BTreeMap::new(),
             remotes: Remotes::new(options.sharing),
             keepsakes: BTreeMap::new(),

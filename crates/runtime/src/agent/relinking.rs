@@ -8,6 +8,7 @@ use slate_blackboard::wake::Wake;
 use super::build::{Rewiring, rewire};
 use super::composition::{Composition, Levels, listeners};
 use super::survey::{Complaints, Lead, Survey, Wire, survey};
+use super::unlinked::Unlinked;
 use crate::configuration::{Configuration, Diagnostic, Report};
 use crate::main_loop::{Seat, Shared};
 use crate::runner::{Unwired, Wiring};
@@ -33,11 +34,11 @@ impl Composition {
         &mut self,
         configuration: &Arc<Configuration>,
         shared: &Arc<Shared>,
-    ) -> Result<Vec<String>, Report> {
+    ) -> Result<Vec<String>, Unlinked> {
         let mut complaints = Complaints::new(configuration);
         let survey = survey(configuration, &self.catalogue, &mut complaints);
         if !complaints.diagnostics.is_empty() {
-            return Err(Report::from(complaints.diagnostics));
+            return Err(Report::from(complaints.diagnostics).into());
         }
         self.remotes.misfits.clone_from(&survey.misfits);
         let changed = self.changed(configuration, &survey);
@@ -76,10 +77,7 @@ impl Composition {
         let stages = self.stages(&survey);
         if let Err(module) = self.exchange_links(rewires, &writers, stages, shared) {
             self.undo(&standing, std::iter::empty());
-            let message =
-                format!("`{module}` has not returned from its last call, so no link can change now");
-            let help = "try again when it has; `slate module list` shows how it is";
-            return Err(Diagnostic::without_place(message, Some(help.into())).into());
+            return Err(Unlinked::late(&module));
         }
         // Those that are left are of actuators.
         for (path, wakes) in wakes {
@@ -122,7 +120,11 @@ impl Composition {
     }
 
     /// The ports of modules that are there whose links are other ones.
-    fn changed(&self, configuration: &Configuration, survey: &Survey<'_>) -> BTreeMap<usize, BTreeSet<Wire>> {
+    pub fn changed(
+        &self,
+        configuration: &Configuration,
+        survey: &Survey<'_>,
+    ) -> BTreeMap<usize, BTreeSet<Wire>> {
         let mut changed = BTreeMap::new();
         for (m, surveyed) in survey.modules.iter().enumerate() {
             let Some(present) = self.present.get(&surveyed.module.name.value) else { continue };
@@ -144,7 +146,7 @@ impl Composition {
     }
 
     /// The module that is there and whose name begins a path.
-    fn owner(&self, path: &str) -> Option<String> {
+    pub fn owner(&self, path: &str) -> Option<String> {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         self.present.keys().filter(owns).max_by_key(|name| name.len()).cloned()

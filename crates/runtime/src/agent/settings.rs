@@ -270,13 +270,8 @@ impl Composer {
         let mut composition = self.composition();
         let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
         if of_links || composition.unlinked.is_some() {
-            let relinked = composition.relink(&configuration, &self.shared);
-            composition.unlinked = relinked.as_ref().err().cloned();
-            match relinked {
-                Ok(modules) if modules.is_empty() => {}
-                Ok(modules) => self.log(Level::Info, &format!("other links hold for {}", modules.join(", "))),
-                Err(report) => self.log(Level::Error, &format!("links could not be changed: {report}")),
-            }
+            let modules = composition.settle_links(&configuration, &self.shared);
+            self.tell_links(&modules);
         }
         let mut complaints = Complaints::new(&configuration);
         let survey = survey(&configuration, &composition.catalogue, &mut complaints);
@@ -293,6 +288,13 @@ impl Composer {
         drop(composition);
         if let Err(error) = self.share() {
             self.log(Level::Error, &format!("links to other agents bring nothing: {error}"));
+        }
+    }
+
+    /// Logs whose links are other ones.
+    pub(super) fn tell_links(&self, modules: &[String]) {
+        if !modules.is_empty() {
+            self.log(Level::Info, &format!("other links hold for {}", modules.join(", ")));
         }
     }
 

@@ -262,11 +262,7 @@ impl Composer {
 
     fn relink_remote(&self, composition: &mut Composition) {
         let configuration = Arc::clone(&composition.configuration);
-        let relinked = composition.relink(&configuration, &self.shared);
-        if let Err(report) = &relinked {
-            self.log(Level::Error, &format!("links could not be changed: {report}"));
-        }
-        composition.unlinked = relinked.err();
+        composition.settle_links(&configuration, &self.shared);
     }
 
     fn tell_misfits(&self, composition: &mut Composition) {
@@ -306,7 +302,7 @@ impl Composition {
     }
 
     /// Finds the threads that wait for values of other agents.
-    fn note_readers(&mut self) {
+    pub fn note_readers(&mut self) {
         let own = |path: &&String| path.starts_with("agents/") || path.starts_with("team/");
         let names: BTreeSet<String> = self
             .listeners

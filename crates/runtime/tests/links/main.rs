@@ -10,6 +10,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod conversion;
+mod lateness;
 mod model;
 mod queues;
 mod relinking;

@@ -46,8 +46,8 @@ pub(super) fn problems(
             problems.push(format!("what was kept as `{name}` can't be read: {error}"));
         }
     }
-    if let Some(report) = &composition.unlinked {
-        problems.push(format!("links could not be changed: {report}"));
+    if let Some(unlinked) = &composition.unlinked {
+        problems.push(format!("links could not be changed: {}", unlinked.report));
     }
     problems
 }

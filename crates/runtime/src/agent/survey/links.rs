@@ -112,6 +112,13 @@ fn wire_name<'s>(survey: &'s Survey<'_>, module: usize, wire: Wire) -> &'s str {
     }
 }
 
+impl Survey<'_> {
+    /// The path of a port, or of what is linked like one.
+    pub fn wire_path(&self, module: usize, wire: Wire) -> String {
+        join(&self.modules[module].module.name.value, wire_name(self, module, wire))
+    }
+}
+
 impl Joint<'_> {
     /// Whether the port is linked as a whole to a value of its own type.
     pub fn is_plain(&self) -> bool {

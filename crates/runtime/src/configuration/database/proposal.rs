@@ -88,7 +88,7 @@ impl Proposal {
     }
 
     /// Nothing if it was overtaken.
-    pub(super) fn apply(self) -> Option<Vec<Change>> {
+    pub(crate) fn apply(self) -> Option<Vec<Change>> {
         let Self { database, configuration, session, files, changes, waiting, covered, generation } = self;
         let shared = &database.shared;
         {
