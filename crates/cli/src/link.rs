@@ -51,6 +51,14 @@ pub struct LinkOptions {
     #[arg(long)]
     rate: Option<String>,
 
+    /// What is between two values of another agent at least that are sent on change, such as `50ms`.
+    #[arg(long, value_name = "DURATION")]
+    interval: Option<String>,
+
+    /// How values of another agent are made smaller: `none`, `lossless`, or `jpeg:80` for images with losses.
+    #[arg(long)]
+    compression: Option<String>,
+
     /// Finds out whether it can be done, and does not do it.
     #[arg(long)]
     dry_run: bool,
@@ -94,6 +102,8 @@ impl LinkOptions {
             ("carrier", self.carrier.as_ref().map(text)),
             ("mode", self.mode.as_ref().map(text)),
             ("rate", self.rate.as_ref().map(text)),
+            ("interval", self.interval.as_ref().map(text)),
+            ("compression", self.compression.as_ref().map(text)),
         ];
         options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
     }

@@ -204,7 +204,11 @@ impl Agent {
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
-            catalogue: Catalogue { shares: options.sharing.is_some(), ..Catalogue::default() },
+            catalogue: Catalogue {
+                shares: options.sharing.is_some(),
+                carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
+                ..Catalogue::default()
+            },
             ground,
             present: BTreeMap::new(),
             linked: Vec::new(),

@@ -109,19 +109,6 @@ impl Bridge {
     fn look(&mut self, now: u64) {
         for (path, reading) in &mut self.readings {
             let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
-            let carrier = match (&reading.want, self.dialled.get(&path.agent)) {
-                (Want::Values { carrier: Some(carrier), .. }, Some(Ok(endpoint))) => endpoint
-                    .split(':')
-                    .next()
-                    .filter(|used| used != carrier)
-                    .map(|_| format!("agent `{}` is at {endpoint}, and not by `{carrier}`", path.agent)),
-                _ => None,
-            };
-            if let Some(reason) = carrier {
-                reading.tell(&self.site.host, Standing::Absent { reason });
-                reading.settle();
-                continue;
-            }
             reading.look(&mut self.subscriptions, &self.site.host, absence, now);
         }
         for (path, outbox) in &mut self.outboxes {

@@ -6,7 +6,7 @@ mod links;
 mod module;
 mod order;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::nearest_paths;
@@ -19,7 +19,7 @@ use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
 use crate::sharing::RemotePath;
 pub(super) use aspects::needs;
-pub(super) use links::remote_path;
+pub(super) use links::{elsewhere, remote_path};
 
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
@@ -155,6 +155,8 @@ pub(super) struct Survey<'a> {
     pub absent: Vec<Absent>,
     /// What links lead to of other agents.
     pub remote: Vec<Remote>,
+    /// What can carry values of other agents; anything when there is nothing among them.
+    pub carriers: BTreeSet<String>,
     /// The links to other agents that don't fit what is there, by what they fill; they wait until it is another.
     pub misfits: BTreeMap<String, Misfit>,
     /// Who provides a service to a port: a port of another module, or the host.
@@ -330,6 +332,7 @@ pub(super) fn survey<'a>(
         modules,
         joints: Vec::new(),
         absent: Vec::new(),
+        carriers: BTreeSet::new(),
         remote: Vec::new(),
         misfits: BTreeMap::new(),
         services,

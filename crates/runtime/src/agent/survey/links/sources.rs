@@ -119,6 +119,8 @@ impl<'s, 'a> Sources<'s, 'a> {
             transport.carrier.as_ref().map(|said| ("carrier", said.span)),
             transport.mode.as_ref().map(|said| ("mode", said.span)),
             transport.rate.as_ref().map(|said| ("rate", said.span)),
+            transport.interval.as_ref().map(|said| ("interval", said.span)),
+            transport.compression.as_ref().map(|said| ("compression", said.span)),
         ];
         for (name, span) in said.iter().flatten() {
             let message = format!("`{name}` has no meaning here: `{}` is of this agent", link.from.value);
