@@ -140,8 +140,8 @@ impl Composer {
             .into_iter()
             .filter(|(path, _)| wants.get(path) == composition.remotes.wants.get(path))
             .collect();
-        let Remotes { standing, properties, .. } = &mut composition.remotes;
-        standing.retain(|path, _| wants.contains_key(path));
+        let Remotes { standing, properties, wants: earlier, .. } = &mut composition.remotes;
+        standing.retain(|path, _| wants.get(path) == earlier.get(path));
         properties.retain(|path, _| wants.contains_key(path));
         if composition.catalogue.remote.len() < before {
             self.relink_remote(composition);

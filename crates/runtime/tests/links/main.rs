@@ -16,3 +16,4 @@ mod queues;
 mod relinking;
 mod support;
 mod threads;
+mod wants;

@@ -40,6 +40,11 @@ impl Reading {
         }
     }
 
+    /// What is subscribed to.
+    pub fn property(&self) -> &str {
+        &self.property
+    }
+
     /// Whether nothing is under way.
     pub fn is_settled(&self) -> bool {
         self.settled
@@ -53,7 +58,7 @@ impl Reading {
         self.was_served = false;
     }
 
-    fn tell(&mut self, host: &SharingHost, standing: Standing) {
+    pub fn tell(&mut self, host: &SharingHost, standing: Standing) {
         if self.told.as_ref() != Some(&standing) {
             self.told = Some(standing.clone());
             host.report(&self.path, standing);
