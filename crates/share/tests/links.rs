@@ -347,3 +347,24 @@ fn values_follow_each_other_by_the_interval_of_their_link() {
     wait_for("many more", || count(&reader) > before + 50.0);
     assert_eq!(reader.number("reader/changes"), 1.0);
 }
+
+#[test]
+fn endpoints_that_nobody_can_come_to_are_refused() {
+    let folder = Folder::new();
+    let text = reading(&folder, "\"reader/number\" = \"slate://base/counter/number\"\n");
+    let refused = |from: &str, to: &str, says: &[&str]| {
+        let text = text.replace(from, to);
+        let error = try_load("arm", &text, Mode::Staged).unwrap_err();
+        let StartError::Configuration(report) = error else { panic!("{error}") };
+        let report = report.render(false);
+        assert!(says.iter().all(|says| report.contains(says)), "{report}");
+        assert!(!report.contains("in use"), "{report}");
+    };
+    let base = folder.endpoint("base");
+    refused(&base, "tcp:1", &["tcp:1", "carrier", "agents.base.at"]);
+    refused(&base, "local:a b", &["local:a b", "local:NAME"]);
+    refused(&folder.endpoint("arm"), "foo:bar", &["foo:bar", "carrier"]);
+    let nowhere = folder.path("no/such/folder");
+    refused(&folder.endpoint("arm"), &format!("local:{}/arm", nowhere.display()), &["there is no folder"]);
+    assert!(!folder.path("no").exists());
+}
