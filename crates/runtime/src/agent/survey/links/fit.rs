@@ -10,7 +10,7 @@ use super::sources::{Source, sink_name, target_name};
 use super::{join, split_module};
 use crate::agent::parameters::enabled_descriptor;
 use crate::agent::survey::{Absent, Complaints, Implied, Joint, Survey, Target, Way, Wire};
-use crate::configuration::{Configuration, Link};
+use crate::configuration::{Configuration, Link, Span};
 use crate::link::{Filter, NoPlace, Place, Program};
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
@@ -86,6 +86,13 @@ pub(super) fn fit<'a>(
         } else {
             refuse(format!("`{to}` sends messages, but `/{name}` is a value"), "link an outbox to an inbox")
         };
+    }
+    if direction == Direction::Outbox
+        && let Some((name, said)) = of_values(link)
+    {
+        let help = "leave it out: it is about values that are read";
+        complaints.add(said, format!("`{name}` has no meaning for messages, which `{to}` sends"), help);
+        return None;
     }
     if matches!(target, Target::Command(_)) && direction == Direction::Queue {
         return refuse(format!("`{to}` can't take an actuator's command"), "link a plain input to it");
@@ -212,6 +219,22 @@ pub(super) fn fit<'a>(
         filter: filter.map(Arc::new),
         delayed,
     })
+}
+
+/// What is said of a link that only values have.
+fn of_values(link: &Link) -> Option<(&'static str, Span)> {
+    let Link { filter, transport, .. } = link;
+    let said = [
+        ("previous", link.previous.then_some(link.to.span)),
+        ("stale", link.stale.as_ref().map(|said| said.span)),
+        ("every", filter.every.as_ref().map(|said| said.span)),
+        ("when", filter.when.as_ref().map(|said| said.span)),
+        ("mode", transport.mode.as_ref().map(|said| said.span)),
+        ("rate", transport.rate.as_ref().map(|said| said.span)),
+        ("interval", transport.interval.as_ref().map(|said| said.span)),
+        ("compression", transport.compression.as_ref().map(|said| said.span)),
+    ];
+    said.into_iter().find_map(|(name, said)| Some((name, said?)))
 }
 
 const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
