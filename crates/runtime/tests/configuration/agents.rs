@@ -68,7 +68,7 @@ fn each_agent_has_what_holds_for_all_and_over_it_its_own() {
     assert_eq!(robot.modules()[0].trigger.as_ref().unwrap().value, on);
     let peers: Vec<_> = robot.share().unwrap().agents.keys().cloned().collect();
     assert_eq!(peers, ["watcher"], "it is no other agent to itself");
-    assert_eq!(robot.share().unwrap().listen.value, "local:robot");
+    assert_eq!(robot.share().unwrap().listen[0].value, "local:robot");
     assert_eq!(robot.links()[0].from.to_string(), "/clock/pose");
     assert!(robot.table("agents").is_none());
 
