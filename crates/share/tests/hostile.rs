@@ -55,7 +55,7 @@ struct Nothing;
 
 impl Application for Nothing {
     fn event(&mut self, _: Event) {}
-    fn sample(&mut self, _: u32, _: &Sample, _: &[u8]) {}
+    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
     fn has_news(&mut self, _: u32) -> bool {
         false
     }
@@ -244,7 +244,7 @@ struct Hostile {
 
 impl Application for Hostile {
     fn event(&mut self, _: Event) {}
-    fn sample(&mut self, _: u32, _: &Sample, content: &[u8]) {
+    fn sample(&mut self, _: u32, _: &Sample, _: u64, content: &[u8]) {
         self.values.push(content.to_vec());
     }
     fn has_news(&mut self, _: u32) -> bool {

@@ -162,7 +162,10 @@ fn a_link_that_was_full_has_room_again() {
             while full < 20 && start.elapsed() < Duration::from_secs(2) {
                 full += u32::from(!link.send(&packet).expect(protocol));
             }
-            wait_for("room", || link.send(&packet).unwrap());
+            wait_for("room", || link.send(&packet).expect(protocol));
+            // Nobody has taken them, and they have not ended the link.
+            thread::sleep(Duration::from_millis(50));
+            link.send(&packet).expect(protocol);
         }
     }
 }

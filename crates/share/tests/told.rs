@@ -25,7 +25,7 @@ impl Application for Heard {
         }
     }
 
-    fn sample(&mut self, _: u32, _: &Sample, _: &[u8]) {}
+    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
 
     fn has_news(&mut self, _: u32) -> bool {
         false

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::queue::oldest;
-use super::{Channel, LinkError, Writer, slots};
+use super::{Channel, LinkError, Writer, has_value, slots};
 use crate::{Shape, Stamp, bytes};
 
 /// The values that a channel keeps, and who wrote them.
@@ -87,7 +87,11 @@ impl Channel {
         let tail = self.published();
         let mut found = BTreeMap::new();
         for sequence in oldest(tail, self.ring.len() as u64)..=tail {
-            let held = self.pool.pin(self.cell(sequence));
+            let cell = self.cell(sequence);
+            if !has_value(cell) {
+                continue;
+            }
+            let held = self.pool.pin(cell);
             // SAFETY: the pin is given back after the copy.
             let loan = unsafe { held.lend() };
             let (bytes, items, stamp) = (loan.bytes().to_vec(), loan.items(), loan.stamp());

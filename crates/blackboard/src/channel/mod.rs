@@ -91,6 +91,12 @@ struct Cell {
     tail: AtomicU64,
 }
 
+/// Whether a value was ever put into a cell.
+#[inline]
+fn has_value(cell: &AtomicU64) -> bool {
+    pool::slot_of(cell.load(order::ACQUIRE)) != NO_SLOT
+}
+
 /// The cursor of a reader that holds nobody up.
 const IDLE: u64 = u64::MAX;
 

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::pool::{Held, Loan};
-use super::{Channel, IDLE, Link};
+use super::{Channel, IDLE, Link, has_value};
 use crate::sync::{Ordering, order};
 
 /// What happens to a reader that the writer has overtaken.
@@ -100,7 +100,13 @@ impl QueueReader {
             self.lose(kept - self.next)?;
         }
         while self.next <= tail && self.window.len() < self.window.capacity() {
-            let held = self.channel.pool.pin(self.channel.cell(self.next));
+            let cell = self.channel.cell(self.next);
+            if !has_value(cell) {
+                // Those that never came left none there, and the number that comes there next is another one.
+                self.lose(1)?;
+                continue;
+            }
+            let held = self.channel.pool.pin(cell);
             if held.sequence() == self.next {
                 self.window.push(held);
                 self.next += 1;

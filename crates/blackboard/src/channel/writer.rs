@@ -59,6 +59,9 @@ impl Ledger {
     }
 }
 
+/// No more are counted as missed at once, so that numbers last whatever is counted.
+const MOST_SKIPPED: u64 = 1 << 32;
+
 /// The one writer of a channel.
 #[derive(Debug)]
 pub struct Writer {
@@ -244,6 +247,21 @@ impl Writer {
             }
         }
         self.commit(items, size, time)
+    }
+
+    /// Counts values that never came, so that the numbers go on behind them and every reader sees that it has missed
+    /// them. A reader that must see every value is not overtaken by it: then fewer are counted.
+    pub fn skip(&mut self, count: u64) {
+        let (channel, ledger) = (&*self.channel, &mut self.ledger);
+        let depth = channel.ring.len() as u64;
+        let cursors = channel.cursors.iter().map(|cursor| cursor.load(order::ACQUIRE));
+        let room = cursors
+            .filter(|next| *next != IDLE)
+            .map(|next| (next + depth).saturating_sub(ledger.last.sequence + 2))
+            .fold(u64::MAX, |least, room| if room < least { room } else { least });
+        let count = count.min(room).min(MOST_SKIPPED);
+        ledger.last.sequence += count;
+        ledger.cell = ((ledger.cell as u64 + count) % depth) as usize;
     }
 
     /// Leaves the draft to a late step that may still write to it, and works in another slot from then on. Nothing is

@@ -100,7 +100,7 @@ struct Nothing;
 impl Application for Nothing {
     fn event(&mut self, _: Event) {}
 
-    fn sample(&mut self, _: u32, _: &Sample, _: &[u8]) {}
+    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
 
     fn has_news(&mut self, _: u32) -> bool {
         false

@@ -47,6 +47,8 @@ pub(super) struct Mirror {
     generation: u64,
     /// The last of its writers that are gone.
     left: u64,
+    /// Values that did not come since the last one that is shown.
+    missed: u64,
     /// The last value's time on this agent's clock.
     time: u64,
 }
@@ -82,7 +84,7 @@ impl Import {
         let property = board
             .add_channel(&self.place, doc, descriptor, store, Access::Output)
             .map_err(|error| error.to_string())?;
-        self.mirror = Some(Mirror { property, writer: None, generation: 0, left: 0, time: 0 });
+        self.mirror = Some(Mirror { property, writer: None, generation: 0, left: 0, missed: 0, time: 0 });
         Ok(())
     }
 
@@ -132,15 +134,19 @@ impl Import {
         }
     }
 
-    /// Shows a value; says whether it fitted.
+    /// Shows a value, before which `skipped` others did not come; says whether it fitted.
     pub fn show(
         &mut self,
         sample: &Sample,
+        skipped: u64,
         content: &[u8],
         memory: Option<&dyn SharedMemory>,
         clock: (Option<Estimate>, i64),
     ) -> bool {
         let length = sample.length as usize;
+        if let Some(mirror) = &mut self.mirror {
+            mirror.missed = mirror.missed.saturating_add(skipped);
+        }
         let shown = self.mirror.as_mut().is_some_and(|mirror| match sample.encoding {
             Encoding::Placed => {
                 let mut shown = false;
@@ -150,7 +156,12 @@ impl Import {
             encoding => decode(mirror.property.descriptor(), encoding, content, length)
                 .is_some_and(|bytes| mirror.write(sample, &bytes, clock)),
         });
-        self.unfit += u64::from(!shown);
+        if !shown {
+            self.unfit += 1;
+            if let Some(mirror) = &mut self.mirror {
+                mirror.missed = mirror.missed.saturating_add(1);
+            }
+        }
         shown
     }
 }
@@ -178,6 +189,8 @@ impl Mirror {
         }
         self.take_writer();
         let Some(writer) = &mut self.writer else { return false };
+        // As its own reader at the origin, a reader here sees that it has missed them.
+        writer.skip(std::mem::take(&mut self.missed));
         let (estimate, lead) = clock;
         // Nothing is subscribed to before there is an estimate.
         let time = estimate.map_or(sample.stamp.time, |clock| clock.here(sample.stamp.time));

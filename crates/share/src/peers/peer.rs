@@ -75,10 +75,10 @@ impl Application for Work<'_> {
         self.desk.events.push_back(event);
     }
 
-    fn sample(&mut self, id: u32, sample: &Sample, content: &[u8]) {
+    fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
         let (estimate, lead) = (self.desk.estimate, self.desk.lead);
         if let Some(import) = self.desk.imports.get_mut(&id) {
-            self.desk.shown |= import.show(sample, content, self.memory, (estimate, lead));
+            self.desk.shown |= import.show(sample, skipped, content, self.memory, (estimate, lead));
         }
     }
 

@@ -165,8 +165,8 @@ pub trait Application {
     /// Something happened.
     fn event(&mut self, event: Event);
 
-    /// A value came for a subscription: newer than all before.
-    fn sample(&mut self, id: u32, sample: &Sample, content: &[u8]);
+    /// A value came for a subscription: newer than all before, of which `skipped` did not come since the last one.
+    fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]);
 
     /// A value came in memory that both agents see, and is not shown: its place can be given back.
     fn discard(&mut self, sample: &Sample, content: &[u8]) {

@@ -475,7 +475,7 @@ impl Session {
         let fine = call(&mut stream, &mut |item| match Sample::read(item) {
             Some((sample, epoch, content)) if sample.length as usize <= limit => {
                 if reading.is_news(&sample, epoch) {
-                    application.sample(id, &sample, content);
+                    application.sample(id, &sample, std::mem::take(&mut reading.skipped), content);
                 } else {
                     discard(&sample, content, application);
                 }

@@ -16,6 +16,8 @@ pub(super) struct Reading {
     /// The newest value that was shown, and where it came from.
     pub seen: Option<Seen>,
     pub lost: u64,
+    /// How many values of the same origin lie between the last value and the next one, whether they were to be sent or not.
+    pub skipped: u64,
     pub received: u64,
 }
 
@@ -28,6 +30,7 @@ impl Reading {
             epoch: 0,
             seen: None,
             lost: 0,
+            skipped: 0,
             received: 0,
         }
     }
@@ -47,11 +50,13 @@ impl Reading {
 
     /// Counts what lies between the value shown last and `sequence` of the same origin.
     fn count_until(&mut self, sequence: u64, generation: u64, instance: u64) {
-        if self.options.content == Content::All
-            && let Some(seen) = self.seen.filter(|seen| seen.instance == instance)
-        {
+        if let Some(seen) = self.seen.filter(|seen| seen.instance == instance) {
             // The other agent's numbers may be any.
-            self.lost = self.lost.saturating_add(sequence.saturating_sub(seen.sequence));
+            let between = sequence.saturating_sub(seen.sequence);
+            self.skipped = self.skipped.saturating_add(between);
+            if self.options.content == Content::All {
+                self.lost = self.lost.saturating_add(between);
+            }
         }
         self.seen = Some(Seen { instance, generation, sequence });
     }

@@ -81,6 +81,34 @@ fn a_queue_comes_whole_and_in_order() {
 }
 
 #[test]
+fn what_a_queue_has_lost_is_told_to_its_readers() {
+    let folder = crate::folder(module_path!());
+    let (base, arm) = pair(&folder);
+    let mut writer = output(&base.board, "scan/points", 16);
+    let want = Want::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
+    arm.peers.subscribe("base", want).unwrap();
+    wait_for("who reads it", || base.board.find("scan/points").unwrap().0.readers() == 1);
+    let (mirror, _) = arm.board.find("agents/base/scan/points").unwrap();
+    let mut reader = mirror.channel().unwrap().queue(Policy::Skip, Start::Oldest).unwrap();
+    let (mut seen, mut last) = (0, 0);
+    for value in 1..=100_000 {
+        // Faster than they can be sent, by far.
+        write(&mut writer, value);
+    }
+    wait_for("the last value", || {
+        while reader.pull().unwrap() > 0 {
+            for loan in reader.window() {
+                last = u64::from_ne_bytes(loan.bytes()[..8].try_into().unwrap());
+                seen += 1;
+            }
+        }
+        last == 100_000
+    });
+    assert!(seen < last, "the test is about values that are lost");
+    assert_eq!(seen + reader.skipped(), last);
+}
+
+#[test]
 fn big_values_come_through_shared_memory_and_without_it() {
     let folder = folder();
     let (base, arm) = pair(&folder);

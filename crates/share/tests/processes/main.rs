@@ -18,8 +18,8 @@ use slate_share::session::Options;
 /// From one value to the next.
 const PERIOD: Duration = Duration::from_millis(1);
 
-/// A test: its name, and what it does by a carrier.
-type Test = (&'static str, fn(&'static str));
+/// A test of agents that reach each other in that way.
+type Test = fn(&'static str);
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -29,7 +29,7 @@ fn main() {
     {
         return agent_main(name, endpoint);
     }
-    let tests: [Test; 3] = [
+    let tests: [(&str, Test); 3] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
         ("a_stopped_agent_disturbs_nobody_and_catches_up", stopped),
         ("a_killed_agent_leaves_nothing_behind", left_behind),

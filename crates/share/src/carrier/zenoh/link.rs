@@ -16,9 +16,9 @@ use super::socket::Socket;
 use super::station::{Begun, Station, end, words};
 use crate::carrier::{CarrierError, Link};
 
-/// The largest packet over a stream, bytes: one of Zenoh's batches (64 KiB at most) takes it whole, and so it is
-/// neither cut nor copied again. In a network, TCP cuts it to what fits.
-const LARGEST: usize = 48 << 10;
+/// The largest packet over a stream, bytes. Both ends agree on how much Zenoh takes at once, at most 64 KiB and at least
+/// half of that, whatever the network takes: this fits in any case, so it is never cut. TCP cuts it to what fits there.
+const LARGEST: usize = 31 << 10;
 
 /// And over UDP, which is for one machine, whose loopback takes datagrams of 64 KiB: a dozen of these fit into a
 /// socket's buffer, and a lost one costs little.
