@@ -250,6 +250,13 @@ fn parameters_follow_outputs_within_their_range() {
     agent.composer().link(&NewLink::new("other/params/gain", "thinker/params/gain")).unwrap();
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "other/seen/metres"), 0.5);
+    // But not of itself.
+    let links = agent.composer().links();
+    let link = NewLink::new("thinker/params/gain", "other/params/gain");
+    let circle = agent.composer().link(&link).unwrap_err().to_string();
+    assert!(circle.contains("read each other in a circle"), "{circle}");
+    assert_eq!(agent.composer().links(), links);
+    agent.composer().link(&NewLink::new("thinker/params/width", "other/params/width")).unwrap();
 }
 
 #[test]
@@ -347,6 +354,11 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         "\"thinker/point\" = \"other/point\"\n\"other/point\" = \"thinker/point\"",
         &["other/point -> thinker/point -> other/point", "circle"],
     );
+    refused(
+        "\"thinker/params/gain\" = \"other/params/gain\"\n\"other/params/gain\" = \"thinker/params/gain\"",
+        &["other/params/gain -> thinker/params/gain -> other/params/gain", "circle"],
+    );
+    refused("\"thinker/params/gain\" = \"thinker/params/gain\"", &["circle"]);
     refused("\"thinker/tame\" = { from = \"sensor/raw\", when = \"good\" }", &["`good` is no condition"]);
     refused(
         "\"thinker/tame\" = { from = \"sensor/raw\", when = \"goood == true\" }",

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
-use super::{SERVICE, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
+use super::{SERVICE, fit, is_part, is_service, join, owner, remote, split_module, split_port, wire_name};
 use crate::agent::survey::{
     Absent, Complaints, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
@@ -152,6 +152,9 @@ impl<'s, 'a> Sources<'s, 'a> {
             {
                 return source;
             }
+            if implied == Implied::Params && !self.has_an_end(module, &field) {
+                return None;
+            }
             return Some(Source { target: Target::Implied(module, implied), field });
         }
         let own = &self.modules()[module].module.name.value;
@@ -205,6 +208,19 @@ impl<'s, 'a> Sources<'s, 'a> {
         }
         let joint = plain?;
         Some(Some(Source { target: joint.target, field: join(&joint.from, field) }))
+    }
+
+    /// Whether the links to parameters of a module lead somewhere, and not back to them. Their values are the module's
+    /// own, so nothing else is asked of these links.
+    fn has_an_end(&mut self, module: usize, field: &str) -> bool {
+        let meets = |sink: &Option<Sink>| {
+            sink.as_ref().is_some_and(|sink| {
+                (sink.module, sink.wire) == (module, Wire::Params)
+                    && (is_part(&sink.field, field) || is_part(field, &sink.field))
+            })
+        };
+        let links: Vec<usize> = (0..self.sinks.len()).filter(|link| meets(&self.sinks[*link])).collect();
+        links.into_iter().all(|link| self.joint(link).is_some())
     }
 
     fn actuator(&self, path: &str) -> Option<Source> {
