@@ -216,14 +216,16 @@ impl<'a> Others<'a> {
         match Live::of(change) {
             Some(Live::Parameter { module, name }) => {
                 let parameter = format!("{module}/params/{name}");
-                let part = |to: &str| {
-                    to.strip_prefix(&parameter).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
-                };
-                let link = self.after.links().iter().find(|link| part(&link.to.value));
+                let mut links = self.after.links().iter();
+                let link = links.find(|link| is_part(&link.to.value, &parameter));
+                // One that is linked by the same change is not read any more.
+                let link = link.filter(|link| linked(self.before, &link.to.value));
                 link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
             }
             Some(Live::LogLevel | Live::Link) => None,
-            Some(Live::Enabled { module }) => linked(self.after, &format!("{module}/enabled"))
+            Some(Live::Enabled { module }) => [self.before, self.after]
+                .iter()
+                .all(|configuration| linked(configuration, &format!("{module}/enabled")))
                 .then(|| format!("`{path}` has no effect, as a link switches the module")),
             Some(Live::Input { module, port }) => {
                 let input = format!("{module}/{port}");
@@ -237,6 +239,11 @@ impl<'a> Others<'a> {
     }
 }
 
+/// Whether a path is another one, or leads into it.
+fn is_part(path: &str, whole: &str) -> bool {
+    path.strip_prefix(whole).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
+}
+
 /// What changes of a module.
 #[derive(Default)]
 struct ModuleChange<'a> {
@@ -248,9 +255,13 @@ struct ModuleChange<'a> {
 impl Composer {
     /// Brings changes to the modules; they were found to fit.
     fn apply(&self, configuration: &Configuration, changes: &[Change]) {
+        let mut composition = self.composition();
         let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
         let (mut of_log, mut of_links) = (false, false);
-        for change in changes {
+        // An agent that goes on from a snapshot has the settings of that already.
+        let is_new =
+            |change: &&Change| !configuration.agrees_with(&composition.configuration, change.names());
+        for change in changes.iter().filter(is_new) {
             match Live::of(change) {
                 Some(Live::Parameter { module, name }) => {
                     of_modules.entry(module).or_default().parameters.insert(name);
@@ -267,7 +278,6 @@ impl Composer {
         if of_log {
             self.set_log_levels(configuration.log().levels());
         }
-        let mut composition = self.composition();
         let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
         if of_links || composition.unlinked.is_some() {
             let relinked = composition.relink(&configuration, &self.shared);
@@ -282,7 +292,7 @@ impl Composer {
         let survey = survey(&configuration, &composition.catalogue, &mut complaints);
         for surveyed in &survey.modules {
             let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };
-            if let Err(error) = self.apply_to(surveyed, change) {
+            if let Err(error) = self.apply_to(&configuration, surveyed, change) {
                 self.log(Level::Error, &format!("a change of the configuration is lost: {error}"));
             }
         }
@@ -296,7 +306,12 @@ impl Composer {
         }
     }
 
-    fn apply_to(&self, surveyed: &Surveyed<'_>, change: &ModuleChange<'_>) -> Result<(), BoardError> {
+    fn apply_to(
+        &self,
+        configuration: &Configuration,
+        surveyed: &Surveyed<'_>,
+        change: &ModuleChange<'_>,
+    ) -> Result<(), BoardError> {
         let (name, now) = (&surveyed.module.name.value, self.now());
         let own = |port: &str| {
             let path = format!("{name}/{port}");
@@ -309,7 +324,11 @@ impl Composer {
             // One write, so that a tick sees all or nothing of it; what else was set on the blackboard stays.
             let view = View::new(property.descriptor(), &surveyed.params, 0);
             let Some(Value::Table(mut fields)) = view.map(|view| view.value()) else { return Ok(()) };
-            fields.retain(|(field, _)| change.parameters.contains(field.as_str()));
+            let is_linked = |field: &str| {
+                let parameter = format!("{name}/params/{field}");
+                configuration.links().iter().any(|link| is_part(&link.to.value, &parameter))
+            };
+            fields.retain(|(field, _)| change.parameters.contains(field.as_str()) && !is_linked(field));
             property.set("", &Value::Table(fields), now)?;
         }
         for (index, bytes) in &surveyed.inputs {
