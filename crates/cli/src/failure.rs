@@ -35,6 +35,8 @@ pub enum Failure {
     NoAgent,
     #[error("several agents run here: {}", .running.join(", "))]
     SeveralAgents { running: Vec<String> },
+    #[error("no agent `{name}` runs here, and none of those that do knows it: {}", .running.join(", "))]
+    Unmet { name: String, running: Vec<String> },
     #[error("{0}")]
     Agent(#[from] ClientError),
     #[error("{0}")]
@@ -113,6 +115,9 @@ impl Failure {
                               XDG_RUNTIME_DIR"
                 .into(),
             Self::SeveralAgents { running } => format!("choose one, such as --agent {}", running.first()?),
+            Self::Unmet { .. } => {
+                "`slate peers --agent NAME` shows whom an agent knows, and why they are not there".into()
+            }
             Self::SeveralResumed { agents } => format!("name it, such as --agent {}", agents.first()?),
             Self::Agent(ClientError::Refused(refusal)) => refusal.help.clone(),
             Self::Agent(ClientError::NoAgent { name, running }) if !running.is_empty() => {
