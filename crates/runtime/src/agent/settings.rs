@@ -155,10 +155,10 @@ impl Composition {
             let help = format!("{LATER}; or load and unload the plugin that brings it");
             place(&format!("modules.\"{module}\""), message, &help)
         });
-        let of_others = changes
-            .iter()
-            .filter(|change| !others.have(change))
-            .filter_map(|change| Some(place(&change.path, others.obstacle(change)?, LATER)));
+        let of_others = changes.iter().filter(|change| !others.have(change)).filter_map(|change| {
+            let (message, help) = others.obstacle(change)?;
+            Some(place(&change.path, message, &help))
+        });
         of_modules.chain(of_others).collect()
     }
 
@@ -207,8 +207,8 @@ impl<'a> Others<'a> {
         section == "links" && ends.any(|ends| ends.contains(port) && ends.iter().any(|end| of_module(end)))
     }
 
-    /// Why a running agent can't make a change.
-    fn obstacle(&self, change: &Change) -> Option<String> {
+    /// Why a running agent can't make a change, and what to do about it.
+    fn obstacle(&self, change: &Change) -> Option<(String, String)> {
         let path = &change.path;
         let linked = |configuration: &Configuration, input: &str| {
             configuration.links().iter().any(|link| link.to.value == input)
@@ -220,22 +220,39 @@ impl<'a> Others<'a> {
                 let link = links.find(|link| is_part(&link.to.value, &parameter));
                 // One that is linked by the same change is not read any more.
                 let link = link.filter(|link| linked(self.before, &link.to.value));
-                link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
+                link.map(|link| {
+                    let message = format!("`{path}` follows `{}`, so it can't be set", link.from.value);
+                    (message, format!("take the link away first: slate unlink {}", link.to.value))
+                })
             }
             Some(Live::LogLevel | Live::Link) => None,
             Some(Live::Enabled { module }) => [self.before, self.after]
                 .iter()
                 .all(|configuration| linked(configuration, &format!("{module}/enabled")))
-                .then(|| format!("`{path}` has no effect, as a link switches the module")),
+                .then(|| {
+                    let message = format!("`{path}` has no effect, as a link switches the module");
+                    (message, format!("take the link away first: slate unlink {module}/enabled"))
+                }),
             Some(Live::Input { module, port }) => {
                 let input = format!("{module}/{port}");
                 let value = self.after.modules().iter().find(|own| own.name.value == module);
                 let has_value = value.is_some_and(|module| module.inputs.get(port).is_some());
                 (!has_value && !linked(self.before, &input) && !linked(self.after, &input))
                     .then(|| format!("the value of `{input}` can't be taken back while the agent runs"))
+                    .map(|message| (message, LATER.into()))
             }
-            None => Some(format!("`{path}` can't change while the agent runs")),
+            None => Some((format!("`{path}` can't change while the agent runs"), LATER.into())),
         }
+    }
+}
+
+impl Configuration {
+    /// The parameters that links fill, all or in part, each behind its module.
+    fn linked_parameters(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.links().iter().filter_map(|link| {
+            let (module, rest) = link.to.value.split_once("/params/")?;
+            Some((module, rest.split('/').next()?))
+        })
     }
 }
 
@@ -273,6 +290,13 @@ impl Composer {
                 Some(Live::LogLevel) => of_log = true,
                 Some(Live::Link) => of_links = true,
                 None => {}
+            }
+        }
+        // A parameter without its link has the value that is set for it, as an input has.
+        let before = Arc::clone(&composition.configuration);
+        for (module, parameter) in before.linked_parameters() {
+            if !configuration.linked_parameters().any(|own| own == (module, parameter)) {
+                of_modules.entry(module).or_default().parameters.insert(parameter);
             }
         }
         if of_log {

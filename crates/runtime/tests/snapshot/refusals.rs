@@ -45,7 +45,7 @@ fn what_does_not_fit_is_named() {
         (
             "time.source = \"counter\"",
             "time.source = \"counter\"\nagent.seed = 5",
-            "agent.seed is 5 here and 0 in it",
+            "agent.seed is 5 here and 0 in it: give it --set agent.seed=0",
         ),
     ] {
         assert!(ROBOT.contains(what), "{what}");
@@ -54,7 +54,7 @@ fn what_does_not_fit_is_named() {
             text = text.replace("\"sender/note\" = \"receiver/notes\"\n", "");
         }
         let agent = Agent::load(&crate::common::configuration(&text), &plugins(), options()).unwrap();
-        let said = refused(agent).replace('"', "");
+        let said = refused(agent).replace(['"', '\''], "");
         assert!(said.contains(words), "{words}: {said}");
     }
 }

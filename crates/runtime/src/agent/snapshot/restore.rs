@@ -115,7 +115,12 @@ impl Composer {
             Some((_, unset)) => own.there.is_some() || !unset.contains_key(&own.path),
             None => own.property().is_none(),
         };
-        problems.extend(different.iter().filter(matters).map(Different::tell));
+        let tell = |own: &Different| match (&own.there, other) {
+            // It is about to start, so it may start with that.
+            (Some(there), None) => format!("{}: give it --set '{}={there}'", own.tell(), own.path),
+            _ => own.tell(),
+        };
+        problems.extend(different.iter().filter(matters).map(tell));
         if !problems.is_empty() {
             return Err(unfit(snapshot, problems));
         }

@@ -7,7 +7,7 @@ use slate_module::{Direction, PortDescription};
 use super::sinks::Sink;
 use super::{SERVICE, fit, is_part, is_service, join, owner, remote, split_module, split_port, wire_name};
 use crate::agent::survey::{
-    Absent, Complaints, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
+    Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
 use crate::configuration::{Configuration, Link};
 
@@ -136,10 +136,15 @@ impl<'s, 'a> Sources<'s, 'a> {
             if let Some(module) = owner(self.dormant, path) {
                 return Some(self.absent(module, path));
             }
+            if let Some((host, field)) = Host::of(path) {
+                return Some(Source { target: Target::Host(host), field: field.into() });
+            }
             let actuators =
                 self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
             let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
-            let names: Vec<_> = modules.chain(actuators).collect();
+            let is_hosts = path.starts_with("loop/") || path.starts_with("log/");
+            let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
+            let names: Vec<_> = modules.chain(actuators).chain(hosts).collect();
             let help = suggest(path, names.iter().copied());
             self.complaints.add(link.from.span, format!("nothing is called `/{path}`"), help);
             return None;
