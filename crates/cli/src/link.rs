@@ -111,7 +111,7 @@ impl LinkOptions {
 
 /// Links an input, or lists the links; true, as what is refused is a failure.
 pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
-    let mut agent = options.agent.connect()?;
+    let mut agent = options.agent.connect_to(options.to.as_deref().unwrap_or_default())?;
     let (Some(to), Some(from)) = (&options.to, &options.from) else {
         let links = agent.links()?;
         if options.json {
@@ -134,7 +134,7 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
 
 /// Takes the link of an input away.
 pub fn unlink(options: &UnlinkOptions) -> Result<bool, Failure> {
-    let changed = options.agent.connect()?.unlink(&options.to, options.dry_run)?;
+    let changed = options.agent.connect_to(&options.to)?.unlink(&options.to, options.dry_run)?;
     show(&changed, options.dry_run, options.json);
     Ok(true)
 }

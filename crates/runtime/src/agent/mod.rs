@@ -229,12 +229,13 @@ impl Agent {
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
+        shared.logger.show(&shared.board)?;
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
-        shared.logger.configure(configuration, &shared.board)?;
+        shared.logger.configure(configuration)?;
         if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
             composer.composition().watch = Some(Arc::clone(&watch));
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));

@@ -221,7 +221,7 @@ impl Configuration {
             Some(agent) if agent != self.agent_name() => {
                 let message =
                     format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name());
-                Err(refusal(message, "ask that agent: --agent NAME"))
+                Err(refusal(message, &format!("ask that agent: --agent {agent}")))
             }
             _ => Ok(url.path_in("")),
         }
