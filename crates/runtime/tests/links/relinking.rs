@@ -182,7 +182,7 @@ plugin = "receiver"
 "#;
     let mut agent = lockstep(text);
     steps(&mut agent, 1);
-    let options = [("every", "3"), ("when", "\"value > 1\""), ("stale", "\"1s\""), ("previous", "true")];
+    let options = [("every", "3"), ("when", "\"value > 1\""), ("stale", "\"1s\"")];
     for (option, value) in options {
         let link = NewLink::new("sender/note", "sum/notes").with(option, value);
         let report = agent.composer().link(&link).unwrap_err().to_string();

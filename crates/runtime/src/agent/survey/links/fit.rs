@@ -222,11 +222,10 @@ pub(super) fn fit<'a>(
     })
 }
 
-/// What is said of a link that only values have.
+/// What is said of a link that only values have. (Messages have `previous` too: it sends them for the next cycle.)
 fn of_values(link: &Link) -> Option<(&'static str, Span)> {
     let Link { filter, transport, .. } = link;
     let said = [
-        ("previous", link.previous.then_some(link.to.span)),
         ("stale", link.stale.as_ref().map(|said| said.span)),
         ("every", filter.every.as_ref().map(|said| said.span)),
         ("when", filter.when.as_ref().map(|said| said.span)),
