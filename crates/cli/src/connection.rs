@@ -8,7 +8,7 @@ use crate::failure::Failure;
 /// Which agent is asked.
 #[derive(Debug, Args)]
 pub struct AgentOption {
-    /// The agent, by name; needed when several run.
+    /// The agent, by name; needed when several run and no URL names one.
     #[arg(long, value_name = "NAME")]
     pub agent: Option<String>,
 }
@@ -26,4 +26,41 @@ impl AgentOption {
             _ => Err(Failure::SeveralAgents { running }),
         }
     }
+
+    /// Connects to the agent that a URL names when it is here, or else to one that knows it.
+    pub fn connect_for(&self, url: &str) -> Result<Client, Failure> {
+        self.named(url).map_or_else(|| self.connect_beside(url), |name| Ok(Client::connect(name)?))
+    }
+
+    /// Connects to an agent that knows the one that a URL names.
+    pub fn connect_beside(&self, url: &str) -> Result<Client, Failure> {
+        let (None, Some(name)) = (&self.agent, named(url)) else { return self.connect() };
+        let running = agents();
+        if running.len() < 2 {
+            return self.connect();
+        }
+        for own in running.iter().filter(|own| *own != name) {
+            // One that ends just now knows nobody.
+            let Ok(mut client) = Client::connect(own) else { continue };
+            if client.peers().is_ok_and(|peers| peers.iter().any(|peer| peer.agent == name)) {
+                return Ok(client);
+            }
+        }
+        Err(Failure::Unmet { name: name.into(), running })
+    }
+
+    /// Connects to the agent whose own a URL is, as nobody else changes it.
+    pub fn connect_to(&self, url: &str) -> Result<Client, Failure> {
+        self.named(url).map_or_else(|| self.connect(), |name| Ok(Client::connect(name)?))
+    }
+
+    /// The agent that a URL names, if it is here and no other one is to be asked.
+    fn named<'u>(&self, url: &'u str) -> Option<&'u str> {
+        named(url).filter(|name| self.agent.is_none() && agents().iter().any(|own| own == name))
+    }
+}
+
+/// The agent that a URL names, if it does.
+fn named(url: &str) -> Option<&str> {
+    url.strip_prefix("slate://")?.split('/').next().filter(|name| !name.is_empty())
 }

@@ -35,6 +35,12 @@ pub enum Failure {
     NoAgent,
     #[error("several agents run here: {}", .running.join(", "))]
     SeveralAgents { running: Vec<String> },
+    #[error("no agent `{name}` runs here, and none of those that do knows it: {}", .running.join(", "))]
+    Unmet { name: String, running: Vec<String> },
+    #[error(
+        "`--set {set}` has no effect: a snapshot has the settings of its variant, and this chooses no other one"
+    )]
+    OtherVariant { set: String },
     #[error("{0}")]
     Agent(#[from] ClientError),
     #[error("{0}")]
@@ -113,6 +119,10 @@ impl Failure {
                               XDG_RUNTIME_DIR"
                 .into(),
             Self::SeveralAgents { running } => format!("choose one, such as --agent {}", running.first()?),
+            Self::OtherVariant { .. } => "leave it out, or run the example without --resume".into(),
+            Self::Unmet { .. } => {
+                "`slate peers --agent NAME` shows whom an agent knows, and why they are not there".into()
+            }
             Self::SeveralResumed { agents } => format!("name it, such as --agent {}", agents.first()?),
             Self::Agent(ClientError::Refused(refusal)) => refusal.help.clone(),
             Self::Agent(ClientError::NoAgent { name, running }) if !running.is_empty() => {

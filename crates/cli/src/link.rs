@@ -51,6 +51,14 @@ pub struct LinkOptions {
     #[arg(long)]
     rate: Option<String>,
 
+    /// What is between two values of another agent at least that are sent on change, such as `50ms`.
+    #[arg(long, value_name = "DURATION")]
+    interval: Option<String>,
+
+    /// How values of another agent are made smaller: `none`, `lossless`, or `jpeg:80` for images with losses.
+    #[arg(long)]
+    compression: Option<String>,
+
     /// Finds out whether it can be done, and does not do it.
     #[arg(long)]
     dry_run: bool,
@@ -94,6 +102,8 @@ impl LinkOptions {
             ("carrier", self.carrier.as_ref().map(text)),
             ("mode", self.mode.as_ref().map(text)),
             ("rate", self.rate.as_ref().map(text)),
+            ("interval", self.interval.as_ref().map(text)),
+            ("compression", self.compression.as_ref().map(text)),
         ];
         options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))).collect()
     }
@@ -101,7 +111,7 @@ impl LinkOptions {
 
 /// Links an input, or lists the links; true, as what is refused is a failure.
 pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
-    let mut agent = options.agent.connect()?;
+    let mut agent = options.agent.connect_to(options.to.as_deref().unwrap_or_default())?;
     let (Some(to), Some(from)) = (&options.to, &options.from) else {
         let links = agent.links()?;
         if options.json {
@@ -124,7 +134,7 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
 
 /// Takes the link of an input away.
 pub fn unlink(options: &UnlinkOptions) -> Result<bool, Failure> {
-    let changed = options.agent.connect()?.unlink(&options.to, options.dry_run)?;
+    let changed = options.agent.connect_to(&options.to)?.unlink(&options.to, options.dry_run)?;
     show(&changed, options.dry_run, options.json);
     Ok(true)
 }

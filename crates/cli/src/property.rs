@@ -9,7 +9,7 @@ use crate::output;
 
 /// Prints the newest value of a property or a field; false when it was never written.
 pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<bool, Failure> {
-    let reading = agent.connect()?.read(url)?;
+    let reading = agent.connect_for(url)?.read(url)?;
     if json {
         output::json(&reading);
         return Ok(reading.is_some());
@@ -45,7 +45,7 @@ fn flatten(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
 
 /// Prints which properties there are.
 pub fn list(agent: &AgentOption, pattern: Option<&str>, json: bool) -> Result<bool, Failure> {
-    let properties = agent.connect()?.properties(pattern)?;
+    let properties = agent.connect_for(pattern.unwrap_or_default())?.properties(pattern)?;
     if json {
         output::json(&properties);
         return Ok(true);

@@ -46,7 +46,7 @@ pub enum SnapshotVerb {
 pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
     match verb {
         SnapshotVerb::Save { file, of: Some(url), agent } => {
-            let saved = agent.connect()?.save_remote(url, &absolute(file)?)?;
+            let saved = agent.connect_beside(url)?.save_remote(url, &absolute(file)?)?;
             output::line(format_args!(
                 "{} has {} values of {} properties of agent {}",
                 file.display(),

@@ -180,6 +180,36 @@ fn another_agent_is_looked_into_through_one_that_knows_it() {
 }
 
 #[test]
+fn a_url_that_names_an_agent_leads_to_it() {
+    let mut running = agents("share-urls");
+    std::fs::write(running.folder().join("other.toml"), format!("{ROBOT}{WORLD}")).unwrap();
+    run(&mut running, "robot");
+    run(&mut running, "watcher");
+    run(&mut running, "other");
+    running.fails(2, &["get", "/referee/truth/x"], &["several agents run here"]);
+    let read = |url: &str| running.call(&["get", url]).status.success();
+    wait_for("a value", || read("slate://robot/simulator/r2/truth/x"));
+    assert!(running.done(&["list", "slate://robot/simulator/**"]).contains("r2/truth"));
+    // The input is the watcher's, whosever the output is.
+    running.done(&["unlink", "slate://watcher/referee/truth", "--dry-run"]);
+    let link = ["link", "slate://watcher/referee/truth", "slate://other/simulator/r2/truth"];
+    assert!(running.done(&link).contains("slate://other"), "it says what changes");
+    assert!(links(&running).iter().any(|link| link["from"] == "slate://other/simulator/r2/truth"));
+    let words = ["belongs to agent `watcher`", "--agent watcher"];
+    running.fails(1, &[&link[..], &["--agent", "robot"]].concat(), &words);
+    // One that has no socket here is asked through the one that knows it.
+    std::fs::remove_file(running.sockets().join("slate/robot.sock")).unwrap();
+    wait_for("a value", || read("slate://robot/simulator/r2/truth/x"));
+    let file = running.folder().join("robot.json");
+    running.done(&["snapshot", "save", "--of", "slate://robot/**", &file.display().to_string()]);
+    running.fails(
+        2,
+        &["get", "slate://nobody/simulator/r2/truth"],
+        &["none of those that do knows it", "slate peers"],
+    );
+}
+
+#[test]
 fn who_shares_nothing_opens_nothing_and_an_endpoint_is_for_one() {
     let mut running = agents("share-none");
     std::fs::write(running.folder().join("alone.toml"), ROBOT.replace("[share]", "") + WORLD).unwrap();

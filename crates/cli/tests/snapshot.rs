@@ -80,7 +80,12 @@ fn a_running_agent_is_frozen_and_goes_back() {
     running.fails(
         2,
         &["run", "exp1", "--headless", "--seed", "4", "--resume", "here.snapshot"],
-        &["agent.seed is 4 here and 3 in it"],
+        &["agent.seed is 4 here and 3 in it", "--set 'agent.seed=3'"],
+    );
+    running.fails(
+        2,
+        &["run", "--headless", "--resume", "here.snapshot", "--set", "controller=rocs"],
+        &["`--set controller=rocs` has no effect"],
     );
     running.fails(2, &["run", "--headless", "--resume", "half.snapshot"], &["half.snapshot"]);
     let state = running.done(&["module", "list"]);

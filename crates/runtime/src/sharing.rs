@@ -1,7 +1,7 @@
 //! The seam to what carries values and messages between agents: the runtime says what is wanted, and is told what is
 //! there.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock, PoisonError};
 use std::time::Duration;
 
@@ -12,6 +12,7 @@ use slate_module::Level;
 
 use crate::agent::{Readers, WeakComposer};
 use crate::clock::{Clock, monotonic};
+pub use crate::configuration::Compression;
 use crate::configuration::{ShareSecurity, SharedKnowledge};
 
 /// The authority of URLs that mean all robots of the team: `slate://team/victims` is what is known about a topic.
@@ -28,6 +29,11 @@ pub trait Sharing: Send {
 
     /// What this agent wants of others from now on; what is not among it is wanted no longer.
     fn want(&mut self, wants: BTreeMap<RemotePath, Want>);
+
+    /// What can carry values, as endpoints begin; any name unless something is among them.
+    fn carriers(&self) -> BTreeSet<String> {
+        BTreeSet::new()
+    }
 
     /// What looks into other agents for tools, where that is possible.
     fn inspection(&self) -> Option<Arc<dyn Inspection>> {
@@ -157,12 +163,12 @@ impl std::fmt::Display for RemotePath {
 pub enum Want {
     /// The values of a property: a property of the same interface is to be at `agents/AGENT/PROPERTY` of the board.
     Values {
-        /// What has to carry them, such as `tcp`; whatever there is unless said.
-        carrier: Option<String>,
         /// Whether losses on the way are made good.
         reliable: bool,
-        /// One value in so many nanoseconds; each when it is there unless said.
-        period: Option<u64>,
+        /// When they are sent.
+        pace: Pace,
+        /// Whether they are made smaller.
+        compression: Compression,
         /// How many values are kept at least, if every value is wanted; nothing when the newest is.
         every: Option<usize>,
         /// What a port is that reads the whole property, if one does.
@@ -170,6 +176,62 @@ pub enum Want {
     },
     /// Messages that come into the mailbox at [`RemotePath::place`] of the board are to be sent there.
     Messages,
+}
+
+/// When values are sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// When they are there, but not earlier than so many nanoseconds after the one before.
+    OnChange(u64),
+    /// The newest one, once in so many nanoseconds.
+    Every(u64),
+}
+
+impl Pace {
+    /// The one that brings values sooner.
+    fn faster(self, other: Self) -> Self {
+        let wait = |pace| match pace {
+            Self::OnChange(interval) => (interval, false),
+            Self::Every(period) => (period, true),
+        };
+        if wait(other) < wait(self) { other } else { self }
+    }
+}
+
+impl Want {
+    /// What serves both: what the one that wants more does.
+    pub(crate) fn and(&self, other: &Self) -> Self {
+        match (self, other) {
+            (
+                &Self::Values { reliable, pace, compression, every, interface },
+                &Self::Values {
+                    reliable: also_reliable,
+                    pace: other_pace,
+                    compression: other_compression,
+                    every: other_every,
+                    interface: other_interface,
+                },
+            ) => Self::Values {
+                reliable: reliable || also_reliable,
+                pace: pace.faster(other_pace),
+                compression: finer(compression, other_compression),
+                every: every.max(other_every),
+                interface: interface.or(other_interface),
+            },
+            (Self::Messages, other) => other.clone(),
+            (one, Self::Messages) => one.clone(),
+        }
+    }
+}
+
+/// The compression that loses less.
+fn finer(one: Compression, other: Compression) -> Compression {
+    let loss = |compression| match compression {
+        Compression::None => 0,
+        Compression::Lossless => 1,
+        Compression::Jpeg(quality) => 102 - u32::from(quality.min(100)),
+    };
+    if loss(other) < loss(one) { other } else { one }
 }
 
 /// The interface of a port. Those of one schema are equal.

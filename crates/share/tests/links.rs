@@ -13,8 +13,9 @@ use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{Configuration, Options as Reading};
 use slate_runtime::remote::{Client, ClientError, Server};
-use slate_runtime::{Agent, Composer, Control, Mode, Options, Rate, Stopper};
+use slate_runtime::{Agent, Composer, Control, Mode, Options, Rate, StartError, Stopper};
 use slate_share::agent::AgentSharing;
+use slate_share::carrier::local::Local;
 
 /// A number.
 #[interface]
@@ -24,12 +25,22 @@ pub struct Number {
     pub value: f64,
 }
 
+/// Two numbers.
+#[interface]
+pub struct Both {
+    /// The first.
+    pub first: f64,
+    /// The second.
+    pub second: f64,
+}
+
 /// Ports of [`Counter`].
 #[ports]
 pub struct CounterIo {
     number: Output<Number>,
     notes: Inbox<Number>,
     sum: Output<Number>,
+    both: Output<Both>,
 }
 
 /// Counts its ticks, and adds up the messages that it gets.
@@ -46,6 +57,7 @@ impl Module for Counter {
         state.1 += io.notes.iter().map(|note| note.value).sum::<f64>();
         io.number.set(Number { value: state.0 });
         io.sum.set(Number { value: state.1 });
+        io.both.set(Both { first: state.0, second: state.0 });
         Outcome::Ok
     }
 }
@@ -55,21 +67,23 @@ impl Module for Counter {
 pub struct ReaderIo {
     number: Input<Number>,
     all: Queue<Number>,
+    other: Input<Number>,
+    changes: Output<Number>,
     note: Outbox<Number>,
     fresh: Output<Number>,
     gaps: Output<Number>,
 }
 
-/// Says whether its input is fresh, counts the gaps in its queue, and sends the numbers from 1 to 10.
+/// Says whether its input is fresh, counts the gaps in its queue and the changes of its other input, and sends the numbers from 1 to 10.
 pub struct Reader;
 
 #[module(stage = Act)]
 impl Module for Reader {
     type Io = ReaderIo;
     type Params = ();
-    type State = (f64, f64, u32);
+    type State = (f64, f64, u32, f64, f64);
 
-    fn tick(state: &mut (f64, f64, u32), io: &ReaderIo, _: &(), _: &Tick) -> Outcome {
+    fn tick(state: &mut (f64, f64, u32, f64, f64), io: &ReaderIo, _: &(), _: &Tick) -> Outcome {
         let fresh = io.number.fresh().map_or(0.0, |number| number.value);
         io.fresh.set(Number { value: fresh });
         for number in io.all.iter() {
@@ -79,6 +93,10 @@ impl Module for Reader {
             state.0 = number.value;
         }
         io.gaps.set(Number { value: if state.0 == 0.0 { -1.0 } else { state.1 } });
+        if io.other.value != state.3 {
+            (state.3, state.4) = (io.other.value, state.4 + 1.0);
+        }
+        io.changes.set(Number { value: state.4 });
         if fresh > 0.0 && state.2 < 10 {
             state.2 += 1;
             io.note.send(Number { value: f64::from(state.2) });
@@ -96,13 +114,18 @@ struct Running {
 }
 
 fn load(name: &str, text: &str, mode: Mode) -> Agent {
+    try_load(name, text, mode).unwrap()
+}
+
+fn try_load(name: &str, text: &str, mode: Mode) -> Result<Agent, StartError> {
     let configuration = Configuration::from_text(&format!("{name}.toml"), text, &Reading::default()).unwrap();
     let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
     let mut sharing = AgentSharing::default();
     sharing.limits = agents::limits();
+    sharing.carriers.insert("other".into(), Arc::new(Local));
     let options =
         Options { mode, rate: Rate::REALTIME, sharing: Some(Box::new(sharing)), ..Options::default() };
-    Agent::load(&configuration, &plugins, options).unwrap()
+    Agent::load(&configuration, &plugins, options)
 }
 
 impl Running {
@@ -261,4 +284,87 @@ fn tools_see_another_agent_through_one_that_knows_it() {
     assert!(client.save_remote("slate://nobody/**", &file).is_err());
     assert!(client.properties(Some("slate://base/countr/**")).unwrap_err().to_string().contains("counter/"));
     assert_eq!(std::fs::metadata(&file).unwrap().len(), there, "what is refused leaves an older file");
+}
+
+/// An agent that reads others with those links alone.
+fn reading(folder: &Folder, links: &str) -> String {
+    let text = arm(folder, "");
+    format!("{}{links}", &text[..text.find("\"reader/number\"").unwrap()])
+}
+
+#[test]
+fn a_carrier_concerns_the_link_that_names_it() {
+    let folder = Folder::new();
+    let links = r#"
+"reader/number" = { from = "slate://base/counter/number", carrier = "other" }
+"reader/note" = { from = "slate://base/counter/notes", carrier = "other" }
+"reader/all" = "slate://base/counter/number"
+"reader/other/value" = "slate://base/counter/number/value"
+"#;
+    let _base = Running::start("base", &base(&folder), Mode::Staged);
+    let reader = Running::start("arm", &reading(&folder, links), Mode::Staged);
+    wait_for("values of the others", || reader.number("reader/changes") > 10.0);
+    wait_for("every value", || reader.number("reader/gaps") == 0.0);
+    for to in ["reader/number", "reader/note"] {
+        let trouble = reader.trouble(to).unwrap();
+        assert!(trouble.contains("`base` is at local:") && trouble.contains("not by `other`"), "{trouble}");
+    }
+    assert_eq!(reader.number("reader/fresh"), 0.0);
+    assert_eq!(reader.trouble("reader/all"), None);
+
+    let unknown = reading(&folder, "\"reader/number\" = { from = \"slate://b/c/d\", carrier = \"udp\" }\n");
+    let error = try_load("arm", &unknown, Mode::Staged).unwrap_err().to_string();
+    assert!(error.contains("no carrier `udp`"), "{error}");
+}
+
+#[test]
+fn a_slow_link_to_a_field_holds_back_no_other_field() {
+    let folder = Folder::new();
+    let links = r#"
+"reader/number/value" = { from = "slate://base/counter/both/first", rate = "60min" }
+"reader/other/value" = "slate://base/counter/both/second"
+"#;
+    let _base = Running::start("base", &base(&folder), Mode::Staged);
+    let reader = Running::start("arm", &reading(&folder, links), Mode::Staged);
+    wait_for("many values", || reader.number("reader/changes") > 50.0);
+    assert_eq!(reader.trouble("reader/number/value"), None);
+    assert_eq!(reader.trouble("reader/other/value"), None);
+}
+
+#[test]
+fn values_follow_each_other_by_the_interval_of_their_link() {
+    let folder = Folder::new();
+    let links = r#"
+"reader/other/value" = { from = "slate://base/counter/both/second", interval = "60min", compression = "none" }
+"reader/all" = "slate://base/counter/number"
+"#;
+    let _base = Running::start("base", &base(&folder), Mode::Staged);
+    let reader = Running::start("arm", &reading(&folder, links), Mode::Staged);
+    wait_for("a first value", || reader.number("reader/changes") > 0.0);
+    wait_for("every value of the other link", || reader.number("reader/gaps") == 0.0);
+    let count = |reader: &Running| reader.number("agents/base/counter/number");
+    let before = count(&reader);
+    wait_for("many more", || count(&reader) > before + 50.0);
+    assert_eq!(reader.number("reader/changes"), 1.0);
+}
+
+#[test]
+fn endpoints_that_nobody_can_come_to_are_refused() {
+    let folder = Folder::new();
+    let text = reading(&folder, "\"reader/number\" = \"slate://base/counter/number\"\n");
+    let refused = |from: &str, to: &str, says: &[&str]| {
+        let text = text.replace(from, to);
+        let error = try_load("arm", &text, Mode::Staged).unwrap_err();
+        let StartError::Configuration(report) = error else { panic!("{error}") };
+        let report = report.render(false);
+        assert!(says.iter().all(|says| report.contains(says)), "{report}");
+        assert!(!report.contains("in use"), "{report}");
+    };
+    let base = folder.endpoint("base");
+    refused(&base, "tcp:1", &["tcp:1", "carrier", "agents.base.at"]);
+    refused(&base, "local:a b", &["local:a b", "local:NAME"]);
+    refused(&folder.endpoint("arm"), "foo:bar", &["foo:bar", "carrier"]);
+    let nowhere = folder.path("no/such/folder");
+    refused(&folder.endpoint("arm"), &format!("local:{}/arm", nowhere.display()), &["there is no folder"]);
+    assert!(!folder.path("no").exists());
 }

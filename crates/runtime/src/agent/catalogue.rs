@@ -18,6 +18,8 @@ pub(super) struct Catalogue {
     pub remote: BTreeMap<RemotePath, RemoteProperty>,
     /// Whether links may lead to other agents.
     pub shares: bool,
+    /// What can carry their values; anything when there is nothing among them.
+    pub carriers: BTreeSet<String>,
 }
 
 /// A property of another agent, as it is on the board.

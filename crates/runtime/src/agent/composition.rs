@@ -11,11 +11,12 @@ use slate_module::{Description, ModuleKind, Plugin};
 
 use super::build::{Ground, Kept, build};
 use super::catalogue::Catalogue;
-use super::composer::{Origin, Trial};
+use super::composer::{Origin, Trial, WeakComposer};
 use super::relinking::Leads;
 use super::sharing::Remotes;
 use super::snapshot::Watch;
 use super::survey::{Complaints, RESERVED, Survey, Surveyed, needs, survey};
+use super::unlinked::Unlinked;
 use crate::aspects::PlaceTime;
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Isolation;
@@ -66,8 +67,13 @@ pub(super) struct Composition {
     pub listeners: BTreeMap<String, BTreeSet<String>>,
     /// Where the configuration is changed.
     pub database: Option<Database>,
-    /// Why the links are not those of the configuration; they are tried again with its next change.
-    pub unlinked: Option<Report>,
+    /// Why the links are not those of the configuration; they are tried again with its next change, and when a module
+    /// that was in the way has returned.
+    pub unlinked: Option<Unlinked>,
+    /// Whether a thread waits for that.
+    pub is_trying: bool,
+    /// Who changes this.
+    pub own: WeakComposer,
     /// What modules were that have left, to check their settings by while their code is away.
     pub last_known: BTreeMap<String, Description>,
     pub remotes: Remotes,
@@ -212,11 +218,7 @@ impl Composition {
         self.catalogue = target.catalogue;
         self.ground.means.plugins.show(self.catalogue.list());
         // Links of modules that stay to parts of what came or left.
-        self.unlinked = self.relink(&configuration, shared).err();
-        if let Some(report) = &self.unlinked {
-            let text = format!("links could not be changed: {report}");
-            shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
-        }
+        self.settle_links(&configuration, shared);
         Ok(changed)
     }
 

@@ -12,6 +12,7 @@ mod settings;
 mod sharing;
 mod snapshot;
 mod survey;
+mod unlinked;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -203,7 +204,11 @@ impl Agent {
         };
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
-            catalogue: Catalogue { shares: options.sharing.is_some(), ..Catalogue::default() },
+            catalogue: Catalogue {
+                shares: options.sharing.is_some(),
+                carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
+                ..Catalogue::default()
+            },
             ground,
             present: BTreeMap::new(),
             linked: Vec::new(),
@@ -215,6 +220,8 @@ impl Agent {
             listeners: BTreeMap::new(),
             database: None,
             unlinked: None,
+            is_trying: false,
+            own: WeakComposer::default(),
             last_known: BTreeMap::new(),
             remotes: Remotes::new(options.sharing),
             keepsakes: BTreeMap::new(),
@@ -222,12 +229,13 @@ impl Agent {
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
+        shared.logger.show(&shared.board)?;
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
         // Only now, as a configuration that is refused leaves no file behind.
-        shared.logger.configure(configuration, &shared.board)?;
+        shared.logger.configure(configuration)?;
         if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
             composer.composition().watch = Some(Arc::clone(&watch));
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));

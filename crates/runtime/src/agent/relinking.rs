@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::wake::Wake;
+use slate_blackboard::{Board, Placement, Property};
 
 use super::build::{Rewiring, rewire};
 use super::composition::{Composition, Levels, listeners};
-use super::survey::{Complaints, Lead, Survey, Wire, survey};
+use super::survey::{Complaints, Lead, Misfit, Survey, Wire, survey};
+use super::unlinked::Unlinked;
 use crate::configuration::{Configuration, Diagnostic, Report};
 use crate::main_loop::{Seat, Shared};
 use crate::runner::{Unwired, Wiring};
@@ -23,8 +25,43 @@ struct Rewire {
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
 }
 
+/// Parameters, and which of them tools must not set any more as they follow what.
+type Reserved = (Arc<Property>, Vec<(String, String)>);
+
 /// What came of an exchange: what is no longer needed, or a module that is in the way.
 type Exchanged = Result<Vec<(Unwired, Vec<Vec<Arc<Wake>>>)>, String>;
+
+/// Other links for modules that are there: all is made, and nothing is exchanged yet.
+pub(super) struct Relinking {
+    rewires: BTreeMap<String, Rewire>,
+    /// The modules whose outputs are linked otherwise.
+    writers: BTreeSet<String>,
+    stages: Vec<Levels>,
+    /// Whom actuators wake, by path.
+    wakes: BTreeMap<String, Vec<Arc<Wake>>>,
+    placements: Vec<Placement>,
+    reserved: Vec<Reserved>,
+    leads: BTreeMap<String, Leads>,
+    listeners: BTreeMap<String, BTreeSet<String>>,
+    misfits: BTreeMap<String, Misfit>,
+}
+
+impl Relinking {
+    /// What is to stand at a path, unless that is what stands there.
+    pub fn placement(&self, path: &str) -> Option<&Placement> {
+        let at = |placement: &&Placement| match placement {
+            Placement::Property(property) => property.path() == path,
+            Placement::Alias { path: at, .. } => at == path,
+        };
+        self.placements.iter().rev().find(at)
+    }
+
+    /// Shows on the board what the modules read now.
+    fn show(&mut self, board: &Board) {
+        board.place(std::mem::take(&mut self.placements));
+        std::mem::take(&mut self.reserved).into_iter().for_each(|(params, fields)| params.reserve(fields));
+    }
+}
 
 impl Composition {
     /// Gives the modules the links of that configuration; instances, states and counters go on. Returns the modules that
@@ -33,19 +70,29 @@ impl Composition {
         &mut self,
         configuration: &Arc<Configuration>,
         shared: &Arc<Shared>,
-    ) -> Result<Vec<String>, Report> {
+    ) -> Result<Vec<String>, Unlinked> {
+        let standing = self.standing();
+        let mut relinking = self.other_links(configuration)?;
+        let is_same = relinking.leads.is_empty() && relinking.listeners == self.listeners;
+        if !is_same && let Err(module) = self.exchange_links(&mut relinking, shared) {
+            self.undo(&standing, std::iter::empty());
+            return Err(Unlinked::late(&module));
+        }
+        relinking.show(&self.ground.board);
+        Ok(self.note_links(relinking))
+    }
+
+    /// Makes what the modules read by that configuration. Until it is exchanged, [`undo`](Composition::undo) takes back
+    /// what of it can be seen.
+    pub fn other_links(&mut self, configuration: &Configuration) -> Result<Relinking, Report> {
         let mut complaints = Complaints::new(configuration);
         let survey = survey(configuration, &self.catalogue, &mut complaints);
         if !complaints.diagnostics.is_empty() {
             return Err(Report::from(complaints.diagnostics));
         }
-        self.remotes.misfits.clone_from(&survey.misfits);
         let changed = self.changed(configuration, &survey);
-        let new_listeners = listeners(&survey);
-        let woken = self.woken(&new_listeners);
-        if changed.is_empty() && woken.is_empty() {
-            return Ok(Vec::new());
-        }
+        let listeners = listeners(&survey);
+        let woken = self.woken(&listeners);
         let standing = self.standing();
         let rewiring = rewire(configuration, &survey, &mut self.ground, &changed, &woken);
         let Rewiring { mut wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
@@ -68,40 +115,48 @@ impl Composition {
                 rewires.insert(name.clone(), Rewire { seat: Arc::clone(&present.seat), wiring, wakes });
             }
         }
-        let names: Vec<String> =
-            changed.keys().map(|module| survey.modules[*module].module.name.value.clone()).collect();
-        let sources =
-            changed.keys().flat_map(|module| survey.leads(configuration, *module).into_values().flatten());
-        let writers: BTreeSet<String> = sources.filter_map(|lead| self.owner(&lead.path)).collect();
-        let stages = self.stages(&survey);
-        if let Err(module) = self.exchange_links(rewires, &writers, stages, shared) {
-            self.undo(&standing, std::iter::empty());
-            let message =
-                format!("`{module}` has not returned from its last call, so no link can change now");
-            let help = "try again when it has; `slate module list` shows how it is";
-            return Err(Diagnostic::without_place(message, Some(help.into())).into());
-        }
-        // Those that are left are of actuators.
+        let leads: BTreeMap<String, Leads> = changed
+            .keys()
+            .map(|module| {
+                let name = survey.modules[*module].module.name.value.clone();
+                (name, survey.leads(configuration, *module))
+            })
+            .collect();
+        let sources = leads.values().flat_map(BTreeMap::values).flatten();
+        let reserved = reserved.into_iter().filter_map(|(module, fields)| {
+            let (params, _) = self.ground.board.get(&format!("{module}/params"))?;
+            Some((params, fields))
+        });
+        Ok(Relinking {
+            writers: sources.filter_map(|lead| self.owner(&lead.path)).collect(),
+            stages: self.stages(&survey),
+            reserved: reserved.collect(),
+            misfits: survey.misfits,
+            rewires,
+            wakes,
+            placements,
+            leads,
+            listeners,
+        })
+    }
+
+    /// Takes note of links that hold now, and returns the modules that read something else.
+    pub fn note_links(&mut self, relinking: Relinking) -> Vec<String> {
+        let Relinking { wakes, leads, listeners, misfits, .. } = relinking;
         for (path, wakes) in wakes {
             let name = path.strip_suffix("/command").unwrap_or(&path);
             if let Some(actuator) = self.ground.actuators.get(name) {
                 actuator.set_wakes(wakes);
             }
         }
-        self.ground.board.place(placements);
-        for (module, fields) in reserved {
-            if let Some((params, _)) = self.ground.board.get(&format!("{module}/params")) {
-                params.reserve(fields);
+        let names = leads.keys().cloned().collect();
+        for (name, leads) in leads {
+            if let Some(present) = self.present.get_mut(&name) {
+                present.leads = leads;
             }
         }
-        for module in changed.keys() {
-            let name = survey.modules[*module].module.name.value.as_str();
-            if let Some(present) = self.present.get_mut(name) {
-                present.leads = survey.leads(configuration, *module);
-            }
-        }
-        self.listeners = new_listeners;
-        Ok(names)
+        (self.listeners, self.remotes.misfits) = (listeners, misfits);
+        names
     }
 
     /// Whether links can be those of a survey: all handles can be had. Nothing of it stays.
@@ -122,7 +177,11 @@ impl Composition {
     }
 
     /// The ports of modules that are there whose links are other ones.
-    fn changed(&self, configuration: &Configuration, survey: &Survey<'_>) -> BTreeMap<usize, BTreeSet<Wire>> {
+    pub fn changed(
+        &self,
+        configuration: &Configuration,
+        survey: &Survey<'_>,
+    ) -> BTreeMap<usize, BTreeSet<Wire>> {
         let mut changed = BTreeMap::new();
         for (m, surveyed) in survey.modules.iter().enumerate() {
             let Some(present) = self.present.get(&surveyed.module.name.value) else { continue };
@@ -144,7 +203,7 @@ impl Composition {
     }
 
     /// The module that is there and whose name begins a path.
-    fn owner(&self, path: &str) -> Option<String> {
+    pub fn owner(&self, path: &str) -> Option<String> {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         self.present.keys().filter(owns).max_by_key(|name| name.len()).cloned()
@@ -152,14 +211,8 @@ impl Composition {
 
     /// Exchanges all of it while none of the modules is in a step: those on the loop between two cycles, and those with
     /// threads are kept out of theirs, as are the writers of what is linked, so that what they wrote is whole.
-    fn exchange_links(
-        &self,
-        rewires: BTreeMap<String, Rewire>,
-        writers: &BTreeSet<String>,
-        stages: Vec<Levels>,
-        shared: &Arc<Shared>,
-    ) -> Result<(), String> {
-        let involved: BTreeSet<&String> = rewires.keys().chain(writers).collect();
+    fn exchange_links(&self, relinking: &mut Relinking, shared: &Arc<Shared>) -> Result<(), String> {
+        let involved: BTreeSet<&String> = relinking.rewires.keys().chain(&relinking.writers).collect();
         let seats = involved.into_iter().filter_map(|name| self.present.get(name));
         let (threaded, on_loop): (Vec<_>, Vec<_>) = seats.partition(|present| present.own_thread);
         let on_loop: Vec<Arc<Seat>> = on_loop.iter().map(|present| Arc::clone(&present.seat)).collect();
@@ -173,11 +226,10 @@ impl Composition {
             !claimed
         });
         if late.is_none() {
-            let actuators = self.ground.actuators.values().cloned().collect();
-            let threads = self.present.values().filter(|present| present.own_thread);
-            let threads = threads.map(|present| Arc::clone(&present.seat)).collect();
+            let rewires = std::mem::take(&mut relinking.rewires);
+            let stages = std::mem::take(&mut relinking.stages);
             let work = move || exchange(rewires.into_values().collect(), &on_loop);
-            exchanged = shared.compose_with(stages, threads, actuators, work);
+            exchanged = self.compose_with(stages, shared, work);
         }
         for seat in held {
             seat.unclaim();
@@ -193,6 +245,43 @@ impl Composition {
             (None, Some(Err(module))) => Err(module),
             (None, None) => Err("the main loop".into()),
         }
+    }
+
+    /// Exchanges all of it between two cycles, with what else is done in the same moment: `judge` before it, which
+    /// changes nothing when it fails, and `work` after it. The modules with threads are held by who calls this. Nothing
+    /// when the loop was lost.
+    pub fn exchange_links_with<J, R: Send + 'static, E: Send + 'static>(
+        &self,
+        mut relinking: Relinking,
+        shared: &Arc<Shared>,
+        judge: impl FnOnce(&Shared) -> Result<J, E> + Send + 'static,
+        work: impl FnOnce(&Shared, J) -> R + Send + 'static,
+    ) -> Option<Result<(R, Relinking), E>> {
+        let (board, own) = (Arc::clone(&self.ground.board), Arc::clone(shared));
+        let rewires: Vec<_> = std::mem::take(&mut relinking.rewires).into_values().collect();
+        let stages = std::mem::take(&mut relinking.stages);
+        let all = move || {
+            let judged = judge(&own)?;
+            // Nobody is in a step, as was found a moment ago.
+            let unwired = exchange(rewires, &[]);
+            relinking.show(&board);
+            let done = work(&own, judged);
+            Ok((unwired, done, relinking))
+        };
+        // What is no longer needed is dropped here and not on the loop.
+        self.compose_with(stages, shared, all).map(|done| done.map(|(_, done, relinking)| (done, relinking)))
+    }
+
+    fn compose_with<R: Send + 'static, E: Send + 'static>(
+        &self,
+        stages: Vec<Levels>,
+        shared: &Shared,
+        work: impl FnOnce() -> Result<R, E> + Send + 'static,
+    ) -> Option<Result<R, E>> {
+        let actuators = self.ground.actuators.values().cloned().collect();
+        let threads = self.present.values().filter(|present| present.own_thread);
+        let threads = threads.map(|present| Arc::clone(&present.seat)).collect();
+        shared.compose_with(stages, threads, actuators, work)
     }
 }
 

@@ -155,10 +155,10 @@ impl Composition {
             let help = format!("{LATER}; or load and unload the plugin that brings it");
             place(&format!("modules.\"{module}\""), message, &help)
         });
-        let of_others = changes
-            .iter()
-            .filter(|change| !others.have(change))
-            .filter_map(|change| Some(place(&change.path, others.obstacle(change)?, LATER)));
+        let of_others = changes.iter().filter(|change| !others.have(change)).filter_map(|change| {
+            let (message, help) = others.obstacle(change)?;
+            Some(place(&change.path, message, &help))
+        });
         of_modules.chain(of_others).collect()
     }
 
@@ -207,8 +207,8 @@ impl<'a> Others<'a> {
         section == "links" && ends.any(|ends| ends.contains(port) && ends.iter().any(|end| of_module(end)))
     }
 
-    /// Why a running agent can't make a change.
-    fn obstacle(&self, change: &Change) -> Option<String> {
+    /// Why a running agent can't make a change, and what to do about it.
+    fn obstacle(&self, change: &Change) -> Option<(String, String)> {
         let path = &change.path;
         let linked = |configuration: &Configuration, input: &str| {
             configuration.links().iter().any(|link| link.to.value == input)
@@ -216,25 +216,49 @@ impl<'a> Others<'a> {
         match Live::of(change) {
             Some(Live::Parameter { module, name }) => {
                 let parameter = format!("{module}/params/{name}");
-                let part = |to: &str| {
-                    to.strip_prefix(&parameter).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
-                };
-                let link = self.after.links().iter().find(|link| part(&link.to.value));
-                link.map(|link| format!("`{path}` follows `{}`, so it can't be set", link.from.value))
+                let mut links = self.after.links().iter();
+                let link = links.find(|link| is_part(&link.to.value, &parameter));
+                // One that is linked by the same change is not read any more.
+                let link = link.filter(|link| linked(self.before, &link.to.value));
+                link.map(|link| {
+                    let message = format!("`{path}` follows `{}`, so it can't be set", link.from.value);
+                    (message, format!("take the link away first: slate unlink {}", link.to.value))
+                })
             }
             Some(Live::LogLevel | Live::Link) => None,
-            Some(Live::Enabled { module }) => linked(self.after, &format!("{module}/enabled"))
-                .then(|| format!("`{path}` has no effect, as a link switches the module")),
+            Some(Live::Enabled { module }) => [self.before, self.after]
+                .iter()
+                .all(|configuration| linked(configuration, &format!("{module}/enabled")))
+                .then(|| {
+                    let message = format!("`{path}` has no effect, as a link switches the module");
+                    (message, format!("take the link away first: slate unlink {module}/enabled"))
+                }),
             Some(Live::Input { module, port }) => {
                 let input = format!("{module}/{port}");
                 let value = self.after.modules().iter().find(|own| own.name.value == module);
                 let has_value = value.is_some_and(|module| module.inputs.get(port).is_some());
                 (!has_value && !linked(self.before, &input) && !linked(self.after, &input))
                     .then(|| format!("the value of `{input}` can't be taken back while the agent runs"))
+                    .map(|message| (message, LATER.into()))
             }
-            None => Some(format!("`{path}` can't change while the agent runs")),
+            None => Some((format!("`{path}` can't change while the agent runs"), LATER.into())),
         }
     }
+}
+
+impl Configuration {
+    /// The parameters that links fill, all or in part, each behind its module.
+    fn linked_parameters(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.links().iter().filter_map(|link| {
+            let (module, rest) = link.to.value.split_once("/params/")?;
+            Some((module, rest.split('/').next()?))
+        })
+    }
+}
+
+/// Whether a path is another one, or leads into it.
+fn is_part(path: &str, whole: &str) -> bool {
+    path.strip_prefix(whole).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
 }
 
 /// What changes of a module.
@@ -248,9 +272,13 @@ struct ModuleChange<'a> {
 impl Composer {
     /// Brings changes to the modules; they were found to fit.
     fn apply(&self, configuration: &Configuration, changes: &[Change]) {
+        let mut composition = self.composition();
         let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
         let (mut of_log, mut of_links) = (false, false);
-        for change in changes {
+        // An agent that goes on from a snapshot has the settings of that already.
+        let is_new =
+            |change: &&Change| !configuration.agrees_with(&composition.configuration, change.names());
+        for change in changes.iter().filter(is_new) {
             match Live::of(change) {
                 Some(Live::Parameter { module, name }) => {
                     of_modules.entry(module).or_default().parameters.insert(name);
@@ -264,25 +292,26 @@ impl Composer {
                 None => {}
             }
         }
+        // A parameter without its link has the value that is set for it, as an input has.
+        let before = Arc::clone(&composition.configuration);
+        for (module, parameter) in before.linked_parameters() {
+            if !configuration.linked_parameters().any(|own| own == (module, parameter)) {
+                of_modules.entry(module).or_default().parameters.insert(parameter);
+            }
+        }
         if of_log {
             self.set_log_levels(configuration.log().levels());
         }
-        let mut composition = self.composition();
         let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
         if of_links || composition.unlinked.is_some() {
-            let relinked = composition.relink(&configuration, &self.shared);
-            composition.unlinked = relinked.as_ref().err().cloned();
-            match relinked {
-                Ok(modules) if modules.is_empty() => {}
-                Ok(modules) => self.log(Level::Info, &format!("other links hold for {}", modules.join(", "))),
-                Err(report) => self.log(Level::Error, &format!("links could not be changed: {report}")),
-            }
+            let modules = composition.settle_links(&configuration, &self.shared);
+            self.tell_links(&modules);
         }
         let mut complaints = Complaints::new(&configuration);
         let survey = survey(&configuration, &composition.catalogue, &mut complaints);
         for surveyed in &survey.modules {
             let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };
-            if let Err(error) = self.apply_to(surveyed, change) {
+            if let Err(error) = self.apply_to(&configuration, surveyed, change) {
                 self.log(Level::Error, &format!("a change of the configuration is lost: {error}"));
             }
         }
@@ -296,7 +325,19 @@ impl Composer {
         }
     }
 
-    fn apply_to(&self, surveyed: &Surveyed<'_>, change: &ModuleChange<'_>) -> Result<(), BoardError> {
+    /// Logs whose links are other ones.
+    pub(super) fn tell_links(&self, modules: &[String]) {
+        if !modules.is_empty() {
+            self.log(Level::Info, &format!("other links hold for {}", modules.join(", ")));
+        }
+    }
+
+    fn apply_to(
+        &self,
+        configuration: &Configuration,
+        surveyed: &Surveyed<'_>,
+        change: &ModuleChange<'_>,
+    ) -> Result<(), BoardError> {
         let (name, now) = (&surveyed.module.name.value, self.now());
         let own = |port: &str| {
             let path = format!("{name}/{port}");
@@ -309,7 +350,11 @@ impl Composer {
             // One write, so that a tick sees all or nothing of it; what else was set on the blackboard stays.
             let view = View::new(property.descriptor(), &surveyed.params, 0);
             let Some(Value::Table(mut fields)) = view.map(|view| view.value()) else { return Ok(()) };
-            fields.retain(|(field, _)| change.parameters.contains(field.as_str()));
+            let is_linked = |field: &str| {
+                let parameter = format!("{name}/params/{field}");
+                configuration.links().iter().any(|link| is_part(&link.to.value, &parameter))
+            };
+            fields.retain(|(field, _)| change.parameters.contains(field.as_str()) && !is_linked(field));
             property.set("", &Value::Table(fields), now)?;
         }
         for (index, bytes) in &surveyed.inputs {

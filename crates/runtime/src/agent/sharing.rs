@@ -1,19 +1,21 @@
 //! What links want of other agents, and what becomes of that while they come and go.
 
+mod wants;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use slate_blackboard::wake::Wake;
-use slate_module::{Direction, Level};
+use slate_module::Level;
 
 use super::catalogue::RemoteProperty;
 use super::composer::Composer;
 use super::composition::Composition;
 use super::survey::{Misfit, remote_path};
-use crate::configuration::{Configuration, Link, LinkMode, LinkRate, Report};
+use crate::configuration::{Configuration, Link, Report};
 use crate::runner::Condition;
 use crate::sharing::{
-    About, Expected, Inspection, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
+    About, Inspection, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
 };
 
 /// The threads that wait for values of other agents.
@@ -27,6 +29,8 @@ pub(super) struct Remotes {
     started: bool,
     wants: BTreeMap<RemotePath, Want>,
     standing: BTreeMap<RemotePath, Standing>,
+    /// The properties of which links name fields, or all: they stay known while the other agent is away.
+    properties: BTreeMap<RemotePath, String>,
     /// The links that don't fit what is there, as of the last survey, and those that were told.
     pub misfits: BTreeMap<String, Misfit>,
     told: BTreeMap<String, Misfit>,
@@ -50,74 +54,6 @@ impl Remotes {
             Some(Standing::Absent { reason } | Standing::Silent { reason, .. }) => Some(reason.clone()),
             None => Some("the other agent has not answered".into()),
         }
-    }
-}
-
-/// What the links of a configuration want of other agents. Links to one property share what is the most that one of
-/// them wants.
-fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
-    let configuration = &composition.configuration;
-    let mut wants: BTreeMap<RemotePath, Want> = BTreeMap::new();
-    for link in configuration.links() {
-        let Some(path) = remote_path(configuration, link) else { continue };
-        let port = composition.present.iter().find_map(|(name, present)| {
-            let rest = link.to.value.strip_prefix(name.as_str())?.strip_prefix('/')?;
-            present.description.ports.iter().find(|port| port.name == rest)
-        });
-        let want = match port.map(|port| port.direction) {
-            Some(Direction::Outbox) => Want::Messages,
-            direction => Want::Values {
-                carrier: link.transport.carrier.as_ref().map(|carrier| carrier.value.clone()),
-                reliable: link.transport.mode.as_ref().is_none_or(|mode| mode.value == LinkMode::Reliable),
-                period: link.transport.rate.as_ref().and_then(|rate| match rate.value {
-                    LinkRate::OnChange => None,
-                    LinkRate::Every(period) => Some(period),
-                }),
-                every: port.filter(|_| direction == Some(Direction::Queue)).map(|port| {
-                    let said = link.window.as_ref().map(|window| usize::from(window.value));
-                    2 * said.unwrap_or(port.window).max(16)
-                }),
-                interface: port.map(|port| Expected(port.descriptor)),
-            },
-        };
-        match wants.get_mut(&path) {
-            None => drop(wants.insert(path, want)),
-            Some(known) => *known = both(known, want),
-        }
-    }
-    // A path and what lies below it are of one property.
-    let is_below = |path: &RemotePath, whole: &RemotePath| {
-        path.agent == whole.agent
-            && path.path.strip_prefix(whole.path.as_str()).is_some_and(|rest| rest.starts_with('/'))
-    };
-    let related = wants.clone();
-    for (path, want) in &mut wants {
-        let others = related.iter().filter(|(other, _)| is_below(other, path) || is_below(path, other));
-        *want = others.fold(want.clone(), |want, (_, other)| both(&want, other.clone()));
-    }
-    wants
-}
-
-fn both(one: &Want, other: Want) -> Want {
-    match (one.clone(), other) {
-        (
-            Want::Values { carrier, reliable, period, every, interface },
-            Want::Values {
-                carrier: also,
-                reliable: is_reliable,
-                period: other_period,
-                every: all,
-                interface: other_interface,
-            },
-        ) => Want::Values {
-            carrier: carrier.or(also),
-            reliable: reliable || is_reliable,
-            period: period.zip(other_period).map(|(one, other)| one.min(other)),
-            every: every.max(all),
-            interface: interface.or(other_interface),
-        },
-        (Want::Messages, other) => other,
-        (one, Want::Messages) => one,
     }
 }
 
@@ -146,8 +82,8 @@ impl Composer {
     /// Tells whoever shares what the links want, and starts it when that is the first.
     pub(super) fn share(&self) -> Result<(), SharingError> {
         let mut composition = self.composition();
-        let wants = wants(&composition);
         if !composition.remotes.started {
+            let wants = wants::wants(&composition);
             let share = composition.configuration.share();
             if share.is_none() && wants.is_empty() {
                 return Ok(());
@@ -186,25 +122,34 @@ impl Composer {
             sharing.start(site)?;
             composition.remotes.started = true;
         }
-        if wants != composition.remotes.wants {
-            // What is wanted otherwise is put on the board anew.
-            let before = composition.catalogue.remote.len();
-            composition.catalogue.remote = std::mem::take(&mut composition.catalogue.remote)
-                .into_iter()
-                .filter(|(path, _)| wants.get(path) == composition.remotes.wants.get(path))
-                .collect();
-            composition.remotes.standing.retain(|path, _| wants.contains_key(path));
-            if composition.catalogue.remote.len() < before {
-                self.relink_remote(&mut composition);
-            }
-            composition.remotes.wants.clone_from(&wants);
-            if let Some(sharing) = composition.remotes.sharing.as_mut() {
-                sharing.want(wants);
-            }
-        }
+        self.want(&mut composition);
         composition.note_readers();
         self.tell_misfits(&mut composition);
         Ok(())
+    }
+
+    /// Says what the links want now.
+    fn want(&self, composition: &mut Composition) {
+        let wants = wants::wants(composition);
+        if wants == composition.remotes.wants {
+            return;
+        }
+        // What is wanted otherwise is put on the board anew.
+        let before = composition.catalogue.remote.len();
+        composition.catalogue.remote = std::mem::take(&mut composition.catalogue.remote)
+            .into_iter()
+            .filter(|(path, _)| wants.get(path) == composition.remotes.wants.get(path))
+            .collect();
+        let Remotes { standing, properties, wants: earlier, .. } = &mut composition.remotes;
+        standing.retain(|path, _| wants.get(path) == earlier.get(path));
+        properties.retain(|path, _| wants.contains_key(path));
+        if composition.catalogue.remote.len() < before {
+            self.relink_remote(composition);
+        }
+        composition.remotes.wants.clone_from(&wants);
+        if let Some(sharing) = composition.remotes.sharing.as_mut() {
+            sharing.want(wants);
+        }
     }
 
     /// Something that links lead to stands otherwise.
@@ -238,7 +183,17 @@ impl Composer {
                 composition.note_readers();
             }
         }
+        let property = match &standing {
+            Standing::Served { property } if is_values => Some(property.clone()),
+            _ => None,
+        };
         composition.remotes.standing.insert(path.clone(), standing);
+        if let Some(property) = property
+            && composition.remotes.properties.insert(path.clone(), property.clone()) != Some(property)
+        {
+            // Others may read fields of the same property, and want more of it.
+            self.want(&mut composition);
+        }
         self.tell_misfits(&mut composition);
     }
 
@@ -246,8 +201,7 @@ impl Composer {
     pub(crate) fn endpoint_of(&self, agent: &str) -> Option<String> {
         let composition = self.composition();
         composition.remotes.wants.keys().find(|path| path.agent == agent)?;
-        let named = composition.configuration.share().and_then(|share| share.agents.get(agent));
-        Some(named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone()))
+        Some(composition.configuration.endpoint_of(agent))
     }
 
     /// What looks into other agents; nothing when this one shares nothing.
@@ -262,18 +216,14 @@ impl Composer {
 
     fn relink_remote(&self, composition: &mut Composition) {
         let configuration = Arc::clone(&composition.configuration);
-        let relinked = composition.relink(&configuration, &self.shared);
-        if let Err(report) = &relinked {
-            self.log(Level::Error, &format!("links could not be changed: {report}"));
-        }
-        composition.unlinked = relinked.err();
+        composition.settle_links(&configuration, &self.shared);
     }
 
     fn tell_misfits(&self, composition: &mut Composition) {
         let Composition { remotes, .. } = composition;
         for (to, misfit) in &remotes.misfits {
             if remotes.told.get(to) != Some(misfit) {
-                let text = format!("{to} waits for another property: {} ({})", misfit.message, misfit.help);
+                let text = format!("{to} waits: {} ({})", misfit.message, misfit.help);
                 self.log(Level::Error, &text);
             }
         }
@@ -306,7 +256,7 @@ impl Composition {
     }
 
     /// Finds the threads that wait for values of other agents.
-    fn note_readers(&mut self) {
+    pub fn note_readers(&mut self) {
         let own = |path: &&String| path.starts_with("agents/") || path.starts_with("team/");
         let names: BTreeSet<String> = self
             .listeners

@@ -1,13 +1,25 @@
 use slate_blackboard::Url;
 
 use super::build::{Build, absolute};
-use super::model::{Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport};
+use super::model::{Compression, Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport};
 use super::source::Spanned;
 use super::value::{Entry, Table};
 
 /// What a link may say.
-const KEYS: [&str; 10] =
-    ["from", "previous", "stale", "every", "when", "policy", "window", "carrier", "mode", "rate"];
+const KEYS: [&str; 12] = [
+    "from",
+    "previous",
+    "stale",
+    "every",
+    "when",
+    "policy",
+    "window",
+    "carrier",
+    "mode",
+    "rate",
+    "interval",
+    "compression",
+];
 
 impl Build<'_> {
     pub(super) fn links(&mut self, root: &Table, agent: &str) -> Vec<Link> {
@@ -98,11 +110,44 @@ impl Build<'_> {
 
     fn transport(&mut self, table: &Table) -> Transport {
         let modes = [("reliable", LinkMode::Reliable), ("best-effort", LinkMode::BestEffort)];
-        Transport {
-            carrier: self.problems.text(table, "carrier", "tcp"),
-            mode: table.get("mode").and_then(|value| self.problems.choice("mode", value, &modes)),
-            rate: self.rate(table),
+        let (rate, interval) = (self.rate(table), self.problems.duration(table, "interval"));
+        if let (Some(rate), Some(interval)) = (&rate, &interval)
+            && matches!(rate.value, LinkRate::Every(_))
+        {
+            let help = "leave `interval` out, or `rate`: a rate is how often the newest value is sent, and an interval is \
+                        what is between values that are sent when they are there";
+            self.problems.add(
+                interval.span,
+                "`interval` is for values that are sent on change, and `rate` says a period",
+                help,
+            );
         }
+        Transport {
+            carrier: self.problems.text(table, "carrier", "local"),
+            mode: table.get("mode").and_then(|value| self.problems.choice("mode", value, &modes)),
+            rate,
+            interval,
+            compression: self.compression(table),
+        }
+    }
+
+    /// None, lossless, or JPEG of a quality.
+    fn compression(&mut self, table: &Table) -> Option<Spanned<Compression>> {
+        let text = self.problems.text(table, "compression", "lossless")?;
+        let compression = match text.value.as_str() {
+            "none" => Some(Compression::None),
+            "lossless" => Some(Compression::Lossless),
+            other => other
+                .strip_prefix("jpeg:")
+                .and_then(|quality| quality.parse().ok())
+                .filter(|quality| (1..=100).contains(quality))
+                .map(Compression::Jpeg),
+        };
+        if compression.is_none() {
+            let help = "write \"none\", \"lossless\", or \"jpeg:80\" for images with losses: the quality is from 1 to 100";
+            self.problems.add(text.span, format!("`{}` is no compression", text.value), help);
+        }
+        compression.map(|compression| Spanned::new(compression, text.span))
     }
 
     /// A frequency, a period, or `on-change`.

@@ -60,9 +60,9 @@ use agents::Described;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 pub use model::{
-    Actuator, Allowance, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy, LinkRate, Log,
-    LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity, SharedKnowledge,
-    Transport,
+    Actuator, Allowance, Compression, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy,
+    LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity,
+    SharedKnowledge, Transport,
 };
 use path::Prefix;
 use problems::Problems;

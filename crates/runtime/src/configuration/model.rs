@@ -108,12 +108,27 @@ pub enum LinkPolicy {
 /// How values travel between agents; nothing of it can be said of a link inside of one.
 #[derive(Clone, Debug, Default)]
 pub struct Transport {
-    /// What carries them, such as `tcp` or `udp`.
+    /// What carries them, such as `local` or `zenoh`.
     pub carrier: Option<Spanned<String>>,
     /// Whether losses are made good.
     pub mode: Option<Spanned<LinkMode>>,
     /// When they are sent.
     pub rate: Option<Spanned<LinkRate>>,
+    /// What is between two values that are sent on change at least, nanoseconds.
+    pub interval: Option<Spanned<u64>>,
+    /// Whether they are made smaller.
+    pub compression: Option<Spanned<Compression>>,
+}
+
+/// How values are made smaller on their way to another agent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// Without loss.
+    Lossless,
+    /// Images as JPEG of that quality, from 1 to 100, and others without loss.
+    Jpeg(u8),
 }
 
 /// Whether losses on the way are made good.

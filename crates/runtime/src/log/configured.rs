@@ -16,24 +16,24 @@ impl Settings {
 }
 
 impl Logger {
-    /// Adds the targets that a configuration names, and the properties.
+    /// Adds the properties, which modules may read.
+    ///
+    /// # Errors
+    /// When something else has the name of one.
+    pub(crate) fn show(&self, board: &Board) -> Result<(), Report> {
+        self.show_on(board).map_err(|error| Diagnostic::without_place(error.to_string(), None).into())
+    }
+
+    /// Adds the targets that a configuration names.
     ///
     /// # Errors
     /// What can't be opened or made, where it is written.
-    pub(crate) fn configure(&self, configuration: &Configuration, board: &Board) -> Result<(), Report> {
+    pub(crate) fn configure(&self, configuration: &Configuration) -> Result<(), Report> {
         let wanted = &configuration.log().targets;
         let mut opened: Vec<Box<dyn LogTarget>> = Vec::new();
         let cannot = |span: Span, what: String, error: &io::Error, help: &str| {
             Report::from(vec![configuration.diagnostic(span, format!("{what}: {error}"), Some(help.into()))])
         };
-        self.show_on(board).map_err(|error| {
-            let help = "the log itself is at /log/tail and /log/counts: name the module otherwise".to_owned();
-            let module = configuration.modules().iter().find(|module| module.name.value == "log");
-            Report::from(vec![match module {
-                Some(module) => configuration.diagnostic(module.name.span, error.to_string(), Some(help)),
-                None => Diagnostic::without_place(error.to_string(), help),
-            }])
-        })?;
         let mut address = None;
         // What leaves nothing behind comes first, so that a refused configuration makes no file.
         if let Some(remote) = &wanted.remote {

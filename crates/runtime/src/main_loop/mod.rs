@@ -40,7 +40,7 @@ use crate::synchronization::{Emitter, Synchronization};
 pub(crate) use cycle::cycle;
 pub(crate) use driving::drive;
 pub(crate) use frozen::FrozenLoop;
-pub(crate) use gauges::Publication;
+pub(crate) use gauges::{LoopState, Publication};
 pub(crate) use pace::Pace;
 pub use pace::Rate;
 pub(crate) use plan::Levels;

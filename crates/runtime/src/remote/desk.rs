@@ -208,6 +208,11 @@ impl Desk {
             let message = format!("`{name}` is the time source, and without it the world stands still");
             return Err(refusal(message, "end the agent instead"));
         }
+        let switch = format!("{name}/enabled");
+        if let Some(link) = self.composer.links().into_iter().find(|link| link.to == switch) {
+            let message = format!("`{name}` is switched by a link, from {}", link.from);
+            return Err(refusal(message, &format!("take the link away first: slate unlink {switch}")));
+        }
         let has_failed = on && module.condition == "FAULTED";
         let present = self.composer.board().read(&format!("{name}/enabled/value"));
         if present.ok().flatten().is_some_and(|(value, _)| value == interface::Value::Bool(on)) {

@@ -349,7 +349,7 @@ pub struct LinkEntry {
     pub stale: Option<u64>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
-    /// Why it brings nothing, when it leads to another agent.
+    /// Why it brings nothing: what it leads to of another agent is not there, or a module is in the way of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,
 }

@@ -28,7 +28,7 @@ impl Desk {
 
     pub(super) fn set(&self, changes: &[(String, String)]) -> Done {
         let database = self.database()?;
-        let changed = database.set(changes).map_err(|report| match self.loaded_by_hand(database, changes) {
+        let changed = self.composer.commit(|| database.propose(changes)).map_err(|report| match self.loaded_by_hand(database, changes) {
             Some(module) => refusal(
                 format!("module `{module}` came with a plugin that was loaded by hand, so it has no settings"),
                 "add the module to [modules], and its plugin with its `file` to [plugins], and start again",
@@ -36,24 +36,18 @@ impl Desk {
             None => report.into(),
         })?;
         self.say_changes("changed", &changed);
-        match self.composer.unlinked() {
-            Some(report) => Err(report.into()),
-            None => result(self.changed(changed)),
-        }
+        result(self.changed(changed))
     }
 
     pub(super) fn revert(&self, path: &str) -> Done {
         let database = self.database()?;
         let is_known = !database.get(path)?.is_empty();
-        let changed = database.take_back(path)?;
+        let changed = self.composer.commit(|| database.revert(path))?;
         if changed.is_empty() && !is_known && !path.trim().is_empty() {
             return Err(no_setting(database, path));
         }
         self.say_changes("taken back", &changed);
-        match self.composer.unlinked() {
-            Some(report) => Err(report.into()),
-            None => result(self.changed(changed)),
-        }
+        result(self.changed(changed))
     }
 
     /// Tells who reads the log later why the robot is another one from here on.

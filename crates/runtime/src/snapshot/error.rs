@@ -3,6 +3,17 @@ use std::time::Duration;
 
 use crate::configuration::Report;
 
+/// One in the same line, several in a line each, and no more than anybody reads.
+fn list(problems: &[String]) -> String {
+    const MOST: usize = 10;
+    let mut lines: Vec<_> = problems.iter().take(MOST).cloned().collect();
+    if problems.len() > MOST {
+        lines.push(format!("and {} more", problems.len() - MOST));
+    }
+    let before = if lines.len() > 1 { "\n" } else { "" };
+    format!("{before}{}", lines.join("\n"))
+}
+
 /// Why there is no snapshot, or an agent does not go on from one; the agent is as it was.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum SnapshotError {
@@ -40,7 +51,7 @@ pub enum SnapshotError {
         expected: u64,
     },
     /// It is of another agent, or one that was made of other things.
-    #[error("the snapshot of agent `{agent}` does not fit: {}", .problems.join("; "))]
+    #[error("the snapshot of agent `{agent}` does not fit: {}", list(problems))]
     #[diagnostic(help("start an agent from it, with the plugins that it names: slate run --resume FILE"))]
     Unfit {
         /// The agent that it is of.

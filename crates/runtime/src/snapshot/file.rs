@@ -83,14 +83,7 @@ pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotErro
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     let part = path.with_file_name(name);
-    // Of two that write the same file at once, one is refused; what a process left that was killed is replaced.
-    let open = File::options().write(true).create(true).truncate(false).open(&part);
-    let written = open.and_then(|mut file| {
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(fs::TryLockError::WouldBlock) => return Err(io::ErrorKind::AlreadyExists.into()),
-            Err(fs::TryLockError::Error(error)) => return Err(error),
-        }
+    let written = lock(&part).and_then(|mut file| {
         if file.metadata()?.len() > 0 {
             file.set_len(0)?;
         }
@@ -105,6 +98,34 @@ pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotErro
         }
         failed(error)
     })
+}
+
+/// Opens a file that nobody else writes. Of two that write the same file at once, one is refused; what a process left
+/// that was killed is replaced.
+fn lock(part: &Path) -> io::Result<File> {
+    loop {
+        let file = File::options().write(true).create(true).truncate(false).open(part)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(fs::TryLockError::WouldBlock) => return Err(io::ErrorKind::AlreadyExists.into()),
+            Err(fs::TryLockError::Error(error)) => return Err(error),
+        }
+        // Whoever had it before may have given it its name since it was opened: then it is whole, and stays so.
+        if is_at(&file, part)? {
+            return Ok(file);
+        }
+    }
+}
+
+/// Whether a file is what stands at a path.
+fn is_at(file: &File, path: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt;
+    let own = file.metadata()?;
+    match fs::metadata(path) {
+        Ok(there) => Ok((own.dev(), own.ino()) == (there.dev(), there.ino())),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
 }
 
 pub(super) fn read(path: &Path) -> Result<Snapshot, SnapshotError> {

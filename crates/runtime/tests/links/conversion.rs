@@ -238,11 +238,12 @@ fn parameters_follow_outputs_within_their_range() {
     );
     let set =
         agent.database().unwrap().set(&[("modules.thinker.params.gain", "2.0")]).unwrap_err().to_string();
-    assert!(set.contains("follows"), "{set}");
+    assert!(set.contains("follows") && set.contains("slate unlink thinker/params/gain"), "{set}");
     steps(&mut agent, 4);
     assert_eq!(number(&agent, "thinker/seen/metres"), 5.0, "7 is out of range");
     assert_eq!(number(&agent, "thinker/seen/angle"), 7.0);
     agent.composer().unlink("thinker/params/gain").unwrap();
+    assert_eq!(number(&agent, "thinker/params/gain"), 1.0, "the value that is set, as of inputs");
     agent.database().unwrap().set(&[("modules.thinker.params.gain", "0.5")]).unwrap();
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "thinker/seen/metres"), 0.5);
@@ -250,6 +251,41 @@ fn parameters_follow_outputs_within_their_range() {
     agent.composer().link(&NewLink::new("other/params/gain", "thinker/params/gain")).unwrap();
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "other/seen/metres"), 0.5);
+    // But not of itself.
+    let links = agent.composer().links();
+    let link = NewLink::new("thinker/params/gain", "other/params/gain");
+    let circle = agent.composer().link(&link).unwrap_err().to_string();
+    assert!(circle.contains("read each other in a circle"), "{circle}");
+    assert_eq!(agent.composer().links(), links);
+    agent.composer().link(&NewLink::new("thinker/params/width", "other/params/width")).unwrap();
+}
+
+#[test]
+fn the_loop_and_the_log_are_sources_too() {
+    let mut agent = load("\"thinker/refined/count\" = \"loop/state/overruns\"");
+    steps(&mut agent, 2);
+    for (from, is_good) in [
+        ("loop/state/cycles", true),
+        ("log/counts/written", true),
+        ("/loop/histogram/count", true),
+        ("loop/stat/cycles", false),
+        ("loop/state/cycle", false),
+    ] {
+        let linked = agent.composer().link(&NewLink::new("thinker/refined/count", from));
+        assert_eq!(linked.is_ok(), is_good, "{from}: {linked:?}");
+        let said = linked.err().map_or_else(String::new, |error| error.to_string());
+        assert!(is_good || said.contains("did you mean"), "{said}");
+        steps(&mut agent, 1);
+    }
+    agent.logger().log(0, slate_module::Level::Info, "a line");
+    agent.composer().link(&NewLink::new("thinker/refined/count", "log/counts/written")).unwrap();
+    let written = || {
+        agent.logger().flush(std::time::Duration::from_secs(10));
+        number(&agent, "log/counts/written")
+    };
+    assert!(written() > 0.0);
+    steps(&mut agent, 1);
+    assert!(number(&agent, "thinker/refined/count") > 0.0);
 }
 
 #[test]
@@ -347,6 +383,11 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         "\"thinker/point\" = \"other/point\"\n\"other/point\" = \"thinker/point\"",
         &["other/point -> thinker/point -> other/point", "circle"],
     );
+    refused(
+        "\"thinker/params/gain\" = \"other/params/gain\"\n\"other/params/gain\" = \"thinker/params/gain\"",
+        &["other/params/gain -> thinker/params/gain -> other/params/gain", "circle"],
+    );
+    refused("\"thinker/params/gain\" = \"thinker/params/gain\"", &["circle"]);
     refused("\"thinker/tame\" = { from = \"sensor/raw\", when = \"good\" }", &["`good` is no condition"]);
     refused(
         "\"thinker/tame\" = { from = \"sensor/raw\", when = \"goood == true\" }",

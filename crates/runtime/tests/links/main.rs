@@ -10,8 +10,10 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod conversion;
+mod lateness;
 mod model;
 mod queues;
 mod relinking;
 mod support;
 mod threads;
+mod wants;

@@ -171,6 +171,26 @@ plugin = "receiver"
     assert_eq!((read(&agent, "first"), read(&agent, "second")), (9.0, 15.0));
 }
 
+#[test]
+fn what_only_values_have_is_refused_for_messages() {
+    let text = r#"
+[modules.a]
+plugin = "counter"
+[modules.sender]
+[modules.sum]
+plugin = "receiver"
+"#;
+    let mut agent = lockstep(text);
+    steps(&mut agent, 1);
+    let options = [("every", "3"), ("when", "\"value > 1\""), ("stale", "\"1s\"")];
+    for (option, value) in options {
+        let link = NewLink::new("sender/note", "sum/notes").with(option, value);
+        let report = agent.composer().link(&link).unwrap_err().to_string();
+        assert!(report.contains(&format!("`{option}` has no meaning for messages")), "{report}");
+    }
+    link(&agent, "sender/note", "sum/notes");
+}
+
 /// Shares with agents that never come.
 struct Nobody;
 

@@ -1,5 +1,9 @@
 //! Modules and agents of these tests.
 
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+use std::time::Duration;
+
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{Database, Options as Reading};
@@ -95,9 +99,58 @@ impl Module for Collector {
     }
 }
 
+/// Modules that do not return from their steps while they are among these.
+static HELD: Mutex<BTreeSet<u64>> = Mutex::new(BTreeSet::new());
+
+/// Holds modules of that number, or lets them go.
+pub fn hold(number: u64, held: bool) {
+    let mut all = HELD.lock().unwrap();
+    let _ = if held { all.insert(number) } else { all.remove(&number) };
+}
+
+/// Ports of [`Held`].
+#[ports]
+pub struct HeldIo {
+    number: Input<Number>,
+    pair: Input<Pair>,
+    seen: Output<Number>,
+}
+
+/// Parameters of [`Held`].
+#[params]
+pub struct HeldParams {
+    #[param(default = 0, doc = "what it is held by")]
+    hold: u64,
+    #[param(default = 1.0, doc = "what is seen is multiplied by it")]
+    factor: f64,
+}
+
+/// Shows its input, and hangs when it is held.
+pub struct Held;
+
+#[module(stage = Act)]
+impl Module for Held {
+    type Io = HeldIo;
+    type Params = HeldParams;
+    type State = ();
+
+    fn tick(_: &mut (), io: &HeldIo, params: &HeldParams, _: &Tick) -> Outcome {
+        while HELD.lock().unwrap().contains(&params.hold) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        io.seen.set(Number { value: params.factor * (io.number.value + io.pair.second) });
+        Outcome::Ok
+    }
+}
+
 /// All kinds.
 pub fn all() -> Vec<Plugin> {
-    let own = [Plugin::linked::<Twins>(), Plugin::linked::<Judge>(), Plugin::linked::<Collector>()];
+    let own = [
+        Plugin::linked::<Twins>(),
+        Plugin::linked::<Judge>(),
+        Plugin::linked::<Collector>(),
+        Plugin::linked::<Held>(),
+    ];
     plugins().into_iter().chain(own).collect()
 }
 

@@ -151,6 +151,13 @@ fn switching_what_does_nothing_is_refused() {
     assert_eq!(client.read("/teller/enabled/value").unwrap().unwrap().value, true);
     assert!(client.differences().unwrap().iter().all(|different| !different.path.ends_with("enabled")));
     refused(client.enable("teller", true));
+    // What a link switches is switched by that alone, whatever it says at the moment.
+    client.link("teller/enabled", "relay/enabled", &[], false).unwrap();
+    for on in [true, false] {
+        let linked = refused(client.enable("teller", on));
+        assert!(linked.message.contains("switched by a link, from /relay/enabled"), "{linked:?}");
+        assert!(linked.help.contains("slate unlink teller/enabled"), "{linked:?}");
+    }
 }
 
 #[test]

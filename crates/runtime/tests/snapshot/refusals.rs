@@ -1,3 +1,6 @@
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::Database;
@@ -42,7 +45,7 @@ fn what_does_not_fit_is_named() {
         (
             "time.source = \"counter\"",
             "time.source = \"counter\"\nagent.seed = 5",
-            "agent.seed is 5 here and 0 in it",
+            "agent.seed is 5 here and 0 in it: give it --set agent.seed=0",
         ),
     ] {
         assert!(ROBOT.contains(what), "{what}");
@@ -51,7 +54,7 @@ fn what_does_not_fit_is_named() {
             text = text.replace("\"sender/note\" = \"receiver/notes\"\n", "");
         }
         let agent = Agent::load(&crate::common::configuration(&text), &plugins(), options()).unwrap();
-        let said = refused(agent).replace('"', "");
+        let said = refused(agent).replace(['"', '\''], "");
         assert!(said.contains(words), "{words}: {said}");
     }
 }
@@ -88,6 +91,74 @@ fn a_state_that_does_not_fit_leaves_all_as_it_was() {
     let agent = with(Some(Plugin::linked::<OtherCounter>())).unwrap();
     let said = refused(agent);
     assert!(said.contains("module `counter`") && said.contains("does not take its state"), "{said}");
+}
+
+#[test]
+fn a_load_that_is_refused_touches_no_setting_and_no_link_meanwhile() {
+    let agent = with(Some(Plugin::linked::<OtherCounter>())).unwrap();
+    let (database, composer) = (agent.database().unwrap().clone(), agent.composer());
+    let changes = [("modules.counter.params.nan_at", "22"), ("links.\"driver/input\"", "\"relay/output\"")];
+    database.set(&changes).unwrap();
+    let (told, links) = (Arc::new(AtomicU32::new(0)), composer.links());
+    let count = Arc::clone(&told);
+    let _subscription = database
+        .subscribe("", move |_, _| {
+            count.fetch_add(1, Ordering::Relaxed);
+        })
+        .unwrap();
+    let said = refused(agent);
+    assert!(said.contains("does not take its state"), "{said}");
+    assert_eq!(told.load(Ordering::Relaxed), 0, "nobody is told of a change");
+    assert_eq!(composer.links(), links);
+    assert_eq!(database.get("modules.counter.params.nan_at").unwrap()[0].value.as_integer(), Some(22));
+}
+
+#[test]
+fn a_snapshot_of_another_agent_is_told_so_and_no_more() {
+    let text = ROBOT.replace("agent.name = \"robot\"", "agent.name = \"other\"");
+    let text =
+        text.replace("[modules.dice]", "[modules.dice]\nparams = {}\n[modules.more]\nplugin = \"dice\"");
+    let said = refused(robot(&text));
+    assert_eq!(said, "the snapshot of agent `robot` does not fit: this is agent `other`");
+}
+
+#[test]
+fn many_differences_are_a_line_each_and_not_all_told() {
+    let mut text = ROBOT.to_owned();
+    for number in 0..30 {
+        text += &format!("[modules.more{number}]\nplugin = \"dice\"\n");
+    }
+    let agent = Agent::load(&crate::common::configuration(&text), &plugins(), options()).unwrap();
+    let error = agent.restore_under_own_settings(&snapshot()).unwrap_err().to_string();
+    assert!(error.lines().count() <= 12 && error.lines().all(|line| line.len() < 200), "{error}");
+    assert!(error.contains("module `more0` is not in it\n") && error.contains("more"), "{error}");
+}
+
+#[test]
+fn two_that_write_one_file_never_spoil_it() {
+    let snapshot = snapshot();
+    let path = file("race");
+    snapshot.write(&path).unwrap();
+    let writing = std::sync::atomic::AtomicBool::new(true);
+    std::thread::scope(|scope| {
+        let write = || {
+            for _ in 0..200 {
+                if let Err(error) = snapshot.write(&path) {
+                    let help = miette::Diagnostic::help(&error).unwrap().to_string();
+                    assert!(help.contains("wait for it"), "{error}: {help}");
+                }
+            }
+        };
+        let writers: Vec<_> = (0..4).map(|_| scope.spawn(write)).collect();
+        scope.spawn(|| {
+            while writing.load(Ordering::Relaxed) {
+                Snapshot::read(&path).unwrap();
+            }
+        });
+        let ended: Vec<_> = writers.into_iter().map(|writer| writer.join()).collect();
+        writing.store(false, Ordering::Relaxed);
+        ended.into_iter().for_each(|ended| ended.unwrap());
+    });
 }
 
 #[test]

@@ -132,6 +132,47 @@ fn a_running_agent_gets_the_settings_of_its_snapshot_back() {
 }
 
 #[test]
+fn what_a_snapshot_does_not_say_is_as_the_files_say_again() {
+    let mut agent = robot(ROBOT);
+    let database = agent.database().unwrap().clone();
+    steps(&mut agent, 3);
+    let snapshot = agent.composer().snapshot().unwrap();
+    let changes = [
+        ("modules.counter.params.nan_at", "40"),
+        ("modules.counter.params.panic_at", "41"),
+        ("modules.dice.enabled", "false"),
+        ("links.\"relay/input\"", "{ from = \"counter/number\", every = 3 }"),
+    ];
+    database.set(&changes).unwrap();
+    steps(&mut agent, 3);
+    agent.restore(&snapshot).unwrap();
+    let diff: Vec<_> = database.diff().into_iter().map(|difference| difference.path).collect();
+    assert!(diff.is_empty(), "{diff:?}");
+    assert_eq!(number(&agent, "counter/params/nan_at"), 0.0);
+    assert!(!agent.composer().snapshot().unwrap().configuration_text().contains("nan_at"));
+    let mut straight = resumed(&snapshot, options());
+    steps(&mut agent, 20);
+    steps(&mut straight, 20);
+    assert_eq!(seen(&mut agent), seen(&mut straight));
+}
+
+#[test]
+fn what_only_the_files_say_holds_no_more() {
+    let mut agent = robot(ROBOT);
+    steps(&mut agent, 5);
+    let snapshot = agent.composer().snapshot().unwrap();
+    let other = ROBOT.replace("panic_at = 13", "panic_at = 13\nparams.nan_at = 17");
+    let mut second = robot(&other);
+    second.restore(&snapshot).unwrap();
+    let said = second.database().unwrap().get("modules.counter.params.nan_at").unwrap();
+    let says = (number(&second, "counter/params/nan_at"), said[0].value.as_integer());
+    assert_eq!(says, (0.0, Some(0)), "the configuration says what the robot has");
+    steps(&mut agent, 30);
+    steps(&mut second, 30);
+    assert_eq!(seen(&mut agent), seen(&mut second));
+}
+
+#[test]
 fn an_agent_may_go_on_with_parameters_of_its_own() {
     let mut agent = robot(ROBOT);
     steps(&mut agent, 5);

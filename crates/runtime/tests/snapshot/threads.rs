@@ -1,5 +1,6 @@
 use std::time::Duration;
 
+use slate_runtime::configuration::Database;
 use slate_runtime::snapshot::SnapshotError;
 use slate_runtime::{Agent, Control, Mode, Options};
 
@@ -89,6 +90,34 @@ fn going_back_while_threads_run_loses_nobody() {
             assert!(composer.now() < snapshot.time() + 10_000_000_000);
         }
     });
+    assert!(number(&agent, "counter/number/value") >= 300.0, "it went on after that");
+}
+
+#[test]
+fn links_and_settings_come_back_while_threads_run() {
+    let database = Database::from_text("robot.toml", THREADED, Default::default()).unwrap();
+    let options = Options { mode: Mode::Threaded, ..Options::default() };
+    let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+    let composer = agent.composer();
+    let links = composer.links();
+    run_until(&mut agent, 300.0, || {
+        while composer.now() < 50_000_000 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let snapshot = composer.snapshot().unwrap();
+        for _ in 0..5 {
+            let changes = [
+                ("links.\"relay/input\"", "{ from = \"counter/number\", every = 3 }"),
+                ("modules.counter.params.hang_ms", "9"),
+            ];
+            database.set(&changes).unwrap();
+            composer.restore(&snapshot, Some(&database)).unwrap();
+            assert!(database.diff().is_empty());
+        }
+    });
+    let shown: Vec<_> = composer.links().into_iter().map(|link| (link.to, link.from)).collect();
+    assert_eq!(shown, links.into_iter().map(|link| (link.to, link.from)).collect::<Vec<_>>());
+    assert_eq!(number(&agent, "counter/params/hang_ms"), 0.0);
     assert!(number(&agent, "counter/number/value") >= 300.0, "it went on after that");
 }
 

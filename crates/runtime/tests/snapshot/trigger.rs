@@ -49,6 +49,7 @@ fn what_cannot_be_looked_at_is_refused() {
     for (line, words) in [
         ("at = \"1s\"", "no file"),
         ("file = \"x\"", "does not say when"),
+        ("at = \"1s\"\nfile = \"no-folder/x\"", "there is no folder"),
         ("file = \"x\"\nwhen = \"/counter/number/value\"", "none of <"),
         ("file = \"x\"\nwhen = \"/counter/number/valu > 1\"", "no field `valu`"),
         ("file = \"x\"\nwhen = \"/countr/number/value > 1\"", "no property"),

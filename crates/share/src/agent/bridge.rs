@@ -1,6 +1,6 @@
 //! The thread between an agent and its peers: it subscribes to what links want, and tells the agent how that stands.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -72,12 +72,24 @@ impl Bridge {
 
     /// Begins and ends subscriptions.
     fn want(&mut self, wants: Wants) {
-        let stays = |path: &RemotePath, own: &Want| wants.get(path) == Some(own);
+        // Those of one property share a subscription, which begins anew when one of them wants something else.
+        let changed = self
+            .readings
+            .iter()
+            .filter(|(path, reading)| wants.get(*path).is_some_and(|want| *want != reading.want));
+        let changed: BTreeSet<(String, String)> =
+            changed.map(|(path, reading)| (path.agent.clone(), reading.property().to_owned())).collect();
         let subscriptions = &mut self.subscriptions;
         self.readings.retain(|path, reading| {
-            let stays = stays(path, &reading.want);
+            let stays = wants.contains_key(path)
+                && !changed.contains(&(path.agent.clone(), reading.property().to_owned()));
             if !stays {
                 reading.end(subscriptions);
+                if wants.contains_key(path) {
+                    // Nobody may go on with what leaves the board, and what comes in its place is told as another one.
+                    let reason = "it is subscribed to anew, as links want something else of it".into();
+                    reading.tell(&self.site.host, Standing::Absent { reason });
+                }
             }
             stays
         });
@@ -109,19 +121,6 @@ impl Bridge {
     fn look(&mut self, now: u64) {
         for (path, reading) in &mut self.readings {
             let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
-            let carrier = match (&reading.want, self.dialled.get(&path.agent)) {
-                (Want::Values { carrier: Some(carrier), .. }, Some(Ok(endpoint))) => endpoint
-                    .split(':')
-                    .next()
-                    .filter(|used| used != carrier)
-                    .map(|_| format!("agent `{}` is at {endpoint}, and not by `{carrier}`", path.agent)),
-                _ => None,
-            };
-            if let Some(reason) = carrier {
-                reading.tell(&self.site.host, Standing::Absent { reason });
-                reading.settle();
-                continue;
-            }
             reading.look(&mut self.subscriptions, &self.site.host, absence, now);
         }
         for (path, outbox) in &mut self.outboxes {

@@ -179,6 +179,11 @@ impl Sharing for AgentSharing {
         }
     }
 
+    fn carriers(&self) -> BTreeSet<String> {
+        let built_in = ["local"].into_iter().chain(cfg!(feature = "zenoh").then_some("zenoh"));
+        self.carriers.keys().cloned().chain(built_in.map(Into::into)).collect()
+    }
+
     fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         Some(Arc::clone(self.inspector.as_ref()?) as Arc<dyn Inspection>)
     }

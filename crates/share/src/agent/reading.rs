@@ -1,11 +1,11 @@
 //! A property of another agent that links read, or a field of one: which of both it is turns out when the other agent
 //! answers.
 
-use slate_runtime::sharing::{RemotePath, SharingHost, Standing, Want as Wanted};
+use slate_runtime::sharing::{Compression as Wish, Pace, RemotePath, SharingHost, Standing, Want as Wanted};
 
 use super::subscriptions::Subscriptions;
 use crate::peers::{Status, Want};
-use crate::session::Options;
+use crate::session::{Compression, Content, Mode, Options};
 
 /// How long it waits after a refusal, nanoseconds.
 const AGAIN: u64 = 1_000_000_000;
@@ -40,14 +40,14 @@ impl Reading {
         }
     }
 
+    /// What is subscribed to.
+    pub fn property(&self) -> &str {
+        &self.property
+    }
+
     /// Whether nothing is under way.
     pub fn is_settled(&self) -> bool {
         self.settled
-    }
-
-    /// Nothing is expected.
-    pub fn settle(&mut self) {
-        self.settled = true;
     }
 
     /// Ends the subscription; the property goes off the board with it.
@@ -153,12 +153,22 @@ impl Reading {
     }
 
     fn wanted(&self) -> Want {
-        let Wanted::Values { reliable, period, every, .. } = &self.want else {
+        let Wanted::Values { reliable, pace, compression, every, .. } = &self.want else {
             return Want::new(&self.property, Options::default());
         };
-        let options = if every.is_some() { Options::queue() } else { Options::default() };
-        let options = if *reliable { options } else { options.best_effort() };
-        let options = period.map_or(options, |period| options.periodic(period));
+        let options = Options {
+            mode: match *pace {
+                Pace::OnChange(interval) => Mode::OnChange(interval),
+                Pace::Every(period) => Mode::Periodic(period),
+            },
+            content: if every.is_some() { Content::All } else { Content::Newest },
+            reliable: *reliable,
+            compression: match *compression {
+                Wish::None => Compression::None,
+                Wish::Lossless => Compression::Lossless,
+                Wish::Jpeg(quality) => Compression::Jpeg(quality),
+            },
+        };
         Want::new(&self.property, options).depth(every.unwrap_or(1))
     }
 }

@@ -14,8 +14,8 @@ use hub::{Hub, Process, be_an_agent};
 use rustix::process::Signal;
 use slate_blackboard::interface::Value;
 
-/// A test: its name, and what it does by a carrier.
-type Test = (&'static str, fn(&'static str));
+/// A test of agents that reach each other in that way.
+type Test = fn(&'static str);
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
@@ -25,7 +25,7 @@ fn main() {
     {
         return be_an_agent(setup(name), endpoint);
     }
-    let tests: [Test; 3] = [
+    let tests: [(&str, Test); 3] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
         ("a_stopped_agent_disturbs_nobody_and_catches_up", stopped),
         ("a_killed_agent_leaves_nothing_behind", left_behind),

@@ -23,7 +23,11 @@ impl Builder<'_, '_> {
     pub(super) fn memory(&mut self, m: usize, target: Target) -> Option<Arc<dyn ValueMemory>> {
         let writer = match target {
             Target::Port(writer, _) => Some(writer),
-            Target::Command(_) | Target::Absent(_) | Target::Implied(..) | Target::Remote(_) => None,
+            Target::Command(_)
+            | Target::Absent(_)
+            | Target::Implied(..)
+            | Target::Remote(_)
+            | Target::Host(_) => None,
         };
         let writer = writer.filter(|writer| self.is_isolated(*writer)).map(|writer| self.name(writer));
         let read = self.readers(target).any(|joint| self.is_isolated(joint.port.0));

@@ -98,7 +98,7 @@ impl Builder<'_, '_> {
             Target::Absent(absent) => Some(self.survey.absent[absent].module.clone()),
             // Whether its values come is known like the condition of a module.
             Target::Remote(remote) => Some(self.survey.remote[remote].path.to_string()),
-            Target::Port(..) | Target::Command(_) | Target::Implied(..) => None,
+            Target::Port(..) | Target::Command(_) | Target::Implied(..) | Target::Host(_) => None,
         };
         Some((property, writer))
     }
@@ -351,7 +351,7 @@ impl Builder<'_, '_> {
                 let wake = Some(Arc::clone(&self.ground.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
-            Target::Command(_) | Target::Implied(..) => return None,
+            Target::Command(_) | Target::Implied(..) | Target::Host(_) => return None,
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.wake_of(&receiver) })
     }

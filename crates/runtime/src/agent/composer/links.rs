@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::Composer;
 use crate::agent::composition::Composition;
-use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Report, Value};
+use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
 
 /// A link to be made while the agent runs.
 ///
@@ -76,7 +76,7 @@ pub struct LinkStatus {
     pub stale: Option<u64>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
-    /// Why it brings nothing, when it leads to another agent.
+    /// Why it brings nothing: what it leads to of another agent is not there, or a module is in the way of it.
     pub trouble: Option<String>,
 }
 
@@ -88,13 +88,22 @@ impl Composer {
             let gauge = composition.ground.gauges.get(&link.to.value)?;
             Some((gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed)))
         };
+        let unmade = composition.unmade();
+        let trouble = |link: &Link| {
+            let trouble = composition.remotes.trouble(&composition.configuration, link);
+            let to = &link.to.value;
+            let mut unmade = unmade.iter().filter(|(port, _)| {
+                to.strip_prefix(port.as_str()).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
+            });
+            trouble.or_else(|| unmade.next().map(|(_, reason)| reason.clone()))
+        };
         let status = |link: &Link| LinkStatus {
             queue: queue(link),
             to: link.to.value.clone(),
             from: link.from.value.to_string(),
             previous: link.previous,
             stale: link.stale.as_ref().map(|stale| stale.value),
-            trouble: composition.remotes.trouble(&composition.configuration, link),
+            trouble: trouble(link),
         };
         composition.configuration.links().iter().map(status).collect()
     }
@@ -106,7 +115,8 @@ impl Composer {
     /// What does not fit; nothing is changed then.
     pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.input(&link.to)?;
-        self.commit(&database, &path, &link.changes(&path))
+        let changes = link.changes(&path);
+        self.commit(|| database.propose(&changes))
     }
 
     /// Whether a link could be made: as [`link`](Composer::link), and nothing is changed.
@@ -115,7 +125,7 @@ impl Composer {
     /// As [`link`](Composer::link).
     pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.input(&link.to)?;
-        Ok(database.propose(&link.changes(&path))?.changes().to_vec())
+        Ok(self.judged(database.propose(&link.changes(&path))?)?.changes().to_vec())
     }
 
     /// Takes the link of an input away, which then has the value that is set for it, or that of an input which was never
@@ -125,7 +135,7 @@ impl Composer {
     /// When there is no such link, or a module needs it; nothing is changed then.
     pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         let (database, path) = self.linked(to)?;
-        self.commit(&database, &path, &[(setting(&path), "false".into())])
+        self.commit(|| database.propose(&[(setting(&path), "false")]))
     }
 
     /// Whether a link could be taken away: as [`unlink`](Composer::unlink), and nothing is changed.
@@ -134,7 +144,7 @@ impl Composer {
     /// As [`unlink`](Composer::unlink).
     pub fn check_unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         let (database, path) = self.linked(to)?;
-        Ok(database.propose(&[(setting(&path), "false")])?.changes().to_vec())
+        Ok(self.judged(database.propose(&[(setting(&path), "false")])?)?.changes().to_vec())
     }
 
     /// The database, and the path of what a link feeds.
@@ -160,23 +170,25 @@ impl Composer {
         Err(Diagnostic::without_place(format!("`{path}` has no link"), Some(help)).into())
     }
 
-    fn commit(
+    /// Makes changes of the configuration, unless links are among them that a module is in the way of.
+    pub(crate) fn commit(
         &self,
-        database: &Database,
-        path: &str,
-        changes: &[(String, String)],
+        propose: impl Fn() -> Result<Proposal, Report>,
     ) -> Result<Vec<Change>, Report> {
-        let before = database.current().value(&setting(path)).map(|value| value.value.clone());
-        let changed = database.set(changes)?;
-        let Some(report) = self.composition().unlinked.clone() else { return Ok(changed) };
-        // A module is in the way, so that the configuration is not to have it either. It was so a moment ago.
-        let _ = database.set(&back(path, before));
-        Err(report)
+        loop {
+            // Somebody else may be faster.
+            if let Some(changes) = self.judged(propose()?)?.apply() {
+                return Ok(changes);
+            }
+        }
     }
 
-    /// Why the links are not those of the configuration, if they are not.
-    pub(crate) fn unlinked(&self) -> Option<Report> {
-        self.composition().unlinked.clone()
+    fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
+        if proposal.changes().iter().any(|change| change.names().first().is_some_and(|name| name == "links"))
+        {
+            self.check_returned(proposal.configuration())?;
+        }
+        Ok(proposal)
     }
 }
 
@@ -186,17 +198,6 @@ impl Composition {
             let message = "the links of this agent can't change while it runs";
             Diagnostic::without_place(message, Some("load it with a database".into())).into()
         })
-    }
-}
-
-/// What makes a link what it was.
-fn back(path: &str, before: Option<Value>) -> Vec<(String, String)> {
-    let path = setting(path);
-    match before {
-        None => vec![(path, "false".into())],
-        // The first takes away what the link has besides.
-        Some(table @ Value::Table(_)) => vec![(path.clone(), "false".into()), (path, table.to_string())],
-        Some(other) => vec![(path, other.to_string())],
     }
 }
 
@@ -220,7 +221,7 @@ impl Configuration {
             Some(agent) if agent != self.agent_name() => {
                 let message =
                     format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name());
-                Err(refusal(message, "ask that agent: --agent NAME"))
+                Err(refusal(message, &format!("ask that agent: --agent {agent}")))
             }
             _ => Ok(url.path_in("")),
         }

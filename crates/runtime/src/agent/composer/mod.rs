@@ -100,7 +100,7 @@ pub(super) struct Origin {
 }
 
 /// A composer that does not keep its agent.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(crate) struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
@@ -129,7 +129,10 @@ impl Composer {
 
     pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
         let overview = Arc::new(Mutex::new(Overview::of(&composition)));
-        Self { shared, composition: Arc::new(Mutex::new(composition)), overview }
+        let composer = Self { shared, composition: Arc::new(Mutex::new(composition)), overview };
+        let own = composer.downgrade();
+        composer.composition().own = own;
+        composer
     }
 
     /// What the agent is made of, for one change at a time; what came of it is shown when it is let go.

@@ -31,11 +31,9 @@ pub(super) struct Thaw {
 }
 
 impl Thaw {
-    /// Does it, for who has the token, while modules with threads of their own are held. Returns the instances that were
-    /// there before.
-    pub fn apply(self, shared: &Shared) -> Result<Vec<Retired>, SnapshotError> {
-        let Self { subjects, ready } = self;
-        let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
+    /// Finds out whether it can be done, for who has the token; nothing is changed when it can't.
+    pub fn judged(self, shared: &Shared) -> Result<Self, SnapshotError> {
+        let Self { subjects, ready } = &self;
         for subject in subjects.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
                 let limit = std::time::Duration::ZERO;
@@ -44,10 +42,20 @@ impl Thaw {
         }
         // SAFETY: the caller has the token.
         let core = unsafe { shared.core() };
-        if !shared.thaw_time_source(core, &image.main_loop) {
+        if !shared.thaw_time_source(core, &ready.image.main_loop) {
             let problems = vec!["the time source does not go on from there".into()];
             return Err(SnapshotError::Unfit { agent: shared.board.agent().into(), problems });
         }
+        Ok(self)
+    }
+
+    /// Does it, for who has the token, while modules with threads of their own are held. Returns the instances that were
+    /// there before.
+    pub fn apply(self, shared: &Shared) -> Vec<Retired> {
+        let Self { subjects, ready } = self;
+        let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
+        // SAFETY: the caller has the token.
+        let core = unsafe { shared.core() };
         let now = image.clock.now;
         shared.clock.resume(now);
         time.set(image.next_time);
@@ -91,7 +99,7 @@ impl Thaw {
         }
         shared.thaw(core, image.main_loop);
         keepsakes.into_iter().for_each(|restore| restore());
-        Ok(old)
+        old
     }
 }
 
@@ -103,7 +111,7 @@ fn report(shared: &Shared, result: Result<(), BoardError>) {
 }
 
 /// The property at exactly that path.
-fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
+pub(super) fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
     board.get(path).map(|(property, _)| property).filter(|property| property.path() == path)
 }
 

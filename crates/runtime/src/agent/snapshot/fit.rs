@@ -1,16 +1,19 @@
 //! Whether an agent can go on from a snapshot, before anything is changed.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
-use slate_blackboard::Board;
+use slate_blackboard::{Board, Placement};
 
+use super::apply::at;
 use super::capture::{Subject, marks};
 use crate::agent::composition::Composition;
+use crate::agent::relinking::Relinking;
 use crate::configuration::{Configuration, Entry, Table, Value};
 use crate::main_loop::Shared;
 use crate::snapshot::{FrozenPort, Image, PluginMark, Snapshot};
 
-/// Everything that does not fit, in words.
+/// Everything that does not fit, in words, but for the properties.
 pub(super) fn problems(
     composition: &Composition,
     subjects: &[Subject],
@@ -18,13 +21,8 @@ pub(super) fn problems(
     shared: &Shared,
 ) -> Vec<String> {
     let mut problems = Vec::new();
-    let own = shared.board.agent();
-    if own != snapshot.agent() {
-        return vec![format!("this is agent `{own}`")];
-    }
     plugins(composition, snapshot, &mut problems);
     modules(subjects, &snapshot.image, &mut problems);
-    properties(&shared.board, &snapshot.image, &mut problems);
     if snapshot.image.clock.driven != shared.clock.is_driven() {
         let clock = |driven| if driven { "a time source" } else { "the system's clock" };
         let (then, now) = (clock(snapshot.image.clock.driven), clock(shared.clock.is_driven()));
@@ -45,9 +43,6 @@ pub(super) fn problems(
         {
             problems.push(format!("what was kept as `{name}` can't be read: {error}"));
         }
-    }
-    if let Some(report) = &composition.unlinked {
-        problems.push(format!("links could not be changed: {report}"));
     }
     problems
 }
@@ -119,10 +114,16 @@ fn modules(subjects: &[Subject], image: &Image, problems: &mut Vec<String>) {
     }
 }
 
-fn properties(board: &Board, image: &Image, problems: &mut Vec<String>) {
+/// The properties that do not fit when the modules are linked as in the snapshot.
+pub(super) fn properties(board: &Board, links: &Relinking, image: &Image) -> Vec<String> {
+    let mut problems = Vec::new();
     for (path, frozen) in &image.properties {
-        let property = board.get(path).filter(|(property, _)| property.path() == path);
-        let Some((property, _)) = property else {
+        let property = match links.placement(path) {
+            Some(Placement::Property(property)) => Some(Arc::clone(property)),
+            Some(Placement::Alias { .. }) => None,
+            None => at(board, path),
+        };
+        let Some(property) = property else {
             if frozen.values.published() > 0 {
                 problems.push(format!("there is no property /{path}"));
             }
@@ -140,6 +141,7 @@ fn properties(board: &Board, image: &Image, problems: &mut Vec<String>) {
             problems.push(format!("/{path}: {error}"));
         }
     }
+    problems
 }
 
 /// A setting of which an agent and a snapshot have different values, as `--set` takes them.

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::apply::{Ready, Thaw};
-use super::capture::{Held, Subjects};
+use super::capture::{Held, Subject, Subjects};
 use super::fit::{self, Different};
 use crate::agent::Composer;
 use crate::agent::composition::{Composition, Fitting};
+use crate::agent::relinking::Relinking;
 use crate::aspects::TimePlace;
-use crate::configuration::{Database, Report};
+use crate::configuration::{Configuration, Database};
 use crate::log::Levels;
 use crate::runner::Retired;
 use crate::snapshot::{FrozenModule, Snapshot, SnapshotError};
@@ -24,36 +25,33 @@ impl Composer {
     /// # Errors
     /// What does not fit; the agent goes on as it was.
     pub fn restore(&self, snapshot: &Snapshot, database: Option<&Database>) -> Result<(), SnapshotError> {
-        let different = self.differences(snapshot)?;
-        let changes = |value: fn(&Different) -> Option<&String>| -> Vec<(String, String)> {
-            let mut changes = Vec::new();
-            for own in &different {
-                if own.is_link() {
-                    // First it is taken away, so that nothing is left of what was said of it besides.
-                    changes.push((own.path.clone(), "false".into()));
-                }
-                changes.extend(value(own).map(|value| (own.path.clone(), value.clone())));
-            }
-            changes
-        };
         let Some(database) = database else {
-            return self.go_on(snapshot, &[]);
+            return self.go_on(snapshot, &[], None);
         };
-        // What can't be here is found out before anything is changed, but for what depends on that.
-        let absent: Vec<_> = different.iter().filter(|own| own.there.is_none()).collect();
-        if let Some(own) = absent.iter().find(|own| own.property().is_none() && !own.is_link()) {
-            return Err(unfit(snapshot, vec![own.tell()]));
+        self.is_of(snapshot)?;
+        loop {
+            let here = database.current().with_loaded_of(&self.composition().configuration);
+            let different = Different::between(&here, &*settings_of(snapshot)?);
+            // What can't change while the agent runs is found out before anything is proposed.
+            let is_fixed = |own: &&Different| own.property().is_none() && !own.is_link();
+            let fixed: Vec<_> = different.iter().filter(is_fixed).map(Different::tell).collect();
+            if !fixed.is_empty() {
+                return Err(unfit(snapshot, self.problems(snapshot)?.into_iter().chain(fixed).collect()));
+            }
+            if different.is_empty() {
+                return self.go_on(snapshot, &[], None);
+            }
+            let unset = different.iter().filter(|own| own.there.is_none());
+            let unset = unset.filter_map(|own| Some((own.path.clone(), self.unset(&own.path)?))).collect();
+            let settings: Vec<_> = different.into_iter().map(|own| (own.path, own.there)).collect();
+            let proposal = database.replace(&settings, &unset)?;
+            // All is judged with the settings of the snapshot, and they hold when the agent goes on from it.
+            let restored =
+                proposal.apply_after(|settings| self.go_on(snapshot, &[], Some((settings, &unset))));
+            if let Some(restored) = restored {
+                return restored.map(drop);
+            }
         }
-        let (before, after) = (changes(|own| own.here.as_ref()), changes(|own| own.there.as_ref()));
-        if !after.is_empty() {
-            database.set(&after)?;
-        }
-        let restored = self.go_on(snapshot, &[]);
-        if restored.is_err() && !before.is_empty() {
-            // It held a moment ago.
-            let _: Result<_, Report> = database.set(&before);
-        }
-        restored
     }
 
     /// As [`restore`](Composer::restore), but parameters, switches and values of inputs stay those that the agent was
@@ -62,23 +60,108 @@ impl Composer {
     /// # Errors
     /// What does not fit; the agent goes on as it was.
     pub fn restore_under_own_settings(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let different = self.differences(snapshot)?;
-        self.go_on(snapshot, &different.iter().filter_map(Different::property).collect::<Vec<_>>())
-    }
-
-    fn differences(&self, snapshot: &Snapshot) -> Result<Vec<Different>, SnapshotError> {
-        let there = snapshot.configuration(Vec::new())?.current();
+        self.is_of(snapshot)?;
         let here = Arc::clone(&self.composition().configuration);
-        Ok(Different::between(&here, &there))
+        let different = Different::between(&here, &*settings_of(snapshot)?);
+        self.go_on(snapshot, &different.iter().filter_map(Different::property).collect::<Vec<_>>(), None)
     }
 
-    fn go_on(&self, snapshot: &Snapshot, kept: &[String]) -> Result<(), SnapshotError> {
+    /// Whether a snapshot is of this agent; nothing else is told of one that is not.
+    fn is_of(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let own = self.shared.board.agent();
+        if own == snapshot.agent() {
+            return Ok(());
+        }
+        Err(unfit(snapshot, vec![format!("this is agent `{own}`")]))
+    }
+
+    fn problems(&self, snapshot: &Snapshot) -> Result<Vec<String>, SnapshotError> {
+        let composition = self.composition();
+        let subjects = Subjects::of(&composition, &self.shared)?.modules;
+        Ok(fit::problems(&composition, &subjects, snapshot, &self.shared))
+    }
+
+    /// What a setting is where nothing is said of it.
+    fn unset(&self, path: &str) -> Option<String> {
+        let keys = toml_edit::Key::parse(path).ok()?;
+        let names: Vec<&str> = keys.iter().map(toml_edit::Key::get).collect();
+        match names[..] {
+            ["modules", _, "enabled"] => Some("true".into()),
+            ["modules", module, "params", name] => {
+                serde_json::to_string(&self.default_of(module, name)?).ok()
+            }
+            _ => None,
+        }
+    }
+
+    /// Goes on from a snapshot, but for the values of the settings that are `kept`, and with another configuration if
+    /// one is given, which is to say what that of the snapshot says, or these values where that says nothing.
+    fn go_on(
+        &self,
+        snapshot: &Snapshot,
+        kept: &[String],
+        other: Option<(&Configuration, &BTreeMap<String, String>)>,
+    ) -> Result<(), SnapshotError> {
+        self.is_of(snapshot)?;
         let mut composition = self.composition();
+        let configuration = match other {
+            Some((other, _)) => Arc::new(other.with_loaded_of(&composition.configuration)),
+            None => Arc::clone(&composition.configuration),
+        };
         let subjects = Subjects::of(&composition, &self.shared)?.modules;
         let mut problems = fit::problems(&composition, &subjects, snapshot, &self.shared);
-        let there = snapshot.configuration(Vec::new())?.current();
-        let different = Different::between(&composition.configuration, &there);
-        problems.extend(different.iter().filter(|own| own.property().is_none()).map(Different::tell));
+        let different = Different::between(&configuration, &*settings_of(snapshot)?);
+        let matters = |own: &&Different| match other {
+            Some((_, unset)) => own.there.is_some() || !unset.contains_key(&own.path),
+            None => own.property().is_none(),
+        };
+        let tell = |own: &Different| match (&own.there, other) {
+            // It is about to start, so it may start with that.
+            (Some(there), None) => format!("{}: give it --set '{}={there}'", own.tell(), own.path),
+            _ => own.tell(),
+        };
+        problems.extend(different.iter().filter(matters).map(tell));
+        if !problems.is_empty() {
+            return Err(unfit(snapshot, problems));
+        }
+        let standing = composition.standing();
+        let links = composition.other_links(&configuration)?;
+        let exchanged = self.exchange_all(&composition, &configuration, snapshot, (subjects, kept), links);
+        let (old, links) = exchanged.inspect_err(|_| composition.undo(&standing, std::iter::empty()))?;
+        let relinked = composition.note_links(links);
+        composition.configuration = configuration;
+        composition.unlinked = None;
+        composition.ground.index = snapshot.image.outputs;
+        self.shared.logger.set_levels(levels(snapshot));
+        if let Some(watch) = composition.watch.as_ref() {
+            watch.begin(&self.shared);
+        }
+        // The old instances end here, and not on the loop.
+        drop(old);
+        if !relinked.is_empty() {
+            self.say(&format!("other links hold for {}", relinked.join(", ")));
+        }
+        let seconds = snapshot.time() as f64 * 1e-9;
+        self.say(&format!("it goes on from a snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()));
+        for plugin in fit::other_code(&composition, snapshot) {
+            let text = format!(
+                "plugin `{plugin}` has other code than when the snapshot was taken: what follows may be different"
+            );
+            self.log(slate_module::Level::Warn, &text);
+        }
+        Ok(())
+    }
+
+    /// Makes all that the agent goes on with, and exchanges it together with the links; returns what was there before.
+    fn exchange_all(
+        &self,
+        composition: &Composition,
+        configuration: &Arc<Configuration>,
+        snapshot: &Snapshot,
+        (subjects, kept): (Vec<Subject>, &[String]),
+        links: Relinking,
+    ) -> Result<(Vec<Retired>, Relinking), SnapshotError> {
+        let problems = fit::properties(&self.shared.board, &links, &snapshot.image);
         if !problems.is_empty() {
             return Err(unfit(snapshot, problems));
         }
@@ -89,7 +172,7 @@ impl Composer {
             limit: lingering.limit,
         };
         let _closed = composition.ground.means.threads.close(&names).map_err(lingering)?;
-        let fresh = self.instances(&composition, snapshot)?;
+        let fresh = self.instances(composition, configuration, snapshot)?;
         let settings = composition.settings(&names);
         let keepsakes = snapshot.image.keepsakes.iter().filter_map(|(name, saved)| {
             // It was found to fit.
@@ -107,44 +190,29 @@ impl Composer {
             rearm: composition.armed,
         };
         let held = Held::of(&subjects)?;
-        let seats: Vec<_> = subjects.iter().map(|subject| Arc::clone(&subject.seat)).collect();
         let thaw = Thaw { subjects, ready };
-        let done = self.shared.between_cycles(&seats, move |shared| Some(thaw.apply(shared)));
-        drop(held);
-        let old = match done {
-            Ok(done) => done?,
-            Err(_) => {
-                return Err(unfit(snapshot, vec!["a module has not returned from its last call".into()]));
-            }
-        };
-        composition.ground.index = snapshot.image.outputs;
-        self.shared.logger.set_levels(levels(snapshot));
-        if let Some(watch) = composition.watch.as_ref() {
-            watch.begin(&self.shared);
-        }
-        // The old instances end here, and not on the loop.
-        drop(old);
-        let seconds = snapshot.time() as f64 * 1e-9;
-        self.log(
-            slate_module::Level::Info,
-            &format!("it goes on from a snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()),
+        let done = composition.exchange_links_with(
+            links,
+            &self.shared,
+            move |shared| thaw.judged(shared),
+            |shared, thaw| thaw.apply(shared),
         );
-        for plugin in fit::other_code(&composition, snapshot) {
-            let text = format!(
-                "plugin `{plugin}` has other code than when the snapshot was taken: what follows may be different"
-            );
-            self.log(slate_module::Level::Warn, &text);
-        }
-        Ok(())
+        drop(held);
+        done.unwrap_or_else(|| {
+            Err(unfit(snapshot, vec!["a module has not returned from its last call".into()]))
+        })
     }
 
     /// An instance for each module with the state that it had; none where there was none.
     fn instances(
         &self,
         composition: &Composition,
+        configuration: &Arc<Configuration>,
         snapshot: &Snapshot,
     ) -> Result<BTreeMap<String, Option<Retired>>, SnapshotError> {
-        let described = composition.check(&composition.target(|_| {}))?;
+        let mut target = composition.target(|_| {});
+        target.configuration = Arc::clone(configuration);
+        let described = composition.check(&target)?;
         let mut fresh = BTreeMap::new();
         for (name, fitting) in &described {
             let Some(frozen) = snapshot.image.modules.get(name) else { continue };
@@ -191,6 +259,11 @@ fn levels(snapshot: &Snapshot) -> Levels {
         levels.set(Some(name), level(number));
     }
     levels
+}
+
+/// The configuration that the agent had.
+fn settings_of(snapshot: &Snapshot) -> Result<Arc<Configuration>, SnapshotError> {
+    Ok(snapshot.configuration(Vec::new())?.current())
 }
 
 fn unfit(snapshot: &Snapshot, problems: Vec<String>) -> SnapshotError {

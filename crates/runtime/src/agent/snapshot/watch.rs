@@ -1,6 +1,6 @@
 //! Takes snapshots when the configuration says so.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -12,7 +12,7 @@ use slate_module::Level;
 use super::capture::{Subjects, marks};
 use crate::agent::Composer;
 use crate::agent::composer::WeakComposer;
-use crate::configuration::{Configuration, Report};
+use crate::configuration::{Configuration, Report, Spanned};
 use crate::main_loop::{Flow, Shared};
 use crate::snapshot::{Condition, Snapshot, SnapshotError};
 
@@ -90,6 +90,26 @@ fn is_number(kind: &Kind) -> bool {
     )
 }
 
+/// The moment of interest is too late to find out that nothing can be written.
+fn check_folder(configuration: &Configuration, file: &Spanned<PathBuf>) -> Result<(), Report> {
+    let wrong = |message: String, help: &str| -> Result<(), Report> {
+        Err(configuration.diagnostic(file.span, message, Some(help.into())).into())
+    };
+    if file.value.is_dir() {
+        let message = format!("{} is a folder", crate::printable(&file.value));
+        return wrong(message, "name a file in it");
+    }
+    let parent = file.value.parent().filter(|parent| !parent.as_os_str().is_empty());
+    let folder = parent.unwrap_or(Path::new("."));
+    match std::fs::metadata(folder) {
+        Ok(folder) if folder.is_dir() => Ok(()),
+        _ => {
+            let message = format!("there is no folder {} to write snapshots to", crate::printable(folder));
+            wrong(message, "make it, or name a file in one that is there")
+        }
+    }
+}
+
 impl Watch {
     /// What the configuration asks for, if it does.
     pub fn of(
@@ -98,6 +118,7 @@ impl Watch {
         composer: &Composer,
     ) -> Result<Option<Arc<Self>>, Report> {
         let Some(trigger) = configuration.snapshot() else { return Ok(None) };
+        check_folder(configuration, &trigger.file)?;
         let field = match &trigger.when {
             None => None,
             Some(when) => {

@@ -10,7 +10,7 @@ use slate_module::PortDescription;
 use super::{Complaints, Joint, Survey, Surveyed, Wire};
 use crate::agent::catalogue::Catalogue;
 use crate::configuration::Configuration;
-pub(in crate::agent) use remote::path as remote_path;
+pub(in crate::agent) use remote::{elsewhere, path as remote_path};
 use sinks::Sink;
 use sources::Sources;
 
@@ -25,6 +25,7 @@ pub(super) fn survey_links<'a>(
         configuration.links().iter().map(|link| sinks::sink(survey, dormant, link, complaints)).collect();
     check_overlaps(configuration, &own, survey, complaints);
     survey.remote = remote::all(configuration, catalogue);
+    survey.carriers.clone_from(&catalogue.carriers);
     let mut sources = Sources::new(configuration, dormant, survey, &own, complaints);
     let joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
     let Sources { absent, misfits, .. } = sources;
@@ -109,6 +110,13 @@ fn wire_name<'s>(survey: &'s Survey<'_>, module: usize, wire: Wire) -> &'s str {
         Wire::Port(port) => &survey.modules[module].description.ports[port].name,
         Wire::Enabled => "enabled",
         Wire::Params => "params",
+    }
+}
+
+impl Survey<'_> {
+    /// The path of a port, or of what is linked like one.
+    pub fn wire_path(&self, module: usize, wire: Wire) -> String {
+        join(&self.modules[module].module.name.value, wire_name(self, module, wire))
     }
 }
 

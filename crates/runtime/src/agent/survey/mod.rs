@@ -1,16 +1,19 @@
 //! What configuration asks for, checked against what the plugins offer; nothing is made here.
 
 mod aspects;
+mod host;
 mod levels;
 mod links;
 mod module;
 mod order;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::nearest_paths;
 use slate_module::{Description, ModuleKind, Stage, Trigger};
+
+pub(super) use host::Host;
 
 use super::catalogue::{Catalogue, RemoteProperty};
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
@@ -19,7 +22,7 @@ use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
 use crate::sharing::RemotePath;
 pub(super) use aspects::needs;
-pub(super) use links::remote_path;
+pub(super) use links::{elsewhere, remote_path};
 
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
@@ -83,6 +86,8 @@ pub(super) enum Target {
     Absent(usize),
     /// A property of another agent; an index of [`Survey::remote`].
     Remote(usize),
+    /// A property of the main loop or of the log.
+    Host(Host),
 }
 
 /// What a link to another agent leads to.
@@ -155,6 +160,8 @@ pub(super) struct Survey<'a> {
     pub absent: Vec<Absent>,
     /// What links lead to of other agents.
     pub remote: Vec<Remote>,
+    /// What can carry values of other agents; anything when there is nothing among them.
+    pub carriers: BTreeSet<String>,
     /// The links to other agents that don't fit what is there, by what they fill; they wait until it is another.
     pub misfits: BTreeMap<String, Misfit>,
     /// Who provides a service to a port: a port of another module, or the host.
@@ -202,6 +209,7 @@ impl<'a> Survey<'a> {
             }
             Target::Absent(absent) => self.absent[absent].path.clone(),
             Target::Remote(remote) => self.remote[remote].place(),
+            Target::Host(host) => host.path().into(),
         }
     }
 
@@ -323,6 +331,7 @@ pub(super) fn survey<'a>(
         }
     }
     check_unique(&modules, complaints);
+    check_host(&modules, complaints);
     check_time_source(configuration, &modules, complaints);
     aspects::check_single(configuration, &modules, complaints);
     let services = aspects::survey_services(&modules, catalogue, complaints);
@@ -330,6 +339,7 @@ pub(super) fn survey<'a>(
         modules,
         joints: Vec::new(),
         absent: Vec::new(),
+        carriers: BTreeSet::new(),
         remote: Vec::new(),
         misfits: BTreeMap::new(),
         services,
@@ -343,6 +353,18 @@ pub(super) fn survey<'a>(
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
     }
     survey
+}
+
+/// No module has a property of the main loop or of the log.
+fn check_host(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
+    for Surveyed { module, description, .. } in modules {
+        let paths = description.ports.iter().map(|port| format!("{}/{}", module.name.value, port.name));
+        for path in paths.filter(|path| Host::ALL.iter().any(|host| host.path() == path)) {
+            let message = format!("/{path} exists already");
+            let help = "the agent itself tells of its loop and its log there: name the module otherwise";
+            complaints.add(module.name.span, message, help);
+        }
+    }
 }
 
 /// The time source is one of the modules.

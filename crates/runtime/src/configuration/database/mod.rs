@@ -7,6 +7,7 @@ mod handlers;
 mod home;
 mod overwrite;
 mod proposal;
+mod replace;
 mod save;
 mod session;
 mod waiting;

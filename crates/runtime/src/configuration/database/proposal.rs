@@ -1,3 +1,4 @@
+use std::convert::Infallible;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -88,20 +89,32 @@ impl Proposal {
     }
 
     /// Nothing if it was overtaken.
-    pub(super) fn apply(self) -> Option<Vec<Change>> {
+    pub(crate) fn apply(self) -> Option<Vec<Change>> {
+        self.apply_after(|_| Ok::<(), Infallible>(())).map(|Ok(changes)| changes)
+    }
+
+    /// Does `work` with the new configuration while nobody can change it, and makes it hold when that succeeds. Nothing
+    /// is done if it was overtaken.
+    pub(crate) fn apply_after<E>(
+        self,
+        work: impl FnOnce(&Configuration) -> Result<(), E>,
+    ) -> Option<Result<Vec<Change>, E>> {
         let Self { database, configuration, session, files, changes, waiting, covered, generation } = self;
         let shared = &database.shared;
         {
             let _turn = lock(&shared.turn);
-            let mut state = lock(&shared.state);
-            if state.generation != generation {
+            if lock(&shared.state).generation != generation {
                 return None;
             }
+            if let Err(error) = work(&configuration) {
+                return Some(Err(error));
+            }
+            let mut state = lock(&shared.state);
             *state = State { configuration, session, files, waiting, covered, generation: generation + 1 };
             shared.handlers.queue(&changes);
         }
         shared.handlers.deliver(&database);
-        Some(changes)
+        Some(Ok(changes))
     }
 }
 

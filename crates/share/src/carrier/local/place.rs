@@ -40,9 +40,14 @@ impl Place {
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
         let bad = |reason: String| CarrierError::Unsafe { endpoint: endpoint.into(), reason };
         if let Some(parent) = path.parent() {
-            match DirBuilder::new().recursive(true).mode(0o700).create(parent) {
-                Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(system(error)),
-                _ => {}
+            // A folder that somebody names is theirs to make: a slip of the pen is not to leave one behind.
+            if parent == folder() {
+                match DirBuilder::new().recursive(true).mode(0o700).create(parent) {
+                    Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(system(error)),
+                    _ => {}
+                }
+            } else if !parent.exists() {
+                return Err(bad(format!("there is no folder {}", parent.display())));
             }
             // In a folder where others may write, they could put a socket of theirs in the place of this one.
             let found = fs::symlink_metadata(parent).map_err(system)?;

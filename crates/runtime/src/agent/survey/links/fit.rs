@@ -10,7 +10,7 @@ use super::sources::{Source, sink_name, target_name};
 use super::{join, split_module};
 use crate::agent::parameters::enabled_descriptor;
 use crate::agent::survey::{Absent, Complaints, Implied, Joint, Survey, Target, Way, Wire};
-use crate::configuration::{Configuration, Link};
+use crate::configuration::{Configuration, Link, Span};
 use crate::link::{Filter, NoPlace, Place, Program};
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
@@ -38,6 +38,7 @@ fn interface_of(
         }),
         Target::Absent(_) => None,
         Target::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
+        Target::Host(host) => Some(host.descriptor()),
     }
 }
 
@@ -75,7 +76,7 @@ pub(super) fn fit<'a>(
         }
         // What it is there is known when it is.
         Target::Absent(_) | Target::Remote(_) => direction == Direction::Outbox,
-        Target::Command(_) | Target::Implied(..) => false,
+        Target::Command(_) | Target::Implied(..) | Target::Host(_) => false,
     };
     if (direction == Direction::Outbox) != is_inbox {
         return if is_inbox {
@@ -86,6 +87,13 @@ pub(super) fn fit<'a>(
         } else {
             refuse(format!("`{to}` sends messages, but `/{name}` is a value"), "link an outbox to an inbox")
         };
+    }
+    if direction == Direction::Outbox
+        && let Some((name, said)) = of_values(link)
+    {
+        let help = "leave it out: it is about values that are read";
+        complaints.add(said, format!("`{name}` has no meaning for messages, which `{to}` sends"), help);
+        return None;
     }
     if matches!(target, Target::Command(_)) && direction == Direction::Queue {
         return refuse(format!("`{to}` can't take an actuator's command"), "link a plain input to it");
@@ -121,8 +129,8 @@ pub(super) fn fit<'a>(
     }
     let is_whole = sink.field.is_empty() && from.is_empty() && sink.wire != Wire::Params;
     let known = interface.is_none_or(|interface| interface.hash == own.hash);
-    // The process of an isolated module does not see what stands for a property of another agent.
-    let is_apart = surveyed.module.isolated.value && matches!(target, Target::Remote(_));
+    // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
+    let is_apart = surveyed.module.isolated.value && matches!(target, Target::Remote(_) | Target::Host(_));
     let is_plain = is_whole
         && known
         && (filter.is_none() || direction == Direction::Queue)
@@ -212,6 +220,21 @@ pub(super) fn fit<'a>(
         filter: filter.map(Arc::new),
         delayed,
     })
+}
+
+/// What is said of a link that only values have. (Messages have `previous` too: it sends them for the next cycle.)
+fn of_values(link: &Link) -> Option<(&'static str, Span)> {
+    let Link { filter, transport, .. } = link;
+    let said = [
+        ("stale", link.stale.as_ref().map(|said| said.span)),
+        ("every", filter.every.as_ref().map(|said| said.span)),
+        ("when", filter.when.as_ref().map(|said| said.span)),
+        ("mode", transport.mode.as_ref().map(|said| said.span)),
+        ("rate", transport.rate.as_ref().map(|said| said.span)),
+        ("interval", transport.interval.as_ref().map(|said| said.span)),
+        ("compression", transport.compression.as_ref().map(|said| said.span)),
+    ];
+    said.into_iter().find_map(|(name, said)| Some((name, said?)))
 }
 
 const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \

@@ -25,6 +25,28 @@ pub(in crate::agent) fn path(configuration: &Configuration, link: &Link) -> Opti
     Some(RemotePath { agent: agent.into(), path: link.from.value.path_in("") })
 }
 
+impl Configuration {
+    /// Where another agent is found.
+    pub(in crate::agent) fn endpoint_of(&self, agent: &str) -> String {
+        let named = self.share().and_then(|share| share.agents.get(agent));
+        named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone())
+    }
+}
+
+/// Why a link waits that says what is to carry its values, if the other agent is reached in another way.
+pub(in crate::agent) fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
+    let agent = agent(configuration, link).filter(|agent| *agent != TEAM)?;
+    let carrier = &link.transport.carrier.as_ref()?.value;
+    let endpoint = configuration.endpoint_of(agent);
+    let used = endpoint.split(':').next().unwrap_or_default();
+    (used != carrier).then(|| Misfit {
+        message: format!("agent `{agent}` is at {endpoint}, and not by `{carrier}`"),
+        help: format!(
+            "leave `carrier` out, or say where the agent is: share.agents.{agent}.at = \"{carrier}:...\""
+        ),
+    })
+}
+
 /// What links lead to of other agents.
 pub(super) fn all(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Remote> {
     if !catalogue.shares {
@@ -71,6 +93,15 @@ pub(super) fn joint<'a>(
     if wanted.agent == TEAM && !takes_part(configuration, link, sink, survey, complaints) {
         return (None, None);
     }
+    if let Some(carrier) = &link.transport.carrier
+        && !survey.carriers.is_empty()
+        && !survey.carriers.contains(&carrier.value)
+    {
+        let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
+        let message = format!("this program has no carrier `{}`", carrier.value);
+        complaints.add(carrier.span, message, format!("there are: {}", known.join(", ")));
+        return (None, None);
+    }
     let target = Target::Remote(index);
     let direction = match sink.wire {
         Wire::Port(port) => survey.modules[sink.module].description.ports[port].direction,
@@ -98,13 +129,18 @@ pub(super) fn joint<'a>(
             delayed: false,
         })
     };
+    let elsewhere = elsewhere(configuration, link);
     match direction {
+        Direction::Queue if elsewhere.is_some() => (None, elsewhere),
         // A queue without a link gets nothing, which is what a queue gets that waits for one.
         Direction::Queue if !is_known => (None, None),
         Direction::Outbox => {
             let source = Source { target, field: String::new() };
-            (fit::fit(configuration, survey, &[], link, sink, source, complaints), None)
+            let joint = fit::fit(configuration, survey, &[], link, sink, source, complaints);
+            // What it sends stays here when it is to go in another way.
+            if elsewhere.is_some() { (None, joint.and(elsewhere)) } else { (joint, None) }
         }
+        _ if elsewhere.is_some() && waits().is_some() => (waits(), elsewhere),
         // What is wrong at this end is a mistake whatever is at the other one.
         _ if !is_known || waits().is_none() => {
             let source = Source { target, field: String::new() };

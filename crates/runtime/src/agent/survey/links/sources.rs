@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
-use super::{SERVICE, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
+use super::{SERVICE, fit, is_part, is_service, join, owner, remote, split_module, split_port, wire_name};
 use crate::agent::survey::{
-    Absent, Complaints, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
+    Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
 use crate::configuration::{Configuration, Link};
 
@@ -119,6 +119,8 @@ impl<'s, 'a> Sources<'s, 'a> {
             transport.carrier.as_ref().map(|said| ("carrier", said.span)),
             transport.mode.as_ref().map(|said| ("mode", said.span)),
             transport.rate.as_ref().map(|said| ("rate", said.span)),
+            transport.interval.as_ref().map(|said| ("interval", said.span)),
+            transport.compression.as_ref().map(|said| ("compression", said.span)),
         ];
         for (name, span) in said.iter().flatten() {
             let message = format!("`{name}` has no meaning here: `{}` is of this agent", link.from.value);
@@ -136,10 +138,15 @@ impl<'s, 'a> Sources<'s, 'a> {
             if let Some(module) = owner(self.dormant, path) {
                 return Some(self.absent(module, path));
             }
+            if let Some((host, field)) = Host::of(path) {
+                return Some(Source { target: Target::Host(host), field: field.into() });
+            }
             let actuators =
                 self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
             let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
-            let names: Vec<_> = modules.chain(actuators).collect();
+            let is_hosts = path.starts_with("loop/") || path.starts_with("log/");
+            let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
+            let names: Vec<_> = modules.chain(actuators).chain(hosts).collect();
             let help = suggest(path, names.iter().copied());
             self.complaints.add(link.from.span, format!("nothing is called `/{path}`"), help);
             return None;
@@ -151,6 +158,9 @@ impl<'s, 'a> Sources<'s, 'a> {
                 && let Some(source) = self.follow(module, Wire::Enabled, &field)
             {
                 return source;
+            }
+            if implied == Implied::Params && !self.has_an_end(module, &field) {
+                return None;
             }
             return Some(Source { target: Target::Implied(module, implied), field });
         }
@@ -205,6 +215,19 @@ impl<'s, 'a> Sources<'s, 'a> {
         }
         let joint = plain?;
         Some(Some(Source { target: joint.target, field: join(&joint.from, field) }))
+    }
+
+    /// Whether the links to parameters of a module lead somewhere, and not back to them. Their values are the module's
+    /// own, so nothing else is asked of these links.
+    fn has_an_end(&mut self, module: usize, field: &str) -> bool {
+        let meets = |sink: &Option<Sink>| {
+            sink.as_ref().is_some_and(|sink| {
+                (sink.module, sink.wire) == (module, Wire::Params)
+                    && (is_part(&sink.field, field) || is_part(field, &sink.field))
+            })
+        };
+        let links: Vec<usize> = (0..self.sinks.len()).filter(|link| meets(&self.sinks[*link])).collect();
+        links.into_iter().all(|link| self.joint(link).is_some())
     }
 
     fn actuator(&self, path: &str) -> Option<Source> {
