@@ -16,7 +16,7 @@ use agents::net::port;
 use agents::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
 use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::Interface;
-use slate_share::carrier::Carrier;
+use slate_share::carrier::{Carrier, CarrierError};
 use slate_share::carrier::zenoh::Zenoh;
 use slate_share::peers::{Setup, Want};
 use slate_share::session::{Compression, Limits, Options};
@@ -151,7 +151,7 @@ fn an_address_that_swallows_holds_nobody_else() {
 #[test]
 fn a_link_that_was_full_has_room_again() {
     for protocol in ["tcp", "udp"] {
-        let (zenoh, endpoint) = (Zenoh::new(), format!("zenoh:{protocol}/127.0.0.1:{}", port()));
+        let (zenoh, endpoint) = (Zenoh, format!("zenoh:{protocol}/127.0.0.1:{}", port()));
         let listener = zenoh.listen(&endpoint).unwrap();
         let near = zenoh.dial(&endpoint).unwrap();
         let far = listener.accept(Duration::from_secs(5)).unwrap().unwrap();
@@ -224,4 +224,48 @@ fn a_swallowed_agent_disturbs_nobody() {
     // A busy machine lets threads wait for each other; what one agent does to another it does each time.
     let least = (0..3).map(growth).find(|growth| *growth <= Duration::from_millis(50));
     assert!(least.is_some(), "the healthy agent waits for the one that is swallowed");
+}
+
+#[test]
+fn endpoints_that_make_no_sense_are_refused() {
+    let zenoh = Zenoh;
+    for endpoint in [
+        "zenoh:quic/127.0.0.1:7447",
+        "zenoh:tls/127.0.0.1:7447",
+        "zenoh:tcp/127.0.0.1",
+        "zenoh:tcp/127.0.0.1:0",
+        "zenoh:tcp/127.0.0.1:70000",
+        "zenoh:tcp/:7447",
+        "zenoh:tcp/127.0.0.1:7447#iface=lo",
+        "zenoh:tcp/a?rel=1:7447",
+        "zenoh:127.0.0.1:7447",
+        "zenoh:tcp/[::g]:7447",
+    ] {
+        for error in [zenoh.check(endpoint).unwrap_err(), zenoh.listen(endpoint).unwrap_err()] {
+            let expected =
+                format!("`{endpoint}` is no endpoint: zenoh carries tcp and udp: zenoh:tcp/HOST:PORT");
+            assert!(error.to_string().starts_with(&expected), "{error}");
+        }
+    }
+    let error = zenoh.listen("zenoh:tcp/no-such-host.invalid:7447").unwrap_err().to_string();
+    assert!(error.contains("host `no-such-host.invalid` is not found"), "{error}");
+    for protocol in ["tcp", "udp"] {
+        let endpoint = format!("zenoh:{protocol}/127.0.0.1:{}", port());
+        let _listener = zenoh.listen(&endpoint).unwrap();
+        let error = zenoh.listen(&endpoint).unwrap_err();
+        assert!(matches!(error, CarrierError::InUse { .. }), "{error}");
+    }
+    let nobody = format!("zenoh:tcp/127.0.0.1:{}", port());
+    assert!(matches!(zenoh.dial(&nobody), Err(CarrierError::Nobody { .. })));
+}
+
+#[test]
+fn what_is_not_encrypted_stays_on_the_machine() {
+    for endpoint in ["zenoh:tcp/0.0.0.0:7447", "zenoh:udp/[::]:7447", "zenoh:tcp/192.0.2.1:7447"] {
+        let listened = Zenoh.listen(endpoint).unwrap_err();
+        assert_eq!(listened.to_string(), Zenoh.check(endpoint).unwrap_err().to_string());
+        assert_eq!(listened.to_string(), Zenoh.dial(endpoint).unwrap_err().to_string());
+        assert!(matches!(listened, CarrierError::Unsafe { .. }));
+        assert!(listened.to_string().contains("there it has to be tls:HOST:PORT"), "{listened}");
+    }
 }

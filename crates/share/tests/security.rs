@@ -67,21 +67,39 @@ fn an_agent_listens_at_several_places_and_lets_in_whom_it_says() {
 fn what_needs_zenoh_says_how_to_get_it() {
     let (message, _) = refused("[share]\nlisten = \"zenoh:tcp/127.0.0.1:7447\"\n");
     assert!(message.contains("--features zenoh"), "{message}");
+}
+
+#[cfg(not(feature = "tls"))]
+#[test]
+fn what_needs_tls_says_how_to_get_it() {
+    let (message, _) = refused("[share]\nlisten = \"tls:127.0.0.1:7447\"\n");
+    assert!(message.contains("the feature `tls`"), "{message}");
     let files = "certificate = \"a.pem\"\nkey = \"a.key\"\nauthority = \"b.pem\"\n";
     let (message, help) = refused(&format!("[share.security]\n{files}"));
-    assert!(message.contains("was built without Zenoh"), "{message}");
-    assert!(help.contains("--features zenoh"), "{help}");
+    assert!(message.contains("was built without TLS"), "{message}");
+    assert!(help.contains("the feature `tls`"), "{help}");
 }
 
 #[cfg(feature = "zenoh")]
 #[test]
-fn what_would_leave_the_machine_unprotected_is_refused_with_its_place() {
-    use agents::net::Authority;
+fn what_is_not_encrypted_does_not_leave_the_machine() {
     let (message, _) = refused("[share]\nlisten = \"zenoh:tcp/0.0.0.0:7447\"\n");
     assert!(message.starts_with("4: "), "{message}");
-    assert!(message.contains("there it has to be zenoh:tls/"), "{message}");
+    assert!(message.contains("there it has to be tls:HOST:PORT"), "{message}");
     let (message, _) =
         refused("[share]\nlisten = \"local:x1\"\n[share.agents.arm]\nat = \"zenoh:udp/192.0.2.1:7447\"\n");
+    assert!(message.starts_with("6: "), "{message}");
+}
+
+#[cfg(feature = "tls")]
+#[test]
+fn what_would_leave_the_machine_unprotected_is_refused_with_its_place() {
+    use agents::net::Authority;
+    let (message, _) = refused("[share]\nlisten = \"tls:0.0.0.0:7447\"\n");
+    assert!(message.starts_with("4: "), "{message}");
+    assert!(message.contains("TLS needs `certificate`, `key` and `authority` in [share.security]"), "{message}");
+    let (message, _) =
+        refused("[share]\nlisten = \"local:x1\"\n[share.agents.arm]\nat = \"tls:192.0.2.1:7447\"\n");
     assert!(message.starts_with("6: "), "{message}");
     let folder = Folder::new();
     let authority = Authority::new(&folder.path(""), "ours");

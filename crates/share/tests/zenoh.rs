@@ -7,8 +7,6 @@ mod agents;
 #[path = "exchange/mod.rs"]
 mod tcp;
 #[path = "exchange/mod.rs"]
-mod tls;
-#[path = "exchange/mod.rs"]
 mod udp;
 
 use agents::Folder;

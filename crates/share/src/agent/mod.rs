@@ -180,7 +180,9 @@ impl Sharing for AgentSharing {
     }
 
     fn carriers(&self) -> BTreeSet<String> {
-        let built_in = ["local"].into_iter().chain(cfg!(feature = "zenoh").then_some("zenoh"));
+        let built_in = ["local"].into_iter();
+        let built_in = built_in.chain(cfg!(feature = "tls").then_some("tls"));
+        let built_in = built_in.chain(cfg!(feature = "zenoh").then_some("zenoh"));
         self.carriers.keys().cloned().chain(built_in.map(Into::into)).collect()
     }
 
@@ -190,29 +192,29 @@ impl Sharing for AgentSharing {
 }
 
 impl AgentSharing {
-    /// The carriers, of which Zenoh knows the agent's certificate.
+    /// The carriers, of which TLS knows the agent's certificate.
     fn carriers(&self, site: &Site) -> Result<BTreeMap<String, Arc<dyn Carrier>>, SharingError> {
-        #[cfg_attr(not(feature = "zenoh"), allow(unused_mut, reason = "nothing else adds to them"))]
+        #[cfg_attr(not(feature = "tls"), allow(unused_mut, reason = "nothing else adds to them"))]
         let mut carriers = self.carriers.clone();
         let security = site.security.as_ref();
         if let Some(files) = security.and_then(|security| security.credentials.as_ref()) {
-            #[cfg(feature = "zenoh")]
-            if !carriers.contains_key("zenoh") {
-                use crate::carrier::zenoh::{Credentials, Files, Zenoh};
+            #[cfg(feature = "tls")]
+            if !carriers.contains_key("tls") {
+                use crate::carrier::tls::{Credentials, Files, Tls};
                 let files =
                     Files { certificate: &files.certificate, key: &files.key, authority: &files.authority };
                 let credentials = Credentials::load(files, site.board.agent())?;
-                let zenoh = Zenoh::with_credentials(credentials, rights(site).is_restricted());
-                carriers.insert("zenoh".into(), Arc::new(zenoh));
+                let tls = Tls::new(credentials, rights(site).is_restricted());
+                carriers.insert("tls".into(), Arc::new(tls));
             }
-            #[cfg(not(feature = "zenoh"))]
+            #[cfg(not(feature = "tls"))]
             return Err(SharingError {
                 message: format!(
-                    "this program was built without Zenoh, so nothing uses the certificate {}",
+                    "this program was built without TLS, so nothing uses the certificate {}",
                     files.certificate.display()
                 ),
                 help: Some(
-                    "build it with the feature `zenoh`: cargo build --release --features zenoh".into(),
+                    "build it with the feature `tls`, which is there unless it was switched off".into(),
                 ),
                 about: About::Certificate,
             });

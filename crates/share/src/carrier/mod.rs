@@ -3,7 +3,11 @@
 //! A carrier knows what its endpoints look like, listens at them and dials them; a link carries packets. It may lose,
 //! double and reorder them. Sessions do the rest, so a carrier has nothing to know of properties.
 
+#[cfg(any(feature = "tls", feature = "zenoh"))]
+mod address;
 pub mod local;
+#[cfg(feature = "tls")]
+pub mod tls;
 #[cfg(feature = "zenoh")]
 pub mod zenoh;
 
@@ -62,13 +66,15 @@ pub trait Link: fmt::Debug + Send + Sync {
     /// Waits for a packet, at most for `limit`; how many bytes of `packet` it takes, nothing when none came.
     ///
     /// # Errors
-    /// When the link is closed, from either side.
+    /// When the link is closed, from either side. When the other end is not let in, `PermissionDenied` with who it is and
+    /// why.
     fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>>;
 
     /// The largest packet that is carried, bytes.
     fn largest(&self) -> usize;
 
-    /// The agent at the other end, where something proves that it is that one: then it is no other.
+    /// The agent at the other end, where something proves that it is that one: then it is no other. It is known when a
+    /// packet has come.
     fn authenticated(&self) -> Option<&str> {
         None
     }

@@ -1,5 +1,6 @@
 //! Where other agents come in.
 
+use std::io::ErrorKind;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread::{self, JoinHandle};
@@ -10,7 +11,7 @@ use crate::carrier::{CarrierError, Link};
 use crate::session::{Application, Event, Sample, Session, refusal};
 
 /// How long whoever comes in may take to greet.
-const GREETING: Duration = Duration::from_secs(1);
+const GREETING: Duration = Duration::from_secs(2);
 
 /// How many may be about to greet.
 const CROWD: usize = 32;
@@ -51,7 +52,17 @@ fn let_in(common: &Arc<Common>, link: Arc<dyn Link>) {
 
 fn greet(common: &Arc<Common>, link: &Arc<dyn Link>) {
     let mut packet = vec![0; link.largest() + 1];
-    let Ok(Some(length)) = link.receive(&mut packet, GREETING) else { return link.close() };
+    let length = match link.receive(&mut packet, GREETING) {
+        Ok(Some(length)) => length,
+        Ok(None) => return link.close(),
+        Err(error) => {
+            // Others only went away.
+            if error.kind() == ErrorKind::PermissionDenied {
+                common.turned_away("", &error.to_string());
+            }
+            return link.close();
+        }
+    };
     let packet = &packet[..length];
     let refused = match Session::greeting(packet) {
         Some(identity) if identity.agent != common.identity.agent => {

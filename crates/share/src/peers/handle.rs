@@ -132,6 +132,10 @@ impl Common {
         self.carriers.get(scheme).ok_or_else(|| CarrierError::NoEndpoint {
             endpoint: endpoint.into(),
             expected: match scheme {
+                "tls" => {
+                    "this program was built without TLS: build it with the feature `tls`, which is there unless it \
+                            was switched off"
+                }
                 "zenoh" => {
                     "this program was built without Zenoh: build it with the feature `zenoh`, as in \
                             `cargo build --release --features zenoh`"
@@ -300,8 +304,10 @@ impl Peers {
     pub fn start(board: &Arc<Board>, setup: Setup) -> Result<Self, CarrierError> {
         let mut carriers = setup.carriers;
         carriers.entry("local".into()).or_insert_with(|| Arc::new(Local));
+        #[cfg(feature = "tls")]
+        carriers.entry("tls".into()).or_insert_with(|| Arc::new(crate::carrier::tls::Tls::default()));
         #[cfg(feature = "zenoh")]
-        carriers.entry("zenoh".into()).or_insert_with(|| Arc::new(crate::carrier::zenoh::Zenoh::new()));
+        carriers.entry("zenoh".into()).or_insert_with(|| Arc::new(crate::carrier::zenoh::Zenoh));
         let common = Arc::new(Common {
             board: Arc::clone(board),
             identity: setup.identity,

@@ -25,7 +25,10 @@ const SOON: Duration = Duration::from_millis(20);
 const LATER: Duration = Duration::from_millis(500);
 
 /// How long a link may take until both agents know of each other, nanoseconds.
-const GREETING: u64 = 1_000_000_000;
+const GREETING: u64 = 2_000_000_000;
+
+/// How long a link over which nothing can be sent may still bring what came before.
+const LAST_WORDS: Duration = Duration::from_millis(20);
 
 /// How often the states on the board are brought up to date, nanoseconds.
 const STATES: u64 = 100_000_000;
@@ -144,7 +147,11 @@ impl Line {
         let mut current = locked(&self.link);
         if current.link.as_ref().is_some_and(|current| Arc::ptr_eq(current, link)) {
             *current = Current::default();
-            locked(&self.peer).disconnect(common.now(), reason);
+            let mut peer = locked(&self.peer);
+            if peer.session().other().is_none() && peer.session().refused().is_none() {
+                *locked(&self.reason) = reason.into();
+            }
+            peer.disconnect(common.now(), reason);
         }
         drop(current);
         self.changed.notify_all();
@@ -175,6 +182,8 @@ impl Line {
                 match self.send_all(common, link, &mut packet, &mut unsent) {
                     Ok(sent) => room = sent,
                     Err(error) => {
+                        // What came before may say why: the other thread takes it, and then it drops the link.
+                        self.wake.wait_timeout(LAST_WORDS);
                         self.drop_link(common, link, &format!("the link broke: {error}"));
                         continue;
                     }

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::disallowed_methods, reason = "real agents go by the machine's clock")]
 
-#[cfg(feature = "zenoh")]
+#[cfg(feature = "tls")]
 pub mod net;
 pub mod scout;
 
@@ -51,7 +51,7 @@ pub fn instance() -> u64 {
 /// Where the agents of one test find each other: a folder of sockets, which is removed at its end, or ports.
 pub struct Folder {
     path: PathBuf,
-    #[cfg(feature = "zenoh")]
+    #[cfg(feature = "tls")]
     net: Option<net::Net>,
 }
 
@@ -61,13 +61,13 @@ impl Folder {
         std::fs::create_dir_all(&folder).unwrap();
         Self {
             path: folder,
-            #[cfg(feature = "zenoh")]
+            #[cfg(feature = "tls")]
             net: None,
         }
     }
 
     /// They are found at ports, by that protocol.
-    #[cfg(feature = "zenoh")]
+    #[cfg(feature = "tls")]
     pub fn over(protocol: &'static str) -> Self {
         let mut folder = Self::new();
         folder.net = Some(net::Net::new(protocol, &folder.path));
@@ -79,7 +79,7 @@ impl Folder {
     }
 
     pub fn endpoint(&self, name: &str) -> String {
-        #[cfg(feature = "zenoh")]
+        #[cfg(feature = "tls")]
         if let Some(net) = &self.net {
             return net.endpoint(name);
         }
@@ -88,7 +88,7 @@ impl Folder {
 
     /// An agent that can be found and find others.
     pub fn setup(&self, name: &str) -> Setup {
-        #[cfg(feature = "zenoh")]
+        #[cfg(feature = "tls")]
         if let Some(net) = &self.net {
             return Setup { carriers: net.carriers(name), ..setup(name) };
         }

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
 use slate_share::carrier::Carrier;
-use slate_share::carrier::zenoh::{Credentials, Files, Zenoh};
+use slate_share::carrier::tls::{Credentials, Files, Tls};
 
 /// A port that nobody has, and that no connection gets by itself.
 pub fn port() -> u16 {
@@ -40,7 +40,10 @@ impl Net {
 
     pub fn endpoint(&self, name: &str) -> String {
         let port = *self.ports.lock().unwrap().entry(name.into()).or_insert_with(port);
-        format!("zenoh:{}/127.0.0.1:{port}", self.protocol)
+        match self.protocol {
+            "tls" => format!("tls:127.0.0.1:{port}"),
+            protocol => format!("zenoh:{protocol}/127.0.0.1:{port}"),
+        }
     }
 
     pub fn carriers(&self, name: &str) -> BTreeMap<String, Arc<dyn Carrier>> {
@@ -48,7 +51,7 @@ impl Net {
         if let Some(authority) = &self.authority {
             let certificate = authority.sign(name);
             let credentials = certificate.load(&authority.certificate, name).unwrap();
-            carriers.insert("zenoh".into(), Arc::new(Zenoh::with_credentials(credentials, false)));
+            carriers.insert("tls".into(), Arc::new(Tls::new(credentials, false)));
         }
         carriers
     }

@@ -22,7 +22,7 @@ use network::{Fault, Network};
 use slate_blackboard::Pattern;
 use slate_blackboard::channel::Writer;
 use slate_share::carrier::Carrier;
-use slate_share::carrier::zenoh::{Credentials, Files, Zenoh};
+use slate_share::carrier::tls::{Credentials, Files, Tls};
 use slate_share::peers::{Allowance, Rights, Setup};
 
 /// How much longer than before a healthy agent may not be heard of while another one's network is ill. Threads of a busy
@@ -81,11 +81,10 @@ fn protected(setup: Setup, folder: &Path) -> Setup {
     let file = |ending: &str| folder.join(format!("{name}.{ending}"));
     let (certificate, key, authority) = (file("pem"), file("key"), folder.join("authority.pem"));
     let files = Files { certificate: &certificate, key: &key, authority: &authority };
-    let zenoh = Zenoh::with_credentials(Credentials::load(files, &name).unwrap(), true);
-    let zenoh: Arc<dyn Carrier> = Arc::new(zenoh);
+    let tls: Arc<dyn Carrier> = Arc::new(Tls::new(Credentials::load(files, &name).unwrap(), true));
     let all = || Allowance { read: vec![Pattern::parse("out/*").unwrap()], ..Allowance::default() };
     let rights = Rights::restricted(NAMES.map(|name| (name.to_owned(), all())).into());
-    Setup { carriers: BTreeMap::from([("zenoh".into(), zenoh)]), rights, ..setup }
+    Setup { carriers: BTreeMap::from([("tls".into(), tls)]), rights, ..setup }
 }
 
 /// A hub, and two agents at the other ends of its cables.
@@ -97,7 +96,7 @@ struct Scene {
 
 impl Scene {
     fn new(prefix: &str, folder: &str) -> Self {
-        let endpoint = |name: &str| format!("zenoh:tls/{}:7447", network::address(name));
+        let endpoint = |name: &str| format!("tls:{}:7447", network::address(name));
         let setup = protected(setup("hub"), Path::new(folder));
         let setup = setup.listen(&endpoint("one")).listen(&endpoint("two"));
         let launch = |name: &str| {

@@ -1,19 +1,16 @@
-use std::io;
-use std::net::{IpAddr, SocketAddr};
-
-use zenoh_runtime::ZRuntime;
+use std::net::SocketAddr;
 
 use super::PATIENCE;
 use crate::carrier::CarrierError;
+use crate::carrier::address::Address;
 
-const EXPECTED: &str = "zenoh carries tcp, udp and tls: zenoh:tcp/HOST:PORT, zenoh:udp/HOST:PORT or \
-                        zenoh:tls/HOST:PORT, such as zenoh:tcp/127.0.0.1:7447";
+const EXPECTED: &str = "zenoh carries tcp and udp: zenoh:tcp/HOST:PORT or zenoh:udp/HOST:PORT, such as \
+                        zenoh:tcp/127.0.0.1:7447; TLS has a carrier of its own, such as tls:192.168.1.5:7447";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Protocol {
     Tcp,
     Udp,
-    Tls,
 }
 
 /// Where an agent is, as it was written.
@@ -21,8 +18,7 @@ pub(super) enum Protocol {
 pub(super) struct Endpoint {
     pub text: String,
     pub protocol: Protocol,
-    host: String,
-    port: u16,
+    pub address: Address,
 }
 
 /// Where that is.
@@ -40,48 +36,19 @@ impl Endpoint {
             let protocol = match protocol {
                 "tcp" => Protocol::Tcp,
                 "udp" => Protocol::Udp,
-                "tls" => Protocol::Tls,
                 _ => return None,
             };
-            let (host, port) = address.rsplit_once(':')?;
-            let port = port.parse().ok().filter(|port| *port != 0)?;
-            let inner = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
-            let good = match inner {
-                Some(inner) => inner.parse::<std::net::Ipv6Addr>().is_ok(),
-                // Zenoh would take other characters for options of its own.
-                None => host.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'.' || c == b'-'),
-            };
-            (good && !host.is_empty()).then(|| (protocol, host.to_owned(), port))
+            // Zenoh takes other characters for options of its own.
+            Some((protocol, Address::parse(address)?))
         };
-        let (protocol, host, port) =
+        let (protocol, address) =
             parts().ok_or_else(|| CarrierError::NoEndpoint { endpoint: text.into(), expected: EXPECTED })?;
-        Ok(Self { text: text.into(), protocol, host, port })
-    }
-
-    /// The address, if it is one and not a name.
-    pub fn address(&self) -> Option<IpAddr> {
-        self.host.trim_matches(['[', ']']).parse().ok()
+        Ok(Self { text: text.into(), protocol, address })
     }
 
     /// Looks for the host, for a while.
     pub fn resolve(&self) -> Result<Place, CarrierError> {
-        let address = format!("{}:{}", self.host, self.port);
-        let found = ZRuntime::Net.block_in_place(async {
-            // The names of the system's resolver may take far longer; that goes on without this thread.
-            tokio::time::timeout(PATIENCE, tokio::net::lookup_host(&address)).await
-        });
-        let unknown = |reason: String| CarrierError::System {
-            endpoint: self.text.clone(),
-            error: io::Error::new(
-                io::ErrorKind::NotFound,
-                format!("host `{}` is not found: {reason}", self.host),
-            ),
-        };
-        let mut found = match found {
-            Ok(found) => found.map_err(|error| unknown(error.to_string()))?,
-            Err(_) => return Err(unknown(format!("no answer within {} ms", PATIENCE.as_millis()))),
-        };
-        let address = found.next().ok_or_else(|| unknown("it has no address".into()))?;
+        let address = self.address.resolve(&self.text, PATIENCE)?;
         Ok(Place { text: self.text.clone(), protocol: self.protocol, address })
     }
 }
@@ -92,7 +59,6 @@ impl Place {
         let protocol = match self.protocol {
             Protocol::Tcp => "tcp",
             Protocol::Udp => "udp",
-            Protocol::Tls => "tls",
         };
         format!("{protocol}/{}", self.address)
     }

@@ -9,7 +9,6 @@ use zenoh_protocol::zenoh::{PushBody, Put};
 use zenoh_runtime::ZRuntime;
 use zenoh_transport::unicast::TransportUnicast;
 
-use super::Credentials;
 use super::endpoint::Place;
 use super::inbox::Inbox;
 use super::socket::Socket;
@@ -37,31 +36,27 @@ pub(super) struct ZenohLink {
     largest: usize,
     /// A link that was dialled has a station of its own, which goes with it.
     _station: Option<Station>,
-    /// Whom the other end's certificate names.
-    authenticated: Option<String>,
 }
 
 impl ZenohLink {
     pub fn new(begun: Begun, station: Option<Station>) -> io::Result<Self> {
         let socket = if begun.wire.is_streamed { Some(Socket::of(&begun.wire)?) } else { None };
         let largest = socket.as_ref().map_or(LARGEST_DATAGRAM, |socket| socket.largest().min(LARGEST));
-        let authenticated = begun.wire.auth_identifier.get_cert_common_name().map(Into::into);
         Ok(Self {
             transport: begun.transport,
             inbox: begun.inbox,
             socket,
             largest,
             _station: station,
-            authenticated,
         })
     }
 
-    pub fn dial(place: &Place, credentials: Option<&Credentials>) -> Result<Arc<Self>, CarrierError> {
+    pub fn dial(place: &Place) -> Result<Arc<Self>, CarrierError> {
         let system = |reason: String| CarrierError::System {
             endpoint: place.text.clone(),
             error: io::Error::other(reason),
         };
-        let station = Station::new(place.protocol, credentials).map_err(|error| system(words(&error)))?;
+        let station = Station::new().map_err(|error| system(words(&error)))?;
         let begun = match station.dial(&place.locator()) {
             Ok(begun) => begun.ok_or_else(|| system("the link ended at once".into()))?,
             Err(error) => {
@@ -119,10 +114,6 @@ impl Link for ZenohLink {
 
     fn largest(&self) -> usize {
         self.largest
-    }
-
-    fn authenticated(&self) -> Option<&str> {
-        self.authenticated.as_deref()
     }
 
     fn close(&self) {

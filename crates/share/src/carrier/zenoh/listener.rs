@@ -3,7 +3,6 @@ use std::net::{TcpListener, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::Credentials;
 use super::endpoint::{Place, Protocol};
 use super::link::ZenohLink;
 use super::station::{Station, words};
@@ -14,12 +13,12 @@ use crate::carrier::{CarrierError, Link, Listener};
 pub(super) struct ZenohListener(Station);
 
 impl ZenohListener {
-    pub fn new(place: &Place, credentials: Option<&Credentials>) -> Result<Self, CarrierError> {
+    pub fn new(place: &Place) -> Result<Self, CarrierError> {
         let system = |reason: String| CarrierError::System {
             endpoint: place.text.clone(),
             error: io::Error::other(reason),
         };
-        let station = Station::new(place.protocol, credentials).map_err(|error| system(words(&error)))?;
+        let station = Station::new().map_err(|error| system(words(&error)))?;
         station.listen(&place.locator()).map_err(|error| match bind(place) {
             Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
                 CarrierError::InUse { endpoint: place.text.clone() }
@@ -35,7 +34,7 @@ impl ZenohListener {
 fn bind(place: &Place) -> io::Result<()> {
     match place.protocol {
         Protocol::Udp => UdpSocket::bind(place.address).map(drop),
-        Protocol::Tcp | Protocol::Tls => TcpListener::bind(place.address).map(drop),
+        Protocol::Tcp => TcpListener::bind(place.address).map(drop),
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use zenoh_buffers::buffer::{Buffer, SplitBuffer};
-use zenoh_link::{Link as Wire, LinkKind};
+use zenoh_link::Link as Wire;
 use zenoh_protocol::core::EndPoint;
 use zenoh_protocol::network::{NetworkBodyMut, NetworkMessageMut};
 use zenoh_protocol::zenoh::PushBody;
@@ -17,9 +17,8 @@ use zenoh_transport::{
     TransportPeerEventHandler,
 };
 
-use super::endpoint::Protocol;
 use super::inbox::Inbox;
-use super::{Credentials, PATIENCE};
+use super::PATIENCE;
 
 /// How many links may wait until they are accepted.
 const BACKLOG: usize = 64;
@@ -55,10 +54,7 @@ impl std::fmt::Debug for Station {
 }
 
 impl Station {
-    /// A station for links of that protocol.
-    pub fn new(protocol: Protocol, credentials: Option<&Credentials>) -> ZResult<Self> {
-        // A direct link over TLS is closed twice by Zenoh 1.10.2, which it does not survive.
-        let is_direct = protocol != Protocol::Tls;
+    pub fn new() -> ZResult<Self> {
         let (sender, begun) = sync_channel(BACKLOG);
         let unicast = TransportManager::config_unicast()
             .lease(LEASE)
@@ -67,16 +63,13 @@ impl Station {
             .accept_pending(BACKLOG)
             .max_sessions(LINKS)
             // The thread that sends writes to the socket itself. Otherwise a thread of Zenoh does, which has to be woken.
-            .lowlatency(is_direct)
-            // Agents use one priority. But without any, a queue of Zenoh 1.10.2 that was full once stays so: it marks the
-            // default priority as full, and another one as having room again.
-            .qos(!is_direct);
-        let tls = credentials.map(|credentials| (LinkKind::Tls, credentials.settings.clone()));
+            .lowlatency(true)
+            // Agents use one priority.
+            .qos(false);
         let manager = TransportManager::builder()
             .unicast(unicast)
             .wait_before_drop(ROOM)
             .max_wait_before_drop_fragments(ROOM)
-            .link_configs(tls.into_iter().collect())
             .build(Arc::new(Door(sender)))?;
         Ok(Self { manager, begun: Mutex::new(begun) })
     }

@@ -1,6 +1,8 @@
+//! The files that say who an agent is, and who the others may be.
+
 use std::fs;
 use std::os::unix::fs::MetadataExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rustls::RootCertStore;
@@ -13,11 +15,22 @@ use rustls::sign::CertifiedKey;
 use slate_runtime::sharing::{About, SharingError};
 use x509_parser::prelude::{FromDer, X509Certificate};
 
-/// An agent's certificate, its key, and the authority of all agents, as far as they fit together.
+/// An agent's certificate, its key, and the authority of all agents, which fit together. The files are read again for each
+/// link, so those that are renewed hold from the next link on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Credentials {
-    /// What Zenoh is to know of TLS.
-    pub(super) settings: String,
+    agent: String,
+    certificate: PathBuf,
+    key: PathBuf,
+    authority: PathBuf,
+}
+
+/// What the files hold.
+pub(super) struct Loaded {
+    pub chain: Vec<CertificateDer<'static>>,
+    pub key: PrivateKeyDer<'static>,
+    pub roots: Arc<RootCertStore>,
+    pub provider: Arc<CryptoProvider>,
 }
 
 /// Where they are, in PEM.
@@ -42,37 +55,33 @@ impl Credentials {
     /// When one of them can't be read or is none, when they don't belong together, when others may read the key, when
     /// the certificate is another agent's, or not valid now.
     pub fn load(files: Files<'_>, agent: &str) -> Result<Self, SharingError> {
-        let certificate = certificates(files.certificate, About::Certificate, "certificate")?;
+        Loaded::new(files, agent)?;
+        Ok(Self {
+            agent: agent.into(),
+            certificate: files.certificate.into(),
+            key: files.key.into(),
+            authority: files.authority.into(),
+        })
+    }
+
+    /// What the files hold now.
+    pub(super) fn read(&self) -> Result<Loaded, SharingError> {
+        let files = Files { certificate: &self.certificate, key: &self.key, authority: &self.authority };
+        Loaded::new(files, &self.agent)
+    }
+}
+
+impl Loaded {
+    fn new(files: Files<'_>, agent: &str) -> Result<Self, SharingError> {
+        let chain = certificates(files.certificate, About::Certificate, "certificate")?;
         let authority = certificates(files.authority, About::Authority, "authority")?;
         let key = key(files.key)?;
-        check_name(&certificate[0], files.certificate, agent)?;
+        check_name(&chain[0], files.certificate, agent)?;
         let provider = Arc::new(rustls::crypto::ring::default_provider());
-        check_key(&certificate, key, files.key, &provider)?;
-        check_chain(&certificate, &authority, files, &provider)?;
-        let path = |path: &Path, about: About| {
-            let path = fs::canonicalize(path).ok().and_then(|path| path.into_os_string().into_string().ok());
-            let plain = |path: &String| !path.contains(['#', '?', ';', '|', '=']);
-            path.filter(plain).ok_or_else(|| {
-                refused(
-                    about,
-                    "the path has characters that Zenoh takes otherwise".into(),
-                    "use letters, digits, _, - and .",
-                )
-            })
-        };
-        let certificate = path(files.certificate, About::Certificate)?;
-        let key = path(files.key, About::Key)?;
-        let authority = path(files.authority, About::Authority)?;
-        // Who is at the other end is what its certificate says, wherever that one is: so its name is compared with the
-        // agent's, and not with the host's.
-        let settings = format!(
-            "root_ca_certificate_file={authority};enable_mtls=true;verify_name_on_connect=false;\
-             close_link_on_expiration=true;tls_handshake_timeout_ms={};\
-             listen_certificate_file={certificate};listen_private_key_file={key};\
-             connect_certificate_file={certificate};connect_private_key_file={key}",
-            super::PATIENCE.as_millis()
-        );
-        Ok(Self { settings })
+        check_key(&chain, &key, files.key, &provider)?;
+        let roots = Arc::new(roots(&authority, files.authority)?);
+        check_chain(&chain, &roots, files, &provider)?;
+        Ok(Self { chain, key, roots, provider })
     }
 }
 
@@ -120,20 +129,20 @@ fn check_name(certificate: &CertificateDer<'_>, path: &Path, agent: &str) -> Res
     Err(refused(About::Certificate, message, &format!("make one with the common name (CN) `{agent}`")))
 }
 
-fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
+/// The name of the agent whose certificate that is.
+pub(super) fn common_name(certificate: &CertificateDer<'_>) -> Option<String> {
     let (_, certificate) = X509Certificate::from_der(certificate).ok()?;
-    // The first one, which is what Zenoh says of the other end.
     certificate.subject().iter_common_name().next()?.as_str().ok().map(Into::into)
 }
 
 fn check_key(
     certificate: &[CertificateDer<'static>],
-    key: PrivateKeyDer<'static>,
+    key: &PrivateKeyDer<'static>,
     path: &Path,
     provider: &CryptoProvider,
 ) -> Result<(), SharingError> {
     let path = path.display();
-    match CertifiedKey::from_der(certificate.to_vec(), key, provider) {
+    match CertifiedKey::from_der(certificate.to_vec(), key.clone_key(), provider) {
         Ok(_) => Ok(()),
         Err(rustls::Error::InconsistentKeys(_)) => {
             let message = format!("the key {path} does not belong to the certificate");
@@ -146,25 +155,28 @@ fn check_key(
     }
 }
 
-/// Whether others will take the certificate: it is valid now, signed by the authority, and for both ends.
-fn check_chain(
-    certificate: &[CertificateDer<'static>],
-    authority: &[CertificateDer<'static>],
-    files: Files<'_>,
-    provider: &Arc<CryptoProvider>,
-) -> Result<(), SharingError> {
+fn roots(authority: &[CertificateDer<'static>], path: &Path) -> Result<RootCertStore, SharingError> {
     let mut roots = RootCertStore::empty();
     for root in authority {
         roots.add(root.clone()).map_err(|error| {
-            let message = format!("the authority {} is of no use: {error}", files.authority.display());
+            let message = format!("the authority {} is of no use: {error}", path.display());
             refused(About::Authority, message, "give the certificate of who signed those of the agents")
         })?;
     }
-    let roots = Arc::new(roots);
+    Ok(roots)
+}
+
+/// Whether others will take the certificate: it is valid now, signed by the authority, and for both ends.
+fn check_chain(
+    certificate: &[CertificateDer<'static>],
+    roots: &Arc<RootCertStore>,
+    files: Files<'_>,
+    provider: &Arc<CryptoProvider>,
+) -> Result<(), SharingError> {
     let (own, between) = (&certificate[0], &certificate[1..]);
     let now = UnixTime::now();
     let as_client = || {
-        let verifier = WebPkiClientVerifier::builder_with_provider(Arc::clone(&roots), Arc::clone(provider))
+        let verifier = WebPkiClientVerifier::builder_with_provider(Arc::clone(roots), Arc::clone(provider))
             .build()
             .map_err(|error| rustls::Error::General(error.to_string()))?;
         verifier.verify_client_cert(own, between, now).map(drop)
@@ -172,7 +184,7 @@ fn check_chain(
     let as_server = || {
         let parsed = ParsedCertificate::try_from(own)?;
         let algorithms = provider.signature_verification_algorithms.all;
-        verify_server_cert_signed_by_trust_anchor(&parsed, &roots, between, now, algorithms)
+        verify_server_cert_signed_by_trust_anchor(&parsed, roots, between, now, algorithms)
     };
     as_client().and_then(|()| as_server()).map_err(|error| {
         let (certificate, authority) = (files.certificate.display(), files.authority.display());
@@ -182,7 +194,8 @@ fn check_chain(
     })
 }
 
-fn explain(error: &rustls::Error) -> (String, &'static str) {
+/// What is wrong with a certificate, and what to do.
+pub(super) fn explain(error: &rustls::Error) -> (String, &'static str) {
     use rustls::CertificateError::{Expired, ExpiredContext, NotValidYet, NotValidYetContext, UnknownIssuer};
     match error {
         rustls::Error::InvalidCertificate(Expired | ExpiredContext { .. }) => {

@@ -1,0 +1,67 @@
+//! Where in a network an agent is.
+
+use std::io;
+use std::net::{IpAddr, Ipv6Addr, SocketAddr, ToSocketAddrs};
+use std::sync::mpsc::sync_channel;
+use std::thread;
+use std::time::Duration;
+
+use crate::carrier::CarrierError;
+
+/// A host and a port, as they were written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Address {
+    host: String,
+    port: u16,
+}
+
+impl Address {
+    /// `HOST:PORT`; an address of IPv6 stands in brackets.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (host, port) = text.rsplit_once(':')?;
+        let port = port.parse().ok().filter(|port| *port != 0)?;
+        let inner = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
+        let good = match inner {
+            Some(inner) => inner.parse::<Ipv6Addr>().is_ok(),
+            None => host.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'.' || c == b'-'),
+        };
+        (good && !host.is_empty()).then(|| Self { host: host.into(), port })
+    }
+
+    /// Whether it may be one of this machine; what a name stands for is seen when it is looked for.
+    pub fn may_be_here(&self) -> bool {
+        let address: Option<IpAddr> = self.host.trim_matches(['[', ']']).parse().ok();
+        address.is_none_or(|address| address.is_loopback())
+    }
+
+    /// Looks for the host, for a while.
+    pub fn resolve(&self, endpoint: &str, limit: Duration) -> Result<SocketAddr, CarrierError> {
+        let unknown = |reason: String| CarrierError::System {
+            endpoint: endpoint.into(),
+            error: io::Error::new(
+                io::ErrorKind::NotFound,
+                format!("host `{}` is not found: {reason}", self.host),
+            ),
+        };
+        let text = format!("{}:{}", self.host, self.port);
+        if let Ok(address) = text.parse() {
+            return Ok(address);
+        }
+        // The system's resolver may take far longer; that goes on without this thread.
+        let (sender, found) = sync_channel(1);
+        let look = move || {
+            // Nobody may wait for it any more.
+            let _ = sender.send(text.to_socket_addrs().map(|mut addresses| addresses.next()));
+        };
+        thread::Builder::new()
+            .name("resolver".into())
+            .spawn(look)
+            .map_err(|error| CarrierError::System { endpoint: endpoint.into(), error })?;
+        match found.recv_timeout(limit) {
+            Ok(Ok(Some(address))) => Ok(address),
+            Ok(Ok(None)) => Err(unknown("it has no address".into())),
+            Ok(Err(error)) => Err(unknown(error.to_string())),
+            Err(_) => Err(unknown(format!("no answer within {} ms", limit.as_millis()))),
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Packets in an encrypted stream: each with its length before it, two bytes, the lower one first.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::os::fd::AsFd;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::{AlertDescription, ClientConnection, ServerConnection};
+use x509_parser::prelude::{FromDer, X509Certificate};
+
+use super::credentials::{Loaded, common_name, explain};
+use super::verifier::{client, server};
+
+/// The largest packet, bytes.
+pub(super) const LARGEST: usize = 31 << 10;
+
+const HEAD: usize = 2;
+
+/// What one read of the stream brings at most, bytes.
+const READ: usize = 32 << 10;
+
+/// Waits until a socket is ready; for nothing when it is not within `limit`.
+pub(super) fn ready(socket: &impl AsFd, for_what: PollFlags, limit: Duration) -> io::Result<PollFlags> {
+    let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
+    let mut files = [PollFd::new(socket, for_what)];
+    match poll(&mut files, Some(&limit)) {
+        Ok(0) | Err(Errno::INTR) => Ok(PollFlags::empty()),
+        Ok(_) => Ok(files[0].revents()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// One end of the stream. It waits for nothing.
+pub(super) struct Connection {
+    tls: rustls::Connection,
+    /// Bytes that were decrypted, and how many of them are taken.
+    incoming: Vec<u8>,
+    taken: usize,
+    /// When the first of both certificates is no longer valid, seconds of the calendar.
+    expires: i64,
+    /// Whom the other end's certificate names.
+    agent: Option<String>,
+}
+
+impl Connection {
+    pub fn dial(loaded: Loaded) -> io::Result<Self> {
+        let expires = expires(&loaded.chain[0]);
+        // Nobody is looked for by this name, and nobody is told it.
+        let name = ServerName::try_from("agent").map_err(io::Error::other)?;
+        let tls = client(loaded).and_then(|settings| ClientConnection::new(settings, name));
+        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires))
+    }
+
+    pub fn accept(loaded: Loaded) -> io::Result<Self> {
+        let expires = expires(&loaded.chain[0]);
+        let tls = server(loaded).and_then(ServerConnection::new);
+        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires))
+    }
+
+    fn new(mut tls: rustls::Connection, expires: i64) -> Self {
+        // A packet is put in only when there is none.
+        tls.set_buffer_limit(None);
+        Self { tls, incoming: Vec::new(), taken: 0, expires, agent: None }
+    }
+
+    /// Whom the other end's certificate names, as soon as that is proven.
+    pub fn agent(&self) -> Option<&str> {
+        self.agent.as_deref()
+    }
+
+    /// Whether something waits until the socket takes it.
+    pub fn is_full(&self) -> bool {
+        self.tls.wants_write()
+    }
+
+    /// Hands over what waits, as far as the socket takes it.
+    pub fn flush(&mut self, mut socket: &TcpStream) -> io::Result<()> {
+        while self.tls.wants_write() {
+            match self.tls.write_tls(&mut socket) {
+                Ok(_) => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts a packet into the stream.
+    pub fn put(&mut self, packet: &[u8]) -> io::Result<()> {
+        self.check_certificates()?;
+        let length = u16::try_from(packet.len()).map_err(io::Error::other)?;
+        self.tls.writer().write_all(&length.to_le_bytes())?;
+        self.tls.writer().write_all(packet)
+    }
+
+    /// Takes the next packet, as far as it fits.
+    pub fn take(&mut self, socket: &TcpStream, packet: &mut [u8]) -> io::Result<Option<usize>> {
+        loop {
+            if let Some(whole) = self.whole()? {
+                let fits = whole.len().min(packet.len());
+                packet[..fits].copy_from_slice(&whole[..fits]);
+                self.taken += HEAD + whole.len();
+                return Ok(Some(fits));
+            }
+            self.check_certificates()?;
+            if !self.advance(socket)? {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// The next packet, when all of it has come.
+    fn whole(&self) -> io::Result<Option<&[u8]>> {
+        let waiting = &self.incoming[self.taken..];
+        let Some((head, rest)) = waiting.split_first_chunk::<HEAD>() else { return Ok(None) };
+        let length = usize::from(u16::from_le_bytes(*head));
+        if length > LARGEST {
+            let reason = format!("a packet of {length} bytes came, and the largest one has {LARGEST}");
+            return Err(io::Error::new(ErrorKind::InvalidData, reason));
+        }
+        Ok(rest.get(..length))
+    }
+
+    /// Reads what has come; false when there is nothing.
+    fn advance(&mut self, mut socket: &TcpStream) -> io::Result<bool> {
+        match self.tls.read_tls(&mut socket) {
+            Ok(0) => return Err(ended()),
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(false),
+            Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(true),
+            Err(error) => return Err(error),
+        }
+        let handled = self.tls.process_new_packets();
+        let state = handled.map_err(|error| io::Error::new(ErrorKind::PermissionDenied, words(&error)))?;
+        self.incoming.drain(..std::mem::take(&mut self.taken));
+        let had = self.incoming.len();
+        self.incoming.resize(had + state.plaintext_bytes_to_read(), 0);
+        self.tls.reader().read_exact(&mut self.incoming[had..])?;
+        self.incoming.shrink_to(READ.max(self.incoming.len()));
+        if state.peer_has_closed() && self.whole()?.is_none() {
+            return Err(ended());
+        }
+        self.learn_agent()?;
+        Ok(true)
+    }
+
+    /// Who is at the other end is known when the handshake is over.
+    fn learn_agent(&mut self) -> io::Result<()> {
+        if self.agent.is_none()
+            && !self.tls.is_handshaking()
+            && let Some([certificate, ..]) = self.tls.peer_certificates()
+        {
+            let name = common_name(certificate).ok_or_else(|| {
+                io::Error::new(ErrorKind::PermissionDenied, "the certificate there has no common name")
+            })?;
+            self.expires = self.expires.min(expires(certificate));
+            self.agent = Some(name);
+        }
+        Ok(())
+    }
+
+    #[allow(clippy::disallowed_methods, reason = "certificates go by the calendar")]
+    fn check_certificates(&self) -> io::Result<()> {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+        if i64::try_from(now).is_ok_and(|now| now <= self.expires) {
+            return Ok(());
+        }
+        Err(io::Error::new(ErrorKind::PermissionDenied, "a certificate of the link has expired"))
+    }
+
+    /// Says that nothing more comes.
+    pub fn finish(&mut self, socket: &TcpStream) {
+        self.tls.send_close_notify();
+        // If there is no room for it, the end of the stream says it too.
+        let _ = self.flush(socket);
+    }
+}
+
+fn ended() -> io::Error {
+    io::Error::new(ErrorKind::ConnectionAborted, "the other end closed the link")
+}
+
+fn expires(certificate: &CertificateDer<'_>) -> i64 {
+    X509Certificate::from_der(certificate)
+        .map_or(i64::MIN, |(_, parsed)| parsed.validity().not_after.timestamp())
+}
+
+/// Why there is no link.
+fn words(error: &rustls::Error) -> String {
+    match error {
+        rustls::Error::InvalidCertificate(_) => format!("the certificate there {}", explain(error).0),
+        rustls::Error::NoCertificatesPresented => "whoever is there shows no certificate".into(),
+        rustls::Error::AlertReceived(alert) => match alert {
+            AlertDescription::UnknownCA => {
+                "whoever is there does not trust the authority of this agent's certificate".into()
+            }
+            AlertDescription::CertificateExpired => {
+                "whoever is there takes this agent's certificate for expired".into()
+            }
+            alert => format!("whoever is there refuses this agent: {alert:?}"),
+        },
+        error => format!("whoever is there does not speak TLS as it should: {error}"),
+    }
+}

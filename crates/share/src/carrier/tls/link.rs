@@ -1,0 +1,227 @@
+use std::fmt;
+use std::io::{self, ErrorKind};
+use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use rustix::event::PollFlags;
+use rustix::net::sockopt::set_socket_send_buffer_size;
+
+use super::connection::{Connection, LARGEST, ready};
+use super::{Credentials, PATIENCE};
+use crate::carrier::{CarrierError, Link};
+
+/// What the system is asked to keep of what the other end has not taken, bytes; it may allow less.
+const ROOM: usize = 512 << 10;
+
+/// A link to one agent.
+pub(super) struct TlsLink {
+    socket: TcpStream,
+    state: Mutex<State>,
+    agent: OnceLock<String>,
+}
+
+/// What both threads of a link use, each for as long as it takes to encrypt a packet.
+enum State {
+    /// Somebody came, and was not listened to yet.
+    Accepted(SocketAddr, Credentials),
+    /// Somebody came from there, or was dialled.
+    Open(Option<SocketAddr>, Box<Connection>),
+    Closed(ErrorKind, String),
+}
+
+impl fmt::Debug for TlsLink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TlsLink").field("socket", &self.socket).finish_non_exhaustive()
+    }
+}
+
+fn set_up(socket: &TcpStream) -> io::Result<()> {
+    socket.set_nonblocking(true)?;
+    socket.set_nodelay(true)?;
+    Ok(set_socket_send_buffer_size(socket, ROOM)?)
+}
+
+/// That so much time from now has passed.
+#[allow(clippy::disallowed_methods, reason = "the host says how long it waits for a network")]
+fn timer(limit: Duration) -> impl Fn() -> Duration {
+    let start = Instant::now();
+    move || limit.saturating_sub(start.elapsed())
+}
+
+impl TlsLink {
+    fn new(socket: TcpStream, state: State) -> io::Result<Self> {
+        set_up(&socket)?;
+        Ok(Self { socket, state: Mutex::new(state), agent: OnceLock::new() })
+    }
+
+    /// A link that somebody began.
+    pub fn accepted(socket: TcpStream, from: SocketAddr, credentials: Credentials) -> io::Result<Self> {
+        Self::new(socket, State::Accepted(from, credentials))
+    }
+
+    /// Begins a link.
+    pub fn dial(
+        endpoint: &str,
+        address: SocketAddr,
+        credentials: &Credentials,
+    ) -> Result<Self, CarrierError> {
+        let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
+        let socket = TcpStream::connect_timeout(&address, PATIENCE).map_err(|error| match error.kind() {
+            ErrorKind::ConnectionRefused => CarrierError::Nobody { endpoint: endpoint.into() },
+            _ => system(error),
+        })?;
+        let begin = || {
+            let loaded = credentials.read().map_err(|error| io::Error::other(error.message))?;
+            let link = Self::new(socket, State::Open(None, Box::new(Connection::dial(loaded)?)))?;
+            link.shake_hands()?;
+            Ok(link)
+        };
+        begin().map_err(system)
+    }
+
+    fn shake_hands(&self) -> io::Result<()> {
+        let left = timer(PATIENCE);
+        while self.agent.get().is_none() {
+            // Nothing is sent before, so no packet comes that would be lost here.
+            let waits_for = self.listen(|connection| {
+                connection.take(&self.socket, &mut [])?;
+                connection.flush(&self.socket)?;
+                Ok(interest(connection))
+            })?;
+            if left().is_zero() {
+                let late = format!("nobody shook hands within {} ms", PATIENCE.as_millis());
+                return Err(io::Error::new(ErrorKind::TimedOut, late));
+            }
+            if self.agent.get().is_none() {
+                ready(&self.socket, waits_for, left())?;
+            }
+        }
+        Ok(())
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Reads from the connection. What fails ends the link.
+    fn listen<T>(&self, call: impl FnOnce(&mut Connection) -> io::Result<T>) -> io::Result<T> {
+        let mut state = self.state();
+        let result = self.with(&mut state, call);
+        if let Err(error) = &result {
+            self.end(&mut state, error.kind(), &error.to_string());
+        }
+        result
+    }
+
+    /// Writes to the connection. When that fails, what came may say why; so it does not end the link.
+    fn write<T>(&self, call: impl FnOnce(&mut Connection) -> io::Result<T>) -> io::Result<T> {
+        self.with(&mut self.state(), call)
+    }
+
+    fn with<T>(
+        &self,
+        state: &mut State,
+        call: impl FnOnce(&mut Connection) -> io::Result<T>,
+    ) -> io::Result<T> {
+        state.open().and_then(|(from, connection)| {
+            let result = call(connection);
+            if let Some(agent) = connection.agent() {
+                self.agent.get_or_init(|| agent.into());
+            }
+            // Who was not let in has a place and no name.
+            let from = from.filter(|_| self.agent.get().is_none());
+            result.map_err(|error| match from {
+                Some(from) => io::Error::new(error.kind(), format!("somebody at {}: {error}", from.ip())),
+                None => error,
+            })
+        })
+    }
+
+    /// Ends the link for that reason, if it has not ended.
+    fn end(&self, state: &mut State, kind: ErrorKind, reason: &str) {
+        if let State::Open(_, connection) = state {
+            connection.finish(&self.socket);
+        }
+        if !matches!(state, State::Closed(..)) {
+            *state = State::Closed(kind, reason.into());
+            // It may have been the other end that ended it.
+            let _ = self.socket.shutdown(Shutdown::Both);
+        }
+    }
+}
+
+impl State {
+    fn open(&mut self) -> io::Result<(Option<SocketAddr>, &mut Connection)> {
+        if let Self::Accepted(from, credentials) = self {
+            let loaded = credentials
+                .read()
+                .map_err(|error| io::Error::new(ErrorKind::PermissionDenied, error.message))?;
+            *self = Self::Open(Some(*from), Box::new(Connection::accept(loaded)?));
+        }
+        match self {
+            Self::Open(from, connection) => Ok((*from, connection)),
+            Self::Closed(kind, reason) => Err(io::Error::new(*kind, reason.clone())),
+            Self::Accepted(..) => unreachable!("it was opened above"),
+        }
+    }
+}
+
+/// What the socket has to be ready for.
+fn interest(connection: &Connection) -> PollFlags {
+    if connection.is_full() { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN }
+}
+
+impl Link for TlsLink {
+    fn send(&self, packet: &[u8]) -> io::Result<bool> {
+        self.write(|connection| {
+            connection.flush(&self.socket)?;
+            // The system says so when a third is free, so all of the packet has room then.
+            if connection.is_full() || ready(&self.socket, PollFlags::OUT, Duration::ZERO)?.is_empty() {
+                return Ok(false);
+            }
+            connection.put(packet)?;
+            connection.flush(&self.socket)?;
+            Ok(true)
+        })
+    }
+
+    fn wait_for_room(&self, limit: Duration) -> io::Result<()> {
+        ready(&self.socket, PollFlags::OUT, limit)?;
+        self.write(|connection| connection.flush(&self.socket))
+    }
+
+    fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>> {
+        let left = timer(limit);
+        loop {
+            let (length, waits_for) = self.listen(|connection| {
+                let length = connection.take(&self.socket, packet)?;
+                // What is written now and then by itself; whether it arrives is seen when nothing more comes.
+                let _ = connection.flush(&self.socket);
+                Ok((length, interest(connection)))
+            })?;
+            if length.is_some() || left().is_zero() {
+                return Ok(length);
+            }
+            ready(&self.socket, waits_for, left())?;
+        }
+    }
+
+    fn largest(&self) -> usize {
+        LARGEST
+    }
+
+    fn authenticated(&self) -> Option<&str> {
+        self.agent.get().map(String::as_str)
+    }
+
+    fn close(&self) {
+        self.end(&mut self.state(), ErrorKind::ConnectionAborted, "the link was closed");
+    }
+}
+
+impl Drop for TlsLink {
+    fn drop(&mut self) {
+        self.close();
+    }
+}

@@ -1,0 +1,81 @@
+//! Agents of several machines, over TLS 1.3 on TCP, with certificates of both ends.
+//!
+//! Endpoints are `tls:HOST:PORT`. Nothing is listened at and nobody is looked for but what they name. An agent is who its
+//! certificate says, at whatever address it is.
+
+mod connection;
+mod credentials;
+mod link;
+mod listener;
+mod verifier;
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::address::Address;
+use super::{Carrier, CarrierError, Link, Listener};
+pub use credentials::{Credentials, Files};
+use link::TlsLink;
+use listener::TlsListener;
+
+/// How long a host's name, a connection, and its handshake may take, each. The thread of the agent that is dialled waits
+/// for it, and nobody else. A first packet that is lost is sent again after a second.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+const EXPECTED: &str = "tls:HOST:PORT, such as tls:192.168.1.5:7447 or tls:[::1]:7447";
+
+/// Carries packets over TLS.
+#[derive(Clone, Debug, Default)]
+pub struct Tls {
+    credentials: Option<Credentials>,
+    is_restricted: bool,
+}
+
+impl Tls {
+    /// Shows and takes certificates. It leaves this machine only when `is_restricted`: when it is said what each agent may
+    /// do.
+    pub fn new(credentials: Credentials, is_restricted: bool) -> Self {
+        Self { credentials: Some(credentials), is_restricted }
+    }
+
+    /// Nothing is carried without certificates, nor to other machines without rights.
+    fn credentials(&self, endpoint: &str, is_here: bool) -> Result<&Credentials, CarrierError> {
+        let refuse = |reason: &str| CarrierError::Unsafe { endpoint: endpoint.into(), reason: reason.into() };
+        let credentials = self.credentials.as_ref();
+        let credentials = credentials
+            .ok_or_else(|| refuse("TLS needs `certificate`, `key` and `authority` in [share.security]"))?;
+        if !is_here && !self.is_restricted {
+            return Err(refuse(
+                "it is not on this machine: say in [share.security.allow] what each agent may read and send",
+            ));
+        }
+        Ok(credentials)
+    }
+
+    fn place(&self, endpoint: &str) -> Result<(SocketAddr, &Credentials), CarrierError> {
+        let address = parse(endpoint)?.resolve(endpoint, PATIENCE)?;
+        Ok((address, self.credentials(endpoint, address.ip().is_loopback())?))
+    }
+}
+
+fn parse(endpoint: &str) -> Result<Address, CarrierError> {
+    let wrong = || CarrierError::NoEndpoint { endpoint: endpoint.into(), expected: EXPECTED };
+    endpoint.strip_prefix("tls:").and_then(Address::parse).ok_or_else(wrong)
+}
+
+impl Carrier for Tls {
+    fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError> {
+        let (address, credentials) = self.place(endpoint)?;
+        Ok(Box::new(TlsListener::new(endpoint, address, credentials.clone())?))
+    }
+
+    fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
+        self.credentials(endpoint, parse(endpoint)?.may_be_here()).map(drop)
+    }
+
+    fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
+        let (address, credentials) = self.place(endpoint)?;
+        Ok(Arc::new(TlsLink::dial(endpoint, address, credentials)?))
+    }
+}
