@@ -69,7 +69,10 @@ impl QueueReader {
         }
         let tail = channel.published();
         let next = match start {
-            Start::Oldest => oldest(tail, depth),
+            Start::Oldest => {
+                let mut kept = oldest(tail, depth)..tail;
+                kept.find(|sequence| has_value(channel.cell(*sequence))).unwrap_or(tail.max(1))
+            }
             Start::Next => tail + 1,
         };
         let window = Vec::with_capacity(usize::from(channel.budget.window));
