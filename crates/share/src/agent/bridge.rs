@@ -94,6 +94,7 @@ impl Bridge {
             stays
         });
         self.outboxes.retain(|path, _| wants.get(path) == Some(&Want::Messages));
+        self.forget(&wants);
         for (path, want) in wants {
             self.dial(&path.agent);
             match want {
@@ -103,6 +104,19 @@ impl Bridge {
                 Want::Values { .. } => {
                     self.readings.entry(path.clone()).or_insert_with(|| Reading::new(path, want));
                 }
+            }
+        }
+    }
+
+    /// Dials those agents no longer of which nothing is wanted any more.
+    fn forget(&mut self, wants: &Wants) {
+        let is_wanted = |agent: &String| wants.keys().any(|path| path.agent == *agent);
+        // Those of the team are there for what is known, too.
+        let is_mate = |agent: &String| self.site.knowledge.is_some() && self.site.agents.contains_key(agent);
+        for (agent, _) in self.dialled.extract_if(.., |agent, _| !is_wanted(agent)) {
+            if !is_mate(&agent) {
+                self.subscriptions.peers.forget(&agent);
+                locked(&self.reasons).remove(&agent);
             }
         }
     }
