@@ -172,6 +172,16 @@ impl QueueReader {
         self.skipped
     }
 
+    /// How many values wait for it: no more than are kept, and none for one that reads no more.
+    pub fn waiting(&self) -> u64 {
+        if self.evicted { 0 } else { self.lag().min(self.channel.ring.len() as u64) }
+    }
+
+    /// How many values it never saw, and never will.
+    pub fn lost(&self) -> u64 {
+        self.skipped + self.lag() - self.waiting()
+    }
+
     /// How many values wait for it, or were lost to it since the last pull.
     pub fn lag(&self) -> u64 {
         (self.channel.published() + 1).saturating_sub(self.next)

@@ -100,7 +100,9 @@ impl Desk {
                     from: link.from,
                     previous: link.previous,
                     stale: link.stale,
+                    options: link.options,
                     queue: link.queue,
+                    evicted: link.evicted,
                     trouble: link.trouble,
                 };
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())

@@ -1,6 +1,7 @@
 //! Queues between modules: each reader has a cursor of its own.
 
 use slate_runtime::NewLink;
+use slate_runtime::log::MemoryTarget;
 
 use crate::common::number;
 use crate::support::{lockstep, steps};
@@ -81,7 +82,7 @@ plugin = "collector"
 }
 
 #[test]
-fn an_evicted_reader_gets_no_more() {
+fn an_evicted_reader_gets_no_more_and_that_is_said_once() {
     let text = r#"
 [modules.a]
 plugin = "counter"
@@ -89,11 +90,36 @@ plugin = "counter"
 plugin = "collector"
 every = "2s"
 [links]
-"slow/numbers" = { from = "a/number", policy = "evict" }
+"slow/numbers" = { from = "a/number", policy = "evict", window = 20 }
 "#;
     let mut agent = lockstep(text);
-    steps(&mut agent, 250);
+    let log = MemoryTarget::default();
+    agent.logger().add_target(Box::new(log.clone()));
+    let status = |agent: &slate_runtime::Agent| agent.composer().links().remove(0);
+    steps(&mut agent, 2);
+    assert!(!status(&agent).evicted);
+    assert_eq!(
+        status(&agent).options,
+        [("policy".to_owned(), "\"evict\"".to_owned()), ("window".to_owned(), "20".to_owned())]
+    );
+    steps(&mut agent, 500);
     assert_eq!(number(&agent, "slow/count/value"), 1.0);
+    let link = status(&agent);
+    let (waiting, lost) = link.queue.unwrap();
+    assert!(link.evicted && waiting == 0 && lost > 350, "{waiting} {lost}");
+    agent.logger().flush(std::time::Duration::from_secs(10));
+    let told = log.lines().into_iter().filter(|line| line.text.contains("`numbers` fell behind")).count();
+    assert_eq!(told, 1);
+    // Linked anew, it reads again.
+    agent.composer().unlink("slow/numbers").unwrap();
+    agent.composer().link(&NewLink::new("slow/numbers", "a/number")).unwrap();
+    steps(&mut agent, 100);
+    assert!(!status(&agent).evicted && number(&agent, "slow/count/value") > 1.0);
+    // What waits is what is kept at most.
+    steps(&mut agent, 300);
+    let (waiting, _) = status(&agent).queue.unwrap();
+    let kept = agent.board().find("a/number").unwrap().0.channel().unwrap().depth() as u64;
+    assert!(waiting > 0 && waiting <= kept, "{waiting} of {kept}");
 }
 
 #[test]

@@ -335,9 +335,14 @@ impl Builder<'_, '_> {
             Some(self.granted(m, wire, &property, reader)?)
         };
         let path = format!("{}/{}", self.name(m), port.name);
+        let farewell = format!(
+            "`{}` fell behind and reads no more, as its link says: unlink and link it to let it read again",
+            port.name
+        );
         let gauge = Arc::clone(self.ground.gauges.entry(path).or_default());
         Some(QueueWiring {
             gauge,
+            farewell: farewell.into(),
             slot: p,
             triggers: self.triggers(m, p),
             reader,
