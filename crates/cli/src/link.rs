@@ -37,7 +37,7 @@ pub struct LinkOptions {
     policy: Option<String>,
 
     /// How many values a queue input gets at once.
-    #[arg(long, requires = "from", value_name = "COUNT")]
+    #[arg(long, requires = "from", value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=4096))]
     window: Option<u16>,
 
     /// What carries the values of another agent, such as `local`.

@@ -384,3 +384,31 @@ fn an_agent_that_no_link_wants_any_more_is_not_dialled() {
     wait_for("fresh values", || arm.number("reader/fresh") > 3.0);
     drop(base);
 }
+
+#[test]
+fn a_link_to_an_agent_that_nobody_knows_names_those_that_may_be_meant() {
+    let folder = Folder::new();
+    let links = "\"reader/number\" = \"slate://bsae/counter/number\"\n";
+    let arm = Running::start("arm", &reading(&folder, links), Mode::Staged);
+    wait_for("its first cycle", || arm.number("reader/gaps") == -1.0);
+    wait_for("the nearest agent", || {
+        let trouble = arm.trouble("reader/number").unwrap_or_default();
+        trouble.contains("agent `bsae` is not there") && trouble.contains("nearest: base")
+    });
+}
+
+#[test]
+fn an_endpoint_that_nobody_wrote_and_that_is_in_use_has_no_place_in_the_file() {
+    let name = format!("twin-{:x}", agents::instance());
+    let text = format!(
+        "[agent]\nname = \"{name}\"\n[share.agents.other]\nat = \"local:other\"\n[modules.counter]\n"
+    );
+    let first = Running::start(&name, &text, Mode::Staged);
+    wait_for("its first cycle", || first.number("counter/number") > 0.0);
+    let error = try_load(&name, &text, Mode::Staged).unwrap_err();
+    let StartError::Configuration(report) = error else { panic!("{error}") };
+    let report = report.render(false);
+    let in_use = format!("`local:{name}` is in use by another agent, process {}", std::process::id());
+    assert!(report.contains(&in_use) && !report.contains("share.agents"), "{report}");
+    drop(first);
+}
