@@ -251,7 +251,7 @@ fn links_of_a_running_agent_are_listed_tried_changed_and_taken_away() {
     running.fails(1, &["unlink", "nobody/home"], &["has no link"]);
     running.fails(2, &["link", to, "--stale", "1s"], &["FROM"]);
     let own: Vec<Value> = serde_json::from_str(&running.done(&["link", to, "--json"])).unwrap();
-    assert_eq!(own, [link.clone()]);
+    assert_eq!(own, std::slice::from_ref(link));
     running.fails(1, &["link", &to[..to.len() - 1]], &["has no link", to]);
     let tried = running.done(&["unlink", to, "--dry-run"]);
     assert!(tried.contains("it can be done") && tried.contains("false"), "{tried}");
