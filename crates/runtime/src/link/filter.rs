@@ -76,6 +76,14 @@ impl Condition {
     fn settled(&self) -> Option<bool> {
         let (low, high) = match self.place.kind {
             Kind::Bool => (0.0, 1.0),
+            Kind::Enumeration(enumeration) if enumeration.constants.len() > 1 => {
+                let mut each = enumeration.constants.iter();
+                let first =
+                    each.next().map(|constant| self.comparison.holds(constant.value as f64, self.value))?;
+                let same =
+                    each.all(|constant| self.comparison.holds(constant.value as f64, self.value) == first);
+                return same.then_some(first);
+            }
             kind => {
                 let (low, high) = Number::of(&kind)?.range()?;
                 (low as f64, high as f64)
