@@ -51,6 +51,8 @@ pub enum Failure {
     PluginName { name: String, reason: &'static str },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
+    #[error("`{to}` has no link")]
+    NotLinked { to: String, linked: Vec<String> },
     #[error("`{path}` can't be used: it is there already")]
     Taken { path: PathBuf },
     #[error("{}", no_checkout(.said.as_deref()))]
@@ -87,9 +89,9 @@ fn no_checkout(said: Option<&Path>) -> String {
 }
 
 impl Failure {
-    /// What the process ends with: 1 when an agent refuses, else 2.
+    /// What the process ends with: 1 when an agent refuses, or has not what is meant, else 2.
     pub fn code(&self) -> u8 {
-        if matches!(self, Self::Agent(ClientError::Refused(_))) { 1 } else { 2 }
+        if matches!(self, Self::Agent(ClientError::Refused(_)) | Self::NotLinked { .. }) { 1 } else { 2 }
     }
 
     /// Says on stderr what is wrong, where, and what to do.
@@ -138,6 +140,13 @@ impl Failure {
             Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
             Self::NotLoaded { .. } => {
                 "`slate plugin list` shows those that are; of a list of plugins, name them one by one".into()
+            }
+            Self::NotLinked { linked, .. } if linked.is_empty() => "the agent has no links".into(),
+            Self::NotLinked { to, linked } => {
+                match nearest_names(to, linked.iter().map(String::as_str)).join(" or ") {
+                    near if near.is_empty() => "`slate link` lists all links".into(),
+                    near => format!("did you mean {near}?"),
+                }
             }
             Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {

@@ -1,6 +1,8 @@
 //! Links of a running agent.
 
 use clap::Args;
+use slate::blackboard::Url;
+use slate::runtime::remote::LinkEntry;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -9,58 +11,57 @@ use crate::output;
 #[derive(Debug, Args)]
 pub struct LinkOptions {
     /// The input, such as `follower/pose`; all links are listed unless it is given.
-    #[arg(requires = "from")]
     to: Option<String>,
 
-    /// The property that it reads, such as `localizer/pose`.
+    /// The property that it reads, such as `localizer/pose`; the link that it has is shown unless it is given.
     from: Option<String>,
 
     /// Reads last cycle's value, which breaks a circle of modules.
-    #[arg(long)]
+    #[arg(long, requires = "from")]
     previous: bool,
 
     /// The age from which a value counts as stale, such as `200ms`.
-    #[arg(long, value_name = "AGE")]
+    #[arg(long, requires = "from", value_name = "AGE")]
     stale: Option<String>,
 
     /// Lets only every so manieth value through.
-    #[arg(long, value_name = "COUNT")]
+    #[arg(long, requires = "from", value_name = "COUNT")]
     every: Option<u64>,
 
     /// Lets only values through that meet a condition on a field, such as `range < 0.5`.
-    #[arg(long, value_name = "CONDITION")]
+    #[arg(long, requires = "from", value_name = "CONDITION")]
     when: Option<String>,
 
     /// What happens to a queue input that lags: `skip` or `evict`.
-    #[arg(long)]
+    #[arg(long, requires = "from")]
     policy: Option<String>,
 
     /// How many values a queue input gets at once.
-    #[arg(long, value_name = "COUNT")]
+    #[arg(long, requires = "from", value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=4096))]
     window: Option<u16>,
 
     /// What carries the values of another agent, such as `local`.
-    #[arg(long)]
+    #[arg(long, requires = "from")]
     carrier: Option<String>,
 
     /// Whether losses on the way from another agent are made good: `reliable` or `best-effort`.
-    #[arg(long)]
+    #[arg(long, requires = "from")]
     mode: Option<String>,
 
     /// When values of another agent are sent: `on-change`, or a frequency or period such as `10Hz`.
-    #[arg(long)]
+    #[arg(long, requires = "from")]
     rate: Option<String>,
 
     /// What is between two values of another agent at least that are sent on change, such as `50ms`.
-    #[arg(long, value_name = "DURATION")]
+    #[arg(long, requires = "from", value_name = "DURATION")]
     interval: Option<String>,
 
     /// How values of another agent are made smaller: `none`, `lossless`, or `jpeg:80` for images with losses.
-    #[arg(long)]
+    #[arg(long, requires = "from")]
     compression: Option<String>,
 
     /// Finds out whether it can be done, and does not do it.
-    #[arg(long)]
+    #[arg(long, requires = "from")]
     dry_run: bool,
 
     /// Prints the links, or what changes, as JSON.
@@ -113,23 +114,45 @@ impl LinkOptions {
 pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
     let mut agent = options.agent.connect_to(options.to.as_deref().unwrap_or_default())?;
     let (Some(to), Some(from)) = (&options.to, &options.from) else {
-        let links = agent.links()?;
+        let mut links = agent.links()?;
+        if let Some(to) = &options.to {
+            links = only(links, to)?;
+        }
         if options.json {
             output::json(&links);
-            return Ok(true);
+        } else {
+            output::columns(links.into_iter().map(row));
         }
-        let row = |link: slate::runtime::remote::LinkEntry| {
-            let previous = if link.previous { "previous" } else { "" };
-            let queue = link.queue.map_or(String::new(), |(lag, lost)| format!("{lag} waiting, {lost} lost"));
-            let trouble = link.trouble.map_or(String::new(), |trouble| format!("waits: {trouble}"));
-            [link.to, "<-".into(), link.from, previous.into(), queue, trouble]
-        };
-        output::columns(links.into_iter().map(row));
         return Ok(true);
     };
     let changed = agent.link(to, from, &options.table(), options.dry_run)?;
     show(&changed, options.dry_run, options.json);
     Ok(true)
+}
+
+/// The links of an input and its fields, or of a module.
+fn only(links: Vec<LinkEntry>, to: &str) -> Result<Vec<LinkEntry>, Failure> {
+    let path = Url::parse(to).map_or_else(|_| to.to_owned(), |url| url.path_in(""));
+    let is_meant = |link: &LinkEntry| {
+        link.to.strip_prefix(&path).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
+    };
+    let (meant, others): (Vec<_>, Vec<_>) = links.into_iter().partition(is_meant);
+    if meant.is_empty() {
+        let linked = others.into_iter().map(|link| link.to).collect();
+        return Err(Failure::NotLinked { to: path, linked });
+    }
+    Ok(meant)
+}
+
+fn row(link: LinkEntry) -> [String; 6] {
+    let options: Vec<_> = link.options.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    let queue = match link.queue {
+        Some((_, lost)) if link.evicted => format!("evicted: it fell behind and reads no more, {lost} lost"),
+        Some((waiting, lost)) => format!("{waiting} waiting, {lost} lost"),
+        None => String::new(),
+    };
+    let trouble = link.trouble.map_or(String::new(), |trouble| format!("waits: {trouble}"));
+    [link.to, "<-".into(), link.from, options.join(", "), queue, trouble]
 }
 
 /// Takes the link of an input away.

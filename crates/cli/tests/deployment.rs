@@ -304,6 +304,11 @@ fn what_one_refuses_starts_none() {
     let one_log = "[log.targets.file]\npath = \"agent.log\"\n[agents.a]\n[agents.b]\n";
     fs::write(folder.join("log.toml"), one_log).unwrap();
     refused("log.toml", &[], &["`a` and `b` would write the same file", "log.toml:2"]);
+    let same = "[agents.a.log.targets.file]\npath = \"./agent.log\"\n\
+                [agents.b.log.targets.file]\npath = \"../team-refused/../team-refused/agent.log\"\n";
+    let own = folder.file_name().unwrap().to_str().unwrap();
+    fs::write(folder.join("same.toml"), same.replace("team-refused", own)).unwrap();
+    refused("same.toml", &[], &["`a` and `b` would write the same file", "same.toml:4"]);
     // Names.
     refused("team.toml", &["--agent", "watchr"], &["no agent is called `watchr`", "did you mean `watcher`?"]);
     refused("team.toml", &["--set", "agents.watchr.loop.period=1ms"], &["no agent is called `watchr`"]);

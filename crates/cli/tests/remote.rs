@@ -249,13 +249,17 @@ fn links_of_a_running_agent_are_listed_tried_changed_and_taken_away() {
     running.fails(1, &["link", to, "nobody/home"], &["nothing is called `/nobody/home`", "help"]);
     running.done(&["link", to, "slate://other/module/property", "--dry-run"]);
     running.fails(1, &["unlink", "nobody/home"], &["has no link"]);
-    running.fails(2, &["link", to], &["FROM"]);
+    running.fails(2, &["link", to, "--stale", "1s"], &["FROM"]);
+    let own: Vec<Value> = serde_json::from_str(&running.done(&["link", to, "--json"])).unwrap();
+    assert_eq!(own, std::slice::from_ref(link));
+    running.fails(1, &["link", &to[..to.len() - 1]], &["has no link", to]);
     let tried = running.done(&["unlink", to, "--dry-run"]);
     assert!(tried.contains("it can be done") && tried.contains("false"), "{tried}");
     let tried = running.done(&["link", to, from, "--stale", "200ms", "--dry-run"]);
     assert!(tried.contains("it can be done") && tried.contains("stale"), "{tried}");
     assert!(!running.done(&["config", "diff"]).contains("stale"));
     assert!(running.done(&["link", to, from, "--stale", "200ms"]).contains("200ms"));
+    assert!(running.done(&["link", to]).contains("stale = \"200ms\""));
     assert!(running.done(&["config", "diff"]).contains("stale"));
     running.finish();
 }

@@ -210,7 +210,10 @@ fn a_wrong_configuration_is_refused_in_words() {
         configuration().limit("lef", 0.0, 1.0),
         "gate `drive`: Wheels has no field `lef`; it has left, right",
     );
-    says(configuration().rate_limit("", 1.0), "gate `drive`: Wheels has no field ``; it has left, right");
+    says(
+        configuration().rate_limit("", 1.0),
+        "gate `drive`: no field of Wheels is named; it has left, right",
+    );
     let array = "gate `mixed`: `joints` is 3 x f64; only a single number can be limited";
     says(mixed().limit("joints", 0.0, 1.0), array);
     says(

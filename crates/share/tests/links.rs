@@ -11,9 +11,9 @@ use slate_blackboard::Board;
 use slate_blackboard::interface::Value;
 use slate_module::Plugin;
 use slate_module::prelude::*;
-use slate_runtime::configuration::{Configuration, Options as Reading};
+use slate_runtime::configuration::{Configuration, Database, Options as Reading};
 use slate_runtime::remote::{Client, ClientError, Server};
-use slate_runtime::{Agent, Composer, Control, Mode, Options, Rate, StartError, Stopper};
+use slate_runtime::{Agent, Composer, Control, Mode, NewLink, Options, Rate, StartError, Stopper};
 use slate_share::agent::AgentSharing;
 use slate_share::carrier::local::Local;
 
@@ -118,14 +118,14 @@ fn load(name: &str, text: &str, mode: Mode) -> Agent {
 }
 
 fn try_load(name: &str, text: &str, mode: Mode) -> Result<Agent, StartError> {
-    let configuration = Configuration::from_text(&format!("{name}.toml"), text, &Reading::default()).unwrap();
+    let database = Database::from_text(&format!("{name}.toml"), text, Reading::default()).unwrap();
     let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
     let mut sharing = AgentSharing::default();
     sharing.limits = agents::limits();
     sharing.carriers.insert("other".into(), Arc::new(Local));
     let options =
         Options { mode, rate: Rate::REALTIME, sharing: Some(Box::new(sharing)), ..Options::default() };
-    Agent::load(&configuration, &plugins, options)
+    Agent::load_with(&database, &plugins, options)
 }
 
 impl Running {
@@ -367,4 +367,48 @@ fn endpoints_that_nobody_can_come_to_are_refused() {
     let nowhere = folder.path("no/such/folder");
     refused(&folder.endpoint("arm"), &format!("local:{}/arm", nowhere.display()), &["there is no folder"]);
     assert!(!folder.path("no").exists());
+}
+
+#[test]
+fn an_agent_that_no_link_wants_any_more_is_not_dialled() {
+    let folder = Folder::new();
+    let arm = Running::start("arm", &arm(&folder, ""), Mode::Staged);
+    wait_for("what shows of it", || arm.board.get("peers/base/link").is_some());
+    for input in ["reader/number", "reader/all", "reader/note"] {
+        arm.composer.unlink(input).unwrap();
+    }
+    wait_for("it to be forgotten", || arm.board.get("peers/base/link").is_none());
+    // It is dialled again when a link wants it.
+    let base = Running::start("base", &base(&folder), Mode::Staged);
+    arm.composer.link(&NewLink::new("reader/number", "slate://base/counter/number")).unwrap();
+    wait_for("fresh values", || arm.number("reader/fresh") > 3.0);
+    drop(base);
+}
+
+#[test]
+fn a_link_to_an_agent_that_nobody_knows_names_those_that_may_be_meant() {
+    let folder = Folder::new();
+    let links = "\"reader/number\" = \"slate://bsae/counter/number\"\n";
+    let arm = Running::start("arm", &reading(&folder, links), Mode::Staged);
+    wait_for("its first cycle", || arm.number("reader/gaps") == -1.0);
+    wait_for("the nearest agent", || {
+        let trouble = arm.trouble("reader/number").unwrap_or_default();
+        trouble.contains("agent `bsae` is not there") && trouble.contains("nearest: base")
+    });
+}
+
+#[test]
+fn an_endpoint_that_nobody_wrote_and_that_is_in_use_has_no_place_in_the_file() {
+    let name = format!("twin-{:x}", agents::instance());
+    let text = format!(
+        "[agent]\nname = \"{name}\"\n[share.agents.other]\nat = \"local:other\"\n[modules.counter]\n"
+    );
+    let first = Running::start(&name, &text, Mode::Staged);
+    wait_for("its first cycle", || first.number("counter/number") > 0.0);
+    let error = try_load(&name, &text, Mode::Staged).unwrap_err();
+    let StartError::Configuration(report) = error else { panic!("{error}") };
+    let report = report.render(false);
+    let in_use = format!("`local:{name}` is in use by another agent, process {}", std::process::id());
+    assert!(report.contains(&in_use) && !report.contains("share.agents"), "{report}");
+    drop(first);
 }

@@ -27,7 +27,8 @@ fn an_endpoint_is_for_one_agent_and_its_user_alone() {
     assert_eq!(
         error.to_string(),
         format!(
-            "endpoint `{endpoint}` is in use by another agent: stop that one, or listen at another endpoint"
+            "endpoint `{endpoint}` is in use by another agent, process {}: stop that one, or listen at another endpoint",
+            std::process::id()
         )
     );
     drop(base);

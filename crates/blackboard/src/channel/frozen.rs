@@ -79,6 +79,10 @@ impl Channel {
     pub fn freeze(&self) -> Result<Frozen, LinkError> {
         // No other handle is given out meanwhile, so the one pin more is counted.
         let desk = self.desk();
+        if let Some(deeper) = desk.deeper.clone() {
+            drop(desk);
+            return deeper.freeze();
+        }
         let readers = (usize::from(desk.latest), desk.queues_taken());
         let count = slots(self.ring.len(), self.budget, readers.0, readers.1) + 1;
         if count > self.pool.limit() || !self.pool.provide(count) {
@@ -130,6 +134,9 @@ impl Writer {
     /// When a value does not fit; nothing is changed then.
     pub fn thaw(&mut self, frozen: &Frozen) -> Result<(), Misfit> {
         frozen.fits(self.shape())?;
+        if let Some(deeper) = &mut self.deeper {
+            deeper.thaw(frozen)?;
+        }
         self.set_generation(frozen.generation);
         let Some((first, tail)) = frozen.values.first().zip(frozen.values.last()) else {
             self.forget_all();
@@ -140,7 +147,7 @@ impl Writer {
             // Where the queue was shorter, an older value says that the right one was lost.
             let place = sequence.checked_sub(first.stamp.sequence).map_or(0, |place| place as usize);
             let value = frozen.values.get(place).unwrap_or(first);
-            self.place(value, sequence);
+            self.place(&value.bytes, value.items, value.stamp, sequence);
         }
         Ok(())
     }

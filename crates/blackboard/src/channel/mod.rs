@@ -11,6 +11,7 @@
 //! ([`ValueMemory`]). So a process that maps them too, and runs a module over values that the host pinned and drafts
 //! that the host publishes, can spoil nothing but what it writes.
 
+mod deeper;
 mod error;
 mod frozen;
 mod latest;
@@ -80,6 +81,8 @@ struct Desk {
     queues: Box<[bool]>,
     /// Nothing while a writer has it.
     ledger: Option<Ledger>,
+    /// A channel that gets the same values and keeps more of them.
+    deeper: Option<Arc<Channel>>,
 }
 
 /// A place of the ring, in a cache line of its own: readers write to it.
@@ -127,6 +130,7 @@ impl Channel {
             probes: 0,
             queues: vec![false; budget.queues.into()].into(),
             ledger: Some(Ledger::new(slots)),
+            deeper: None,
         };
         let memory = memory.map_or(Memory::Heap, Memory::Given);
         Arc::new(Self {
@@ -150,7 +154,8 @@ impl Channel {
 
     /// How many values are kept.
     pub fn depth(&self) -> usize {
-        self.ring.len()
+        let deeper = self.desk().deeper.clone();
+        deeper.map_or(self.ring.len(), |deeper| deeper.depth())
     }
 
     /// How many readers it serves.
@@ -177,7 +182,8 @@ impl Channel {
     /// How many reader handles are given out.
     pub fn readers(&self) -> usize {
         let desk = self.desk();
-        usize::from(desk.latest - desk.probes) + desk.queues_taken()
+        let deeper = desk.deeper.as_ref().map_or(0, |deeper| deeper.readers());
+        usize::from(desk.latest - desk.probes) + desk.queues_taken() + deeper
     }
 
     /// The writer, with a new generation.
@@ -224,6 +230,13 @@ impl Channel {
     /// When the budget is spent, or no memory is left for what it may pin.
     pub fn queue(self: &Arc<Self>, policy: Policy, start: Start) -> Result<QueueReader, LinkError> {
         let mut desk = self.desk();
+        // One that holds the writer up stands where that looks.
+        if policy != Policy::Block
+            && let Some(deeper) = desk.deeper.clone()
+        {
+            drop(desk);
+            return deeper.queue(policy, start);
+        }
         let spent = LinkError::BudgetSpent { limit: self.budget.queues };
         let place = desk.queues.iter().position(|taken| !taken).ok_or(spent)?;
         self.provide(&desk, 0, 1, spent)?;

@@ -69,7 +69,10 @@ impl QueueReader {
         }
         let tail = channel.published();
         let next = match start {
-            Start::Oldest => oldest(tail, depth),
+            Start::Oldest => {
+                let mut kept = oldest(tail, depth)..tail;
+                kept.find(|sequence| has_value(channel.cell(*sequence))).unwrap_or(tail.max(1))
+            }
             Start::Next => tail + 1,
         };
         let window = Vec::with_capacity(usize::from(channel.budget.window));
@@ -167,6 +170,16 @@ impl QueueReader {
     /// How many values it never saw.
     pub fn skipped(&self) -> u64 {
         self.skipped
+    }
+
+    /// How many values wait for it: no more than are kept, and none for one that reads no more.
+    pub fn waiting(&self) -> u64 {
+        if self.evicted { 0 } else { self.lag().min(self.channel.ring.len() as u64) }
+    }
+
+    /// How many values it never saw, and never will.
+    pub fn lost(&self) -> u64 {
+        self.skipped + self.lag() - self.waiting()
     }
 
     /// How many values wait for it, or were lost to it since the last pull.

@@ -2,7 +2,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use super::pool::{self, Held, NO_SLOT};
-use super::{Channel, FrozenValue, IDLE, Link, LinkError};
+use super::{Channel, IDLE, Link, LinkError};
 use crate::sync::{Ordering, order};
 use crate::{Shape, Stamp};
 
@@ -65,9 +65,11 @@ const MOST_SKIPPED: u64 = 1 << 32;
 /// The one writer of a channel.
 #[derive(Debug)]
 pub struct Writer {
-    channel: Arc<Channel>,
+    pub(super) channel: Arc<Channel>,
     ledger: Ledger,
     generation: u64,
+    /// The writer of a channel that gets the same values.
+    pub(super) deeper: Option<Box<Writer>>,
 }
 
 /// A reader that must not be overtaken has no room; nothing was lost.
@@ -103,10 +105,14 @@ impl Writer {
         if desk.ledger.is_some() {
             channel.provide(&desk, 0, 0, taken)?;
         }
+        if desk.ledger.is_none() {
+            return Err(taken);
+        }
+        let deeper = desk.deeper.as_ref().map(Writer::new).transpose()?;
         let ledger = desk.ledger.take().ok_or(taken)?;
         let generation = generation + 1;
         channel.writer.store(generation << 1 | 1, Ordering::Release);
-        Ok(Self { channel: Arc::clone(channel), ledger, generation })
+        Ok(Self { channel: Arc::clone(channel), ledger, generation, deeper: deeper.map(Box::new) })
     }
 
     /// The slot for the next value; the same one until that is published.
@@ -182,17 +188,30 @@ impl Writer {
         ledger.cell = if ledger.cell + 1 == ring.len() { 0 } else { ledger.cell + 1 };
         ledger.draft = NO_SLOT;
         ledger.last = stamp;
+        if let Some(deeper) = &mut self.deeper {
+            deeper.copy(channel.pool.data(index), length, items, time);
+        }
         Ok(stamp)
     }
 
-    /// Puts a frozen value where that of a number belongs, as the newest one.
-    pub(super) fn place(&mut self, value: &FrozenValue, sequence: u64) {
+    /// Writes what another channel of the same shape just got.
+    #[cold]
+    #[inline(never)]
+    fn copy(&mut self, data: *const u8, length: usize, items: usize, time: u64) {
+        // SAFETY: the value is in the other channel's ring, so its writer, who calls this, leaves it alone.
+        let bytes = unsafe { std::slice::from_raw_parts(data, length) };
+        // Nobody holds a deeper channel up.
+        let _ = self.write(bytes, items, time);
+    }
+
+    /// Puts an older value, which fits, where that of a number belongs, as the newest one.
+    pub(super) fn place(&mut self, bytes: &[u8], items: usize, stamp: Stamp, sequence: u64) {
         let index = self.draft_index();
         let (channel, ledger) = (&*self.channel, &mut self.ledger);
-        let header = pool::Header { length: value.bytes.len(), items: value.items, stamp: value.stamp };
-        // SAFETY: the writer alone has the draft, and it has room for the value, as was looked at before.
+        let header = pool::Header { length: bytes.len(), items, stamp };
+        // SAFETY: the writer alone has the draft, and it has room for the value.
         unsafe {
-            channel.pool.data(index).copy_from_nonoverlapping(value.bytes.as_ptr(), value.bytes.len());
+            channel.pool.data(index).copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
             channel.pool.slot(index).header.write(|place| place.write(header));
         }
         ledger.cell = ((sequence - 1) % channel.ring.len() as u64) as usize;
@@ -202,7 +221,7 @@ impl Writer {
         ledger.entry(usize::from(index)).in_ring = true;
         ledger.cell = (ledger.cell + 1) % channel.ring.len();
         ledger.draft = NO_SLOT;
-        ledger.last = value.stamp;
+        ledger.last = stamp;
     }
 
     /// Goes on as if nothing had been written.
@@ -262,6 +281,9 @@ impl Writer {
         let count = count.min(room).min(MOST_SKIPPED);
         ledger.last.sequence += count;
         ledger.cell = ((ledger.cell as u64 + count) % depth) as usize;
+        if let Some(deeper) = &mut self.deeper {
+            deeper.skip(count);
+        }
     }
 
     /// Leaves the draft to a late step that may still write to it, and works in another slot from then on. Nothing is
@@ -302,6 +324,8 @@ fn would_overtake(channel: &Channel, sequence: u64) -> bool {
 
 impl Drop for Writer {
     fn drop(&mut self) {
+        // First, as the next writer takes both.
+        drop(self.deeper.take());
         let mut desk = self.channel.desk();
         desk.ledger = Some(std::mem::replace(&mut self.ledger, Ledger::new(0)));
         self.channel.writer.store(self.generation << 1, Ordering::Release);

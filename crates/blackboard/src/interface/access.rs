@@ -2,11 +2,18 @@ use super::view::{length, read};
 use super::{Descriptor, Kind, Value};
 use crate::board::nearest_names;
 
+fn no_field(interface: &str, field: &str, known: &str) -> String {
+    if field.is_empty() {
+        return format!("no field of {interface} is named; it has {known}");
+    }
+    format!("{interface} has no field `{field}`; it has {known}")
+}
+
 /// Why a field can't be read or written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AccessError {
     /// The interface has no such field.
-    #[error("{interface} has no field `{field}`; it has {known}")]
+    #[error("{}", no_field(.interface, .field, .known))]
     UnknownField {
         /// The interface that was searched.
         interface: String,

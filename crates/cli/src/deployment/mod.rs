@@ -6,7 +6,7 @@ mod member;
 mod tether;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
@@ -75,7 +75,7 @@ fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failur
         let application = examples::find(file, Some(name), Vec::new(), sets, host)?;
         let configuration = &application.configuration;
         for path in written(configuration) {
-            if let Some(other) = files.insert(path.value.clone(), name) {
+            if let Some(other) = files.insert(place(&path.value), name) {
                 let message = format!("`{other}` and `{name}` would write the same file");
                 let help = format!("give `{name}` one of its own, in [agents.{name}]");
                 return Err(Failure::Configuration(
@@ -92,6 +92,15 @@ fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failur
 fn written(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathBuf>> {
     let log = configuration.log().targets.file.as_ref().map(|file| &file.path);
     log.into_iter().chain(configuration.snapshot().map(|snapshot| &snapshot.file))
+}
+
+/// A path as others that lead to the same file are written, too.
+fn place(path: &Path) -> PathBuf {
+    let (folder, name) = (path.parent().unwrap_or(path), path.file_name().unwrap_or_default());
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    // A folder that is not there has no other names but those that are written.
+    let folder = folder.canonicalize().or_else(|_| std::path::absolute(folder));
+    folder.map_or_else(|_| path.to_owned(), |folder| folder.join(name))
 }
 
 struct Deployment {

@@ -150,6 +150,9 @@ impl Composition {
             survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
         let arriving: Vec<usize> =
             (0..names.len()).filter(|index| !self.present.contains_key(names[*index])).collect();
+        if let Err(module) = self.deepen(&configuration, &survey, shared) {
+            return Err(Unlinked::late(&module).report);
+        }
         let standing = self.standing();
         let built = build(&configuration, &survey, &mut self.ground, &arriving);
         let mut runners = match built {

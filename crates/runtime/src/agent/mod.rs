@@ -5,6 +5,7 @@ mod catalogue;
 mod composer;
 mod composition;
 mod consent;
+mod deepening;
 mod looping;
 mod parameters;
 mod relinking;

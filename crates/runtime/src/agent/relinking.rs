@@ -72,7 +72,7 @@ impl Composition {
         shared: &Arc<Shared>,
     ) -> Result<Vec<String>, Unlinked> {
         let standing = self.standing();
-        let mut relinking = self.other_links(configuration)?;
+        let mut relinking = self.other_links(configuration, shared)?;
         let is_same = relinking.leads.is_empty() && relinking.listeners == self.listeners;
         if !is_same && let Err(module) = self.exchange_links(&mut relinking, shared) {
             self.undo(&standing, std::iter::empty());
@@ -84,12 +84,17 @@ impl Composition {
 
     /// Makes what the modules read by that configuration. Until it is exchanged, [`undo`](Composition::undo) takes back
     /// what of it can be seen.
-    pub fn other_links(&mut self, configuration: &Configuration) -> Result<Relinking, Report> {
+    pub fn other_links(
+        &mut self,
+        configuration: &Configuration,
+        shared: &Shared,
+    ) -> Result<Relinking, Unlinked> {
         let mut complaints = Complaints::new(configuration);
         let survey = survey(configuration, &self.catalogue, &mut complaints);
         if !complaints.diagnostics.is_empty() {
-            return Err(Report::from(complaints.diagnostics));
+            return Err(Report::from(complaints.diagnostics).into());
         }
+        self.deepen(configuration, &survey, shared).map_err(|module| Unlinked::late(&module))?;
         let changed = self.changed(configuration, &survey);
         let listeners = listeners(&survey);
         let woken = self.woken(&listeners);

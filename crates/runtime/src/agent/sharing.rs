@@ -289,7 +289,10 @@ pub(super) fn refused(configuration: &Configuration, error: SharingError) -> Rep
         About::Key => credentials.map(|credentials| credentials.key.span),
         About::Authority => credentials.map(|credentials| credentials.authority.span),
     };
-    match place.or_else(|| share.listen.first().map(|at| at.span)) {
+    // An agent is found under its own name when no endpoint is written, and then there is no place to show.
+    let usual = configuration.value("share.listen").is_none();
+    let is_shown = |place: &_| !usual || share.listen.iter().all(|at| at.span != *place);
+    match place.or_else(|| share.listen.first().map(|at| at.span)).filter(is_shown) {
         Some(place) => configuration.diagnostic(place, message, help).into(),
         None => crate::configuration::Diagnostic::without_place(message, help).into(),
     }

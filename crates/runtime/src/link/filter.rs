@@ -59,7 +59,46 @@ impl Condition {
             }
             (kind, _) => return Err(wrong(format!("`{field}` is {}, which is no number", kind.describe()))),
         };
-        Ok(Self { place, comparison, value: value.ok_or_else(usual)? })
+        let condition = Self { place, comparison, value: value.ok_or_else(usual)? };
+        match condition.settled() {
+            None => Ok(condition),
+            Some(always) => Err(NoPlace {
+                message: format!("`{text}` {} holds", if always { "always" } else { "never" }),
+                help: format!(
+                    "`{field}` is {}: compare it with a value that it may have",
+                    condition.place.kind.describe()
+                ),
+            }),
+        }
+    }
+
+    /// Whether the condition holds, if that is the same for all values that the field may have.
+    fn settled(&self) -> Option<bool> {
+        let (low, high) = match self.place.kind {
+            Kind::Bool => (0.0, 1.0),
+            Kind::Enumeration(enumeration) if enumeration.constants.len() > 1 => {
+                let mut each = enumeration.constants.iter();
+                let first =
+                    each.next().map(|constant| self.comparison.holds(constant.value as f64, self.value))?;
+                let same =
+                    each.all(|constant| self.comparison.holds(constant.value as f64, self.value) == first);
+                return same.then_some(first);
+            }
+            kind => {
+                let (low, high) = Number::of(&kind)?.range()?;
+                (low as f64, high as f64)
+            }
+        };
+        let is_value = self.value.fract() == 0.0 && (low..=high).contains(&self.value);
+        match self.comparison {
+            Comparison::Equal if !is_value => Some(false),
+            Comparison::Unequal if !is_value => Some(true),
+            Comparison::Equal | Comparison::Unequal => None,
+            other => {
+                let ends = [low, high].map(|end| other.holds(end, self.value));
+                (ends[0] == ends[1]).then_some(ends[0])
+            }
+        }
     }
 
     fn holds(&self, bytes: &[u8], items: usize) -> bool {

@@ -35,7 +35,7 @@ impl Number {
     }
 
     /// The least and the greatest value of an integer.
-    fn range(self) -> Option<(i128, i128)> {
+    pub fn range(self) -> Option<(i128, i128)> {
         Some(match self {
             Self::U8 => (0, u8::MAX.into()),
             Self::U16 => (0, u16::MAX.into()),

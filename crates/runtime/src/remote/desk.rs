@@ -100,7 +100,9 @@ impl Desk {
                     from: link.from,
                     previous: link.previous,
                     stale: link.stale,
+                    options: link.options,
                     queue: link.queue,
+                    evicted: link.evicted,
                     trouble: link.trouble,
                 };
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
@@ -297,7 +299,15 @@ impl Desk {
         if let Some((agent, path)) = self.elsewhere(url) {
             return self.remote_read(agent, path);
         }
-        let read = self.composer.board().read(&self.path(url)?);
+        let path = self.path(url)?;
+        let board = self.composer.board();
+        if let Some((property, _)) = board.get(&path)
+            && property.access() == slate_blackboard::Access::Messages
+        {
+            let message = format!("/{} takes messages, and has no value", property.path());
+            return Err(refusal(message, KNOWN));
+        }
+        let read = board.read(&path);
         result(read.map_err(|error| refusal(error.to_string(), KNOWN))?.map(reading))
     }
 

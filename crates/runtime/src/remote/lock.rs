@@ -1,7 +1,7 @@
 //! Files that say that somebody is there.
 
 use std::fs::{self, File, TryLockError};
-use std::io::Result;
+use std::io::{Result, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
@@ -29,9 +29,18 @@ impl Lock {
             // Its last owner may have removed it since it was opened, and then it locks nothing.
             let found = fs::metadata(path).map(|found| found.ino());
             if found.is_ok_and(|found| file.metadata().is_ok_and(|own| own.ino() == found)) {
+                // For people, so it does not matter when there is no space for it.
+                let _ = file
+                    .set_len(0)
+                    .and_then(|()| (&file).write_all(std::process::id().to_string().as_bytes()));
                 return Ok(Some(Self { path: path.into(), _locked: file }));
             }
         }
+    }
+
+    /// The process that has locked a file, when it has said so.
+    pub fn holder(path: &Path) -> Option<u32> {
+        fs::read_to_string(path).ok()?.trim().parse().ok()
     }
 }
 

@@ -347,8 +347,14 @@ pub struct LinkEntry {
     pub previous: bool,
     /// Age from which a value counts as stale, nanoseconds.
     pub stale: Option<u64>,
+    /// What else the configuration says of it: keys and values of its table.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
+    /// Whether it is a queue input that fell behind and reads no more, as its link says.
+    #[serde(default)]
+    pub evicted: bool,
     /// Why it brings nothing: what it leads to of another agent is not there, or a module is in the way of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,

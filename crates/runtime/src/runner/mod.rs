@@ -214,7 +214,7 @@ impl Runner {
     /// Whether a port that triggers has something new.
     pub fn has_news(&self) -> bool {
         self.inputs.iter().zip(&self.readers).any(|(input, reader)| input.triggers && reader.has_news())
-            || self.queues.iter().any(|queue| queue.triggers && queue.reader.lag() > 0)
+            || self.queues.iter().any(|queue| queue.triggers && queue.reader.waiting() > 0)
             || self.inboxes.iter().any(|inbox| inbox.triggers && inbox.receiver.has_messages())
             || self.has_conversions && (self.has_converted_news() || self.has_early_news())
     }

@@ -1,5 +1,5 @@
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 use slate_blackboard::channel::{QueueReader, SetAside, Writer};
 use slate_blackboard::interface::FloatMap;
@@ -64,6 +64,8 @@ pub(crate) struct QueueGauge {
     pub lag: AtomicU64,
     /// Values that it never saw.
     pub lost: AtomicU64,
+    /// Whether it reads no more.
+    pub evicted: AtomicBool,
 }
 
 /// A queue input.
@@ -77,6 +79,10 @@ pub(crate) struct QueuePort {
     /// Whether its values are taken when a cycle begins, and not before the step.
     pub is_early: bool,
     pub gauge: Arc<QueueGauge>,
+    /// What is logged when it reads no more, as nothing is made in a step.
+    pub farewell: Box<str>,
+    /// Whether that was said.
+    pub is_evicted: bool,
 }
 
 /// An inbox.

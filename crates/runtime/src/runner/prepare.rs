@@ -2,7 +2,7 @@ use std::sync::atomic::Ordering;
 
 use slate_blackboard::channel::{Latest, Loan};
 use slate_blackboard::commit::{pin, pin_both};
-use slate_module::{Entry, Flags};
+use slate_module::{Entry, Flags, Level};
 
 use super::{Group, Runner};
 
@@ -103,8 +103,13 @@ impl Runner {
             slot.entries = queue.entries.as_ptr();
             slot.count.set(queue.entries.len());
             slot.missed = queue.reader.skipped();
-            queue.gauge.lag.store(queue.reader.lag(), Ordering::Relaxed);
-            queue.gauge.lost.store(slot.missed, Ordering::Relaxed);
+            let is_evicted = queue.reader.cursor().evicted;
+            queue.gauge.lag.store(queue.reader.waiting(), Ordering::Relaxed);
+            queue.gauge.lost.store(queue.reader.lost(), Ordering::Relaxed);
+            queue.gauge.evicted.store(is_evicted, Ordering::Relaxed);
+            if is_evicted && !std::mem::replace(&mut queue.is_evicted, true) {
+                self.log.write(Level::Warn, &queue.farewell);
+            }
         }
         for inbox in &mut self.inboxes {
             inbox.receiver.collect();

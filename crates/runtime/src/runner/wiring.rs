@@ -43,6 +43,8 @@ pub(crate) struct QueueWiring {
     pub filter: Option<Arc<Filter>>,
     pub is_early: bool,
     pub gauge: Arc<QueueGauge>,
+    /// What is logged when it reads no more.
+    pub farewell: Box<str>,
 }
 
 /// What an outbox sends to.
@@ -120,12 +122,23 @@ impl Runner {
             }
         }
         let mut old = std::mem::take(&mut self.queues);
-        for QueueWiring { slot, triggers, reader, window, filter, is_early, gauge } in queues {
+        for QueueWiring { slot, triggers, reader, window, filter, is_early, gauge, farewell } in queues {
             let known = old.iter().position(|port| port.slot == slot);
             match (reader, known) {
                 (Some(reader), _) => {
                     let entries: Vec<Entry> = Vec::with_capacity(window);
-                    self.queues.push(QueuePort { slot, triggers, reader, entries, filter, is_early, gauge });
+                    let is_evicted = false;
+                    self.queues.push(QueuePort {
+                        slot,
+                        triggers,
+                        reader,
+                        entries,
+                        filter,
+                        is_early,
+                        gauge,
+                        farewell,
+                        is_evicted,
+                    });
                 }
                 (None, Some(at)) => self.queues.push(old.swap_remove(at)),
                 (None, None) => {}

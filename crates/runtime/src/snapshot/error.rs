@@ -65,13 +65,14 @@ pub enum SnapshotError {
     Configuration(#[from] Report),
     /// A module does not stand still.
     #[error(
-        "module `{module}` has not returned from its last call within {limit:?}, so the agent does not stand still"
+        "module `{module}` has not returned from its last call{}, so the agent does not stand still",
+        within(*.limit)
     )]
     #[diagnostic(help("wait until it returns and try again, or take its plugin out"))]
     Busy {
         /// The module.
         module: String,
-        /// How long was waited.
+        /// How long was waited, if at all.
         limit: Duration,
     },
     /// A module's state can't be saved.
@@ -105,4 +106,8 @@ pub enum SnapshotError {
         /// How long was waited.
         limit: Duration,
     },
+}
+
+fn within(limit: Duration) -> String {
+    if limit.is_zero() { String::new() } else { format!(" within {limit:?}") }
 }

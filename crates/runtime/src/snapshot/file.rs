@@ -89,7 +89,10 @@ pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotErro
         }
         file.write_all(&bytes)?;
         file.sync_all()?;
-        fs::rename(&part, path)
+        fs::rename(&part, path)?;
+        // Else a power cut may take the name away again.
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
     });
     written.map_err(|error| {
         if error.kind() != io::ErrorKind::AlreadyExists {
@@ -151,6 +154,9 @@ fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
         Err(error) => {
             return Err(match ciborium::from_reader::<Beginning, _>(bytes) {
                 Ok(Beginning { slate_snapshot: found }) if found != VERSION => version(path, found),
+                Err(ciborium::de::Error::Semantic(..) | ciborium::de::Error::Syntax(_)) => {
+                    damaged("something else is in it".into())
+                }
                 _ => damaged(describe(error)),
             });
         }
@@ -163,6 +169,9 @@ fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
     ciborium::into_writer(&document, &mut again).map_err(|error| damaged(error.to_string()))?;
     let Document { head, checksum: said, image, .. } = document;
     let found = checksum(&head, &image.0).map_err(|error| damaged(error.to_string()))?;
+    if found == said && bytes.len() > again.len() && bytes.starts_with(&again) {
+        return Err(damaged("something else follows behind it".into()));
+    }
     if found != said || again != bytes {
         return Err(damaged("its checksum is another one".into()));
     }

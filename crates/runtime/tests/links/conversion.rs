@@ -389,6 +389,10 @@ fn what_is_not_exact_is_refused_with_both_ends() {
     );
     refused("\"thinker/params/gain\" = \"thinker/params/gain\"", &["circle"]);
     refused("\"thinker/tame\" = { from = \"sensor/raw\", when = \"good\" }", &["`good` is no condition"]);
+    for (when, holds) in [("good > true", "never holds"), ("good >= false", "always holds")] {
+        let link = format!("\"thinker/tame\" = {{ from = \"sensor/raw\", when = \"{when}\" }}");
+        refused(&link, &[when, holds]);
+    }
     refused(
         "\"thinker/tame\" = { from = \"sensor/raw\", when = \"goood == true\" }",
         &["no field `goood`", "good"],

@@ -1,6 +1,7 @@
 //! Queues between modules: each reader has a cursor of its own.
 
 use slate_runtime::NewLink;
+use slate_runtime::log::MemoryTarget;
 
 use crate::common::number;
 use crate::support::{lockstep, steps};
@@ -81,7 +82,7 @@ plugin = "collector"
 }
 
 #[test]
-fn an_evicted_reader_gets_no_more() {
+fn an_evicted_reader_gets_no_more_and_that_is_said_once() {
     let text = r#"
 [modules.a]
 plugin = "counter"
@@ -89,15 +90,40 @@ plugin = "counter"
 plugin = "collector"
 every = "2s"
 [links]
-"slow/numbers" = { from = "a/number", policy = "evict" }
+"slow/numbers" = { from = "a/number", policy = "evict", window = 20 }
 "#;
     let mut agent = lockstep(text);
-    steps(&mut agent, 250);
+    let log = MemoryTarget::default();
+    agent.logger().add_target(Box::new(log.clone()));
+    let status = |agent: &slate_runtime::Agent| agent.composer().links().remove(0);
+    steps(&mut agent, 2);
+    assert!(!status(&agent).evicted);
+    assert_eq!(
+        status(&agent).options,
+        [("policy".to_owned(), "\"evict\"".to_owned()), ("window".to_owned(), "20".to_owned())]
+    );
+    steps(&mut agent, 500);
     assert_eq!(number(&agent, "slow/count/value"), 1.0);
+    let link = status(&agent);
+    let (waiting, lost) = link.queue.unwrap();
+    assert!(link.evicted && waiting == 0 && lost > 350, "{waiting} {lost}");
+    agent.logger().flush(std::time::Duration::from_secs(10));
+    let told = log.lines().into_iter().filter(|line| line.text.contains("`numbers` fell behind")).count();
+    assert_eq!(told, 1);
+    // Linked anew, it reads again.
+    agent.composer().unlink("slow/numbers").unwrap();
+    agent.composer().link(&NewLink::new("slow/numbers", "a/number")).unwrap();
+    steps(&mut agent, 100);
+    assert!(!status(&agent).evicted && number(&agent, "slow/count/value") > 1.0);
+    // What waits is what is kept at most.
+    steps(&mut agent, 300);
+    let (waiting, _) = status(&agent).queue.unwrap();
+    let kept = agent.board().find("a/number").unwrap().0.channel().unwrap().depth() as u64;
+    assert!(waiting > 0 && waiting <= kept, "{waiting} of {kept}");
 }
 
 #[test]
-fn a_queue_gets_every_value_or_the_link_is_refused() {
+fn a_queue_can_be_linked_to_any_output_while_the_agent_runs() {
     let text = r#"
 [modules.a]
 plugin = "counter"
@@ -107,17 +133,39 @@ plugin = "counter"
 plugin = "collector"
 [modules.two]
 plugin = "collector"
+every = "120ms"
+[modules.three]
+plugin = "collector"
 [links]
 "one/numbers" = "a/number"
 "#;
     let mut agent = lockstep(text);
     steps(&mut agent, 3);
+    let composer = agent.composer();
     // There is a queue already, so it keeps enough.
-    agent.composer().link(&NewLink::new("two/numbers", "a/number")).unwrap();
-    let refused = agent.composer().link(&NewLink::new("two/numbers", "b/number")).unwrap_err();
-    assert!(refused.to_string().contains("`/b/number` keeps 1 values"), "{refused}");
-    steps(&mut agent, 2);
-    assert_eq!(number(&agent, "two/count/value"), 2.0);
-    // A queue may be read as a value, where its end is known.
-    assert_eq!(number(&agent, "two/numbers/value"), 5.0);
+    composer.link(&NewLink::new("three/numbers", "a/number")).unwrap();
+    // Nothing comes of a question.
+    composer.check_link(&NewLink::new("two/numbers", "b/number")).unwrap();
+    assert_eq!(agent.board().find("b/number").unwrap().0.channel().unwrap().depth(), 1);
+    composer.link(&NewLink::new("two/numbers", "b/number")).unwrap();
+    steps(&mut agent, 30);
+    assert_eq!(number(&agent, "three/count/value"), 30.0);
+    // Every one from the fourth on, in its own time.
+    let count = number(&agent, "two/count/value");
+    assert!(count >= 25.0, "{count}");
+    assert_eq!(number(&agent, "two/sum/value"), (4..4 + count as u64).sum::<u64>() as f64);
+    let links = composer.links();
+    assert_eq!(links.iter().find(|link| link.to == "two/numbers").unwrap().queue.unwrap().1, 0);
+    // One with a wider window needs more again, and the others go on.
+    composer.link(&NewLink::new("three/numbers", "b/number").with("window", "200")).unwrap();
+    steps(&mut agent, 12);
+    assert_eq!(number(&agent, "three/count/value"), 42.0);
+    assert_eq!(agent.board().find("b/number").unwrap().0.channel().unwrap().depth(), 400);
+    let count = number(&agent, "two/count/value");
+    assert_eq!(number(&agent, "two/sum/value"), (4..4 + count as u64).sum::<u64>() as f64);
+    // The end of a queue is a value, too.
+    assert_eq!(number(&agent, "two/numbers/value"), 45.0);
+    // What nobody writes step by step keeps what it kept.
+    let refused = composer.link(&NewLink::new("two/numbers", "b/state")).unwrap_err();
+    assert!(!refused.to_string().is_empty());
 }

@@ -52,7 +52,10 @@ fn a_file_with_more_behind_it_is_refused() {
     let mut bytes = whole().to_vec();
     assert!(read("more", &bytes).is_ok());
     bytes.push(0);
-    assert!(read("more", &bytes).is_err());
+    let error = read("more", &bytes).unwrap_err().to_string();
+    assert!(error.ends_with("something else follows behind it"), "{error}");
+    let error = read("text", b"# text").unwrap_err().to_string();
+    assert!(error.ends_with("something else is in it"), "{error}");
 }
 
 #[test]

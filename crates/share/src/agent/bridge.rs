@@ -5,6 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use slate_blackboard::nearest_names;
+use slate_runtime::remote::agents;
 use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
 
 use super::outbox::Outbox;
@@ -16,6 +18,8 @@ use crate::peers::Peers;
 /// How often it is looked at what has not come yet, and at the rest.
 const SOON: Duration = Duration::from_millis(10);
 const SELDOM: Duration = Duration::from_millis(200);
+/// How often it is looked which agents this machine has.
+const NEAR: Duration = Duration::from_secs(2);
 /// How often answers to messages are looked for.
 const ANSWERS: Duration = Duration::from_millis(2);
 
@@ -27,6 +31,8 @@ pub(super) struct Bridge {
     outboxes: BTreeMap<RemotePath, Outbox>,
     /// Which endpoint each agent is dialled at, or why it can't be.
     dialled: BTreeMap<String, Result<String, String>>,
+    /// Whom agents may mean that nobody knows, and when that was looked at.
+    near: BTreeMap<String, (u64, String)>,
 }
 
 impl Bridge {
@@ -38,6 +44,7 @@ impl Bridge {
             readings: BTreeMap::new(),
             outboxes: BTreeMap::new(),
             dialled: BTreeMap::new(),
+            near: BTreeMap::new(),
         }
     }
 
@@ -94,6 +101,7 @@ impl Bridge {
             stays
         });
         self.outboxes.retain(|path, _| wants.get(path) == Some(&Want::Messages));
+        self.forget(&wants);
         for (path, want) in wants {
             self.dial(&path.agent);
             match want {
@@ -103,6 +111,20 @@ impl Bridge {
                 Want::Values { .. } => {
                     self.readings.entry(path.clone()).or_insert_with(|| Reading::new(path, want));
                 }
+            }
+        }
+    }
+
+    /// Dials those agents no longer of which nothing is wanted any more.
+    fn forget(&mut self, wants: &Wants) {
+        let is_wanted = |agent: &String| wants.keys().any(|path| path.agent == *agent);
+        // Those of the team are there for what is known, too.
+        let is_mate = |agent: &String| self.site.knowledge.is_some() && self.site.agents.contains_key(agent);
+        for (agent, _) in self.dialled.extract_if(.., |agent, _| !is_wanted(agent)) {
+            self.near.remove(&agent);
+            if !is_mate(&agent) {
+                self.subscriptions.peers.forget(&agent);
+                locked(&self.reasons).remove(&agent);
             }
         }
     }
@@ -119,32 +141,55 @@ impl Bridge {
 
     /// Looks how everything stands, and tells the agent what has changed.
     fn look(&mut self, now: u64) {
+        let agents: BTreeSet<String> = self.dialled.keys().cloned().collect();
+        let absences: BTreeMap<String, String> = agents
+            .into_iter()
+            .filter_map(|agent| Some((agent.clone(), self.absence(&agent, now)?)))
+            .collect();
         for (path, reading) in &mut self.readings {
-            let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
+            let absence = absences.get(&path.agent).cloned();
             reading.look(&mut self.subscriptions, &self.site.host, absence, now);
         }
         for (path, outbox) in &mut self.outboxes {
-            let absence = absence(&self.subscriptions.peers, &self.reasons, &self.dialled, &path.agent);
+            let absence = absences.get(&path.agent).cloned();
             outbox.look(&self.site.host, absence);
         }
     }
-}
 
-/// Why an agent is not there; nothing when it is.
-fn absence(
-    peers: &Peers,
-    reasons: &Reasons,
-    dialled: &BTreeMap<String, Result<String, String>>,
-    agent: &str,
-) -> Option<String> {
-    if peers.is_connected(agent) {
-        return None;
+    /// Why an agent is not there; nothing when it is.
+    fn absence(&mut self, agent: &str, now: u64) -> Option<String> {
+        if self.subscriptions.peers.is_connected(agent) {
+            self.near.remove(agent);
+            return None;
+        }
+        let at = match self.dialled.get(agent) {
+            Some(Ok(endpoint)) => format!("agent `{agent}` is not there, at {endpoint}"),
+            Some(Err(error)) => return Some(error.clone()),
+            None => format!("agent `{agent}` is not there"),
+        };
+        let reason = locked(&self.reasons).get(agent).filter(|reason| !reason.is_empty()).cloned();
+        let near = self.near(agent, now);
+        Some(reason.map_or_else(|| at.clone(), |reason| format!("{at}: {reason}")) + &near)
     }
-    let at = match dialled.get(agent) {
-        Some(Ok(endpoint)) => format!("agent `{agent}` is not there, at {endpoint}"),
-        Some(Err(error)) => return Some(error.clone()),
-        None => format!("agent `{agent}` is not there"),
-    };
-    let reason = locked(reasons).get(agent).filter(|reason| !reason.is_empty()).cloned();
-    Some(reason.map_or_else(|| at.clone(), |reason| format!("{at}: {reason}")))
+
+    /// Whom a link may mean that leads to an agent of which the configuration says nothing.
+    fn near(&mut self, agent: &str, now: u64) -> String {
+        if self.site.agents.contains_key(agent) {
+            return String::new();
+        }
+        if let Some((at, near)) = self.near.get(agent)
+            && now.saturating_sub(*at) < NEAR.as_nanos() as u64
+        {
+            return near.clone();
+        }
+        let own = self.site.board.agent();
+        let known: BTreeSet<String> = agents().into_iter().chain(self.site.agents.keys().cloned()).collect();
+        let others = known.iter().map(String::as_str).filter(|known| *known != own && *known != agent);
+        let near = match nearest_names(agent, others).join(", ") {
+            near if near.is_empty() => near,
+            near => format!("; nearest: {near}"),
+        };
+        self.near.insert(agent.into(), (now, near.clone()));
+        near
+    }
 }

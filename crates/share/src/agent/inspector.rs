@@ -28,11 +28,15 @@ impl Inspector {
     /// Dials an agent that only the configuration names; says whether it is known at all.
     fn dial(&self, peers: &Peers, agent: &str) -> Result<(), String> {
         let known = peers.agents();
-        if known.iter().any(|known| known == agent) {
+        // One that links led to before is not dialled any more.
+        if peers.is_dialled(agent) || peers.is_connected(agent) {
             return Ok(());
         }
         if let Some(endpoint) = self.named.get(agent) {
             return peers.connect(agent, endpoint).map_err(|error| error.to_string());
+        }
+        if known.iter().any(|known| known == agent) {
+            return Ok(());
         }
         let names: BTreeSet<&str> = known.iter().chain(self.named.keys()).map(String::as_str).collect();
         let near = nearest_names(agent, names.iter().copied());

@@ -110,10 +110,12 @@ pub enum CarrierError {
         expected: &'static str,
     },
     /// Somebody listens there.
-    #[error("endpoint `{endpoint}` is in use by another agent: stop that one, or listen at another endpoint")]
+    #[error("endpoint `{endpoint}` is in use by another agent{}: stop that one, or listen at another endpoint", of(*.process))]
     InUse {
         /// Which.
         endpoint: String,
+        /// The process of the other agent, where that is known.
+        process: Option<u32>,
     },
     /// Nobody listens there.
     #[error("no agent listens at `{endpoint}`")]
@@ -139,12 +141,16 @@ pub enum CarrierError {
     },
 }
 
+fn of(process: Option<u32>) -> String {
+    process.map_or(String::new(), |process| format!(", process {process}"))
+}
+
 impl CarrierError {
     /// The endpoint that is of no use.
     pub fn endpoint(&self) -> &str {
         match self {
             Self::NoEndpoint { endpoint, .. }
-            | Self::InUse { endpoint }
+            | Self::InUse { endpoint, .. }
             | Self::Nobody { endpoint }
             | Self::Unsafe { endpoint, .. }
             | Self::System { endpoint, .. } => endpoint,

@@ -193,13 +193,7 @@ impl Common {
             return Ok(Arc::clone(&served.line));
         }
         // Tools come and go, each under a name of its own.
-        lines.retain(|_, served| {
-            let idle = served.line.is_idle();
-            if idle {
-                served.line.end();
-            }
-            !idle
-        });
+        drop(end_idle(lines));
         if self.ended.load(Ordering::Acquire) {
             return Err(io::Error::other("the agent ends"));
         }
@@ -220,6 +214,12 @@ impl Common {
         lines.insert(agent.into(), served);
         Ok(line)
     }
+}
+
+/// Ends the lines that nobody would miss, and takes them out.
+fn end_idle(lines: &mut Lines) -> Vec<Served> {
+    let idle = lines.extract_if(.., |_, served| served.line.is_idle()).map(|(_, served)| served);
+    idle.inspect(|served| served.line.end()).collect()
 }
 
 /// The other agents of an agent. Dropping this ends the connections, and takes the mirrors off the board.
@@ -355,9 +355,30 @@ impl Peers {
         self.common.line_to(agent, Some(endpoint)).map(drop).map_err(system)
     }
 
+    /// Dials another agent no longer. If it is there, it stays connected until one of the two ends that: it may read
+    /// something here. If it is not, and nothing of it is subscribed to, it is not known any more.
+    pub fn forget(&self, agent: &str) {
+        let ended = self.common.with_lines(|lines| {
+            if let Some(served) = lines.get(agent) {
+                *locked(&served.line.endpoint) = None;
+            }
+            end_idle(lines)
+        });
+        for mut served in ended {
+            // It takes what it shows off the board, before another one of that name comes; the other may be dialling.
+            served.threads.pop();
+            served.threads.into_iter().for_each(|sends| drop(sends.join()));
+        }
+    }
+
     /// The other agents that are known, whether or not they are there.
     pub fn agents(&self) -> Vec<String> {
         self.common.with_lines(|lines| lines.keys().cloned().collect())
+    }
+
+    /// Whether another agent is dialled whenever it is not there.
+    pub fn is_dialled(&self, agent: &str) -> bool {
+        self.common.line(agent).is_some_and(|line| locked(&line.endpoint).is_some())
     }
 
     /// Whether another agent is there.
@@ -443,6 +464,7 @@ impl Peers {
         match receiver.recv_timeout(limit) {
             Ok(answer) => answer.map_err(no_answer),
             Err(_) => {
+                locked(&line.peer).give_up(request);
                 locked(&line.waiting).lists.remove(&request);
                 Err(no_answer(format!("it has not answered within {} ms", limit.as_millis())))
             }

@@ -15,7 +15,7 @@ use crate::schema::interface;
 /// About so many bytes are told at once.
 const PART: usize = 32 << 10;
 
-/// Bytes of an answer at most.
+/// Bytes of an answer at most, and of all that are not whole yet.
 const LARGEST_ANSWER: usize = 64 << 20;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -134,14 +134,14 @@ impl Answers {
         mut bytes: &[u8],
         last: bool,
     ) -> Option<Result<Vec<RemoteProperty>, String>> {
+        let others = self.parts.values().map(|(_, size)| size).sum::<usize>();
+        if others.saturating_add(bytes.len()) > LARGEST_ANSWER {
+            let (_, own) = self.parts.remove(&request).unwrap_or_default();
+            let what = if own == others { "the answer is" } else { "the answers under way are" };
+            return Some(Err(format!("{what} larger than {LARGEST_ANSWER} bytes: ask for fewer paths")));
+        }
         let (all, size) = self.parts.entry(request).or_default();
         *size += bytes.len();
-        if *size > LARGEST_ANSWER {
-            self.parts.remove(&request);
-            return Some(Err(format!(
-                "the answer is larger than {LARGEST_ANSWER} bytes: ask for fewer paths"
-            )));
-        }
         while !bytes.is_empty() {
             let Ok((entry, rest)) = postcard::take_from_bytes::<Entry<'_>>(bytes) else {
                 self.parts.remove(&request);

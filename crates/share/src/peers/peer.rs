@@ -217,14 +217,26 @@ impl Peer {
         self.session.ask(pattern, values)
     }
 
-    /// What has happened since this was asked last.
+    /// Waits no longer for the answer to a question.
+    pub fn give_up(&mut self, request: u32) {
+        self.session.give_up(request);
+        self.answers.forget(request);
+    }
+
+    /// What has happened since this was asked last. When nobody asks for long, the oldest is forgotten; but for answers,
+    /// of which there are no more than messages and questions of this agent.
     pub fn happenings(&mut self) -> impl Iterator<Item = Happening> + '_ {
         self.happenings.drain(..)
     }
 
     fn happen(&mut self, happening: Happening) {
-        if self.happenings.len() == HAPPENINGS {
-            self.happenings.pop_front();
+        if self.happenings.len() >= HAPPENINGS {
+            let is_answer = |happening: &Happening| {
+                matches!(happening, Happening::Answered { .. } | Happening::Listed { .. })
+            };
+            if let Some(oldest) = self.happenings.iter().position(|happening| !is_answer(happening)) {
+                self.happenings.remove(oldest);
+            }
         }
         self.happenings.push_back(happening);
     }
@@ -381,6 +393,8 @@ impl Peer {
             },
             Event::Part { request, bytes, last } => {
                 if let Some(answer) = self.answers.take(request, &bytes, last) {
+                    // What may still come of one that is no answer is not waited for.
+                    self.session.give_up(request);
                     self.happen(Happening::Listed { request, answer });
                 }
             }

@@ -129,7 +129,7 @@ impl Session {
         }
         let ticket = self.next_ticket;
         self.next_ticket += 1;
-        self.tickets.insert(ticket);
+        self.tickets.insert(ticket, false);
         self.control(&Control::Send { ticket, path, schema, items, bytes: Bytes(bytes) });
         Ok(ticket)
     }
@@ -155,6 +155,11 @@ impl Session {
         self.requests.insert(request);
         self.control(&Control::Ask { request, pattern, values });
         Ok(request)
+    }
+
+    /// Waits no longer for the answer to a question: what comes of it is dropped.
+    pub fn give_up(&mut self, request: u32) {
+        self.requests.remove(&request);
     }
 
     /// Answers a question of the other agent, in parts.
@@ -271,9 +276,10 @@ impl Session {
             }
             Control::Answer { ticket, answer } => {
                 let known = if answer.is_final() {
-                    self.tickets.remove(&ticket)
+                    self.tickets.remove(&ticket).is_some()
                 } else {
-                    self.tickets.contains(&ticket)
+                    // Once, however often it is said.
+                    self.tickets.get_mut(&ticket).is_some_and(|accepted| !std::mem::replace(accepted, true))
                 };
                 if known {
                     application.event(Event::Answered { ticket, answer });

@@ -104,8 +104,9 @@ pub struct Session {
     next_id: u32,
     next_ticket: u64,
     next_request: u32,
-    /// Messages and questions of this agent without a last answer.
-    tickets: BTreeSet<u64>,
+    /// Messages of this agent without a last answer, and whether they were accepted.
+    tickets: BTreeMap<u64, bool>,
+    /// Questions of this agent without a last answer.
     requests: BTreeSet<u32>,
     /// Questions of the other agent.
     asked: BTreeSet<u32>,
@@ -137,7 +138,7 @@ impl Session {
             next_id: 1,
             next_ticket: 1,
             next_request: 1,
-            tickets: BTreeSet::new(),
+            tickets: BTreeMap::new(),
             requests: BTreeSet::new(),
             asked: BTreeSet::new(),
             refusal: None,
@@ -404,7 +405,7 @@ impl Session {
         for id in std::mem::take(&mut self.servings).into_keys() {
             application.event(Event::Unsubscribed { id });
         }
-        for ticket in std::mem::take(&mut self.tickets) {
+        for ticket in std::mem::take(&mut self.tickets).into_keys() {
             application.event(Event::Answered { ticket, answer: Answer::Vanished });
         }
         for request in std::mem::take(&mut self.requests) {

@@ -1,6 +1,7 @@
 //! Makes what the survey found to be right: properties, links, gates, instances.
 
 mod actuators;
+mod deepening;
 mod isolation;
 mod properties;
 mod rewiring;
@@ -28,6 +29,7 @@ use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
 use crate::runner::{Health, Patience, QueueGauge, Runner};
+pub(super) use deepening::deepening;
 pub(super) use rewiring::{Rewiring, rewire};
 
 /// Reader handles for tools, and for modules that come later.

@@ -305,28 +305,44 @@ impl Builder<'_, '_> {
                 Some(LinkPolicy::Evict) => Policy::Evict,
                 Some(LinkPolicy::Skip) | None => Policy::Skip,
             };
-            let (kept, limit) = (property.channel()?.depth(), property.channel()?.budget().window);
-            if kept < window * 2 || usize::from(limit) < window {
+            let channel = property.channel()?;
+            let enough = channel.keeps_enough(window);
+            let target = joint.as_ref().map(|joint| joint.target);
+            if !enough && target.and_then(|target| self.writing(target)).is_none() {
                 let span = link.map_or(self.surveyed(m).module.name.span, |link| link.from.span);
                 let message = format!(
-                    "`/{}` keeps {kept} values, and `{}/{}` takes up to {window} at once, which needs {}",
+                    "`/{}` keeps {} values, and `{}/{}` takes up to {window} at once, which needs {}",
                     property.path(),
+                    channel.depth(),
                     self.name(m),
                     port.name,
                     window * 2
                 );
-                let help = "write the link into the file and start the agent again: a property keeps as many values as \
-                            the queues need that are linked then";
+                let help = "link it to an output of a module, or write the link into the file and start the agent again: \
+                            a property keeps as many values as the queues need that are linked then";
                 self.complaints.add(span, message, help);
                 return None;
             }
-            let reader = property.channel()?.queue(policy, Start::Next);
+            let reader = match target {
+                // It is only looked whether it could be linked: it gets a deeper channel before it is.
+                Some(target) if !enough => {
+                    let (depth, budget) = self.demand(target, property.path());
+                    let deeper = channel.deeper(depth, budget);
+                    deeper.and_then(|writer| writer.queue(policy, Start::Next))
+                }
+                _ => channel.queue(policy, Start::Next),
+            };
             Some(self.granted(m, wire, &property, reader)?)
         };
         let path = format!("{}/{}", self.name(m), port.name);
+        let farewell = format!(
+            "`{}` fell behind and reads no more, as its link says: unlink and link it to let it read again",
+            port.name
+        );
         let gauge = Arc::clone(self.ground.gauges.entry(path).or_default());
         Some(QueueWiring {
             gauge,
+            farewell: farewell.into(),
             slot: p,
             triggers: self.triggers(m, p),
             reader,

@@ -74,8 +74,12 @@ pub struct LinkStatus {
     pub previous: bool,
     /// Age from which a value counts as stale, nanoseconds.
     pub stale: Option<u64>,
+    /// What else the configuration says of it: keys and values of its table.
+    pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
+    /// Whether it is a queue input that fell behind and reads no more, as its link says.
+    pub evicted: bool,
     /// Why it brings nothing: what it leads to of another agent is not there, or a module is in the way of it.
     pub trouble: Option<String>,
 }
@@ -84,10 +88,7 @@ impl Composer {
     /// The links that the agent has, by their inputs.
     pub fn links(&self) -> Vec<LinkStatus> {
         let composition = self.composition();
-        let queue = |link: &Link| {
-            let gauge = composition.ground.gauges.get(&link.to.value)?;
-            Some((gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed)))
-        };
+        let gauge = |link: &Link| composition.ground.gauges.get(&link.to.value);
         let unmade = composition.unmade();
         let trouble = |link: &Link| {
             let trouble = composition.remotes.trouble(&composition.configuration, link);
@@ -98,7 +99,10 @@ impl Composer {
             trouble.or_else(|| unmade.next().map(|(_, reason)| reason.clone()))
         };
         let status = |link: &Link| LinkStatus {
-            queue: queue(link),
+            queue: gauge(link)
+                .map(|gauge| (gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed))),
+            evicted: gauge(link).is_some_and(|gauge| gauge.evicted.load(Ordering::Relaxed)),
+            options: composition.configuration.link_options(&link.to.value),
             to: link.to.value.clone(),
             from: link.from.value.to_string(),
             previous: link.previous,
@@ -211,6 +215,17 @@ fn quoted(text: &str) -> String {
 }
 
 impl Configuration {
+    /// What a link says beside what it reads, as it is written.
+    fn link_options(&self, to: &str) -> Vec<(String, String)> {
+        let options = self.settings(&setting(to)).unwrap_or_default().into_iter();
+        let named = options.filter_map(|option| {
+            let keys = toml_edit::Key::parse(&option.path).ok()?;
+            let name = keys.get(2).filter(|key| key.get() != "from")?;
+            Some((name.get().to_owned(), option.value.to_string()))
+        });
+        named.collect()
+    }
+
     /// The path in this agent that a text means.
     pub(crate) fn own_path(&self, text: &str) -> Result<String, Report> {
         let refusal =

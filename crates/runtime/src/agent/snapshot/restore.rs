@@ -125,7 +125,8 @@ impl Composer {
             return Err(unfit(snapshot, problems));
         }
         let standing = composition.standing();
-        let links = composition.other_links(&configuration)?;
+        let links =
+            composition.other_links(&configuration, &self.shared).map_err(|unlinked| unlinked.report)?;
         let exchanged = self.exchange_all(&composition, &configuration, snapshot, (subjects, kept), links);
         let (old, links) = exchanged.inspect_err(|_| composition.undo(&standing, std::iter::empty()))?;
         let relinked = composition.note_links(links);

@@ -39,8 +39,8 @@ struct Writing {
     thread: Option<JoinHandle<()>>,
 }
 
-/// Writes a snapshot, or takes one and writes it.
-type Task = Box<dyn FnOnce() -> Result<(), SnapshotError> + Send>;
+/// Writes a snapshot, or takes one and writes it; says of which time and cycle it is.
+type Task = Box<dyn FnOnce() -> Result<(u64, u64), SnapshotError> + Send>;
 
 /// What the last look has found.
 struct Looked {
@@ -188,7 +188,10 @@ impl Watch {
         if !shared.lockstep {
             self.due.store(false, Ordering::Relaxed);
             let own = Arc::clone(self);
-            self.write(shared, move || composer.save_snapshot(&own.file).map(drop));
+            self.write(shared, move || {
+                let snapshot = composer.save_snapshot(&own.file)?;
+                Ok((snapshot.time(), snapshot.cycle()))
+            });
             return Flow::Next;
         }
         // Somebody else who changes the agent may wait for the loop; then it is the cycle after that.
@@ -205,12 +208,20 @@ impl Watch {
         let snapshot = image.map(|image| Snapshot::new(shared.board.agent(), marks(&composition), image));
         drop(composition);
         let file = self.file.clone();
-        self.write(shared, move || snapshot.and_then(|snapshot| snapshot.write(file)));
+        self.write(shared, move || {
+            let snapshot = snapshot?;
+            snapshot.write(file)?;
+            Ok((snapshot.time(), snapshot.cycle()))
+        });
         Flow::Next
     }
 
     /// Has a snapshot written, and waits for nothing: the thread that takes one waits for the loop.
-    fn write(&self, shared: &Shared, write: impl FnOnce() -> Result<(), SnapshotError> + Send + 'static) {
+    fn write(
+        &self,
+        shared: &Shared,
+        write: impl FnOnce() -> Result<(u64, u64), SnapshotError> + Send + 'static,
+    ) {
         let mut writing = locked(&self.writing);
         writing.left_out += u64::from(writing.next.replace(Box::new(write)).is_some());
         if writing.is_at_work {
@@ -222,14 +233,17 @@ impl Watch {
         let work = move || {
             while let Some((task, left_out)) = next(&own) {
                 let (level, text) = match task() {
-                    Ok(()) if left_out > 0 => {
-                        let file = file.display();
-                        let text = format!(
-                            "a snapshot is in {file}; {left_out} that were due before it are left out"
-                        );
-                        (Level::Warn, text)
+                    Ok((time, cycle)) => {
+                        let (seconds, file) = (time as f64 * 1e-9, file.display());
+                        let text = format!("a snapshot of {seconds:.3} s, after cycle {cycle}, is in {file}");
+                        match left_out {
+                            0 => (Level::Info, text),
+                            _ => (
+                                Level::Warn,
+                                format!("{text}; {left_out} that were due before it are left out"),
+                            ),
+                        }
                     }
-                    Ok(()) => (Level::Info, format!("a snapshot is in {}", file.display())),
                     Err(error) => (Level::Error, format!("no snapshot was taken: {error}")),
                 };
                 logger.log(clock.now(), level, &text);

@@ -61,8 +61,9 @@ impl Place {
         }
         let mut lock = path.clone().into_os_string();
         lock.push(".lock");
-        let in_use = || CarrierError::InUse { endpoint: endpoint.into() };
-        let lock = Lock::take(Path::new(&lock)).map_err(system)?.ok_or_else(in_use)?;
+        let lock = Path::new(&lock);
+        let in_use = || CarrierError::InUse { endpoint: endpoint.into(), process: Lock::holder(lock) };
+        let lock = Lock::take(lock).map_err(system)?.ok_or_else(in_use)?;
         match fs::symlink_metadata(&path) {
             Ok(found) if !found.file_type().is_socket() => {
                 return Err(bad(format!("{} is there and no socket", path.display())));

@@ -21,7 +21,7 @@ impl ZenohListener {
         let station = Station::new().map_err(|error| system(words(&error)))?;
         station.listen(&place.locator()).map_err(|error| match bind(place) {
             Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
-                CarrierError::InUse { endpoint: place.text.clone() }
+                CarrierError::InUse { endpoint: place.text.clone(), process: None }
             }
             Err(error) => CarrierError::System { endpoint: place.text.clone(), error },
             Ok(()) => system(words(&error)),

@@ -1,0 +1,65 @@
+//! A channel that keeps too few values for a reader that comes later: beside it comes one that keeps more, and its
+//! writer gives every value to both. Readers that are there go on with what they have, and learn nothing of it.
+
+use std::sync::Arc;
+
+use super::{Budget, Channel, Link, LinkError, Policy, QueueReader, Start, Writer};
+
+impl Channel {
+    /// The writer of a channel for the same values that keeps `depth` of them, to be given to this channel's writer with
+    /// [`deepen`](Writer::deepen). Its values are in private memory.
+    ///
+    /// # Errors
+    /// When no memory is left for values.
+    pub fn deeper(self: &Arc<Self>, depth: usize, budget: Budget) -> Result<Writer, LinkError> {
+        let deeper = Self::new(self.shape, depth, budget);
+        let own = Arc::downgrade(self);
+        deeper.hook.set(move |link| {
+            // Its readers are this channel's; its writer is this one's, which tells of itself.
+            if let (Link::ReaderCame | Link::ReaderLeft, Some(own)) = (link, own.upgrade()) {
+                own.hook.call(link);
+            }
+        });
+        Writer::new(&deeper)
+    }
+
+    /// Whether a new reader of every value can take `window` values at once, and is far enough from being overtaken: twice
+    /// as many are kept.
+    pub fn keeps_enough(&self, window: usize) -> bool {
+        match self.desk().deeper.clone() {
+            Some(deeper) => deeper.keeps_enough(window),
+            None => self.ring.len() >= window * 2 && usize::from(self.budget.window) >= window,
+        }
+    }
+}
+
+impl Writer {
+    /// A reader of every value of this writer's channel, as [`Channel::queue`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn queue(&self, policy: Policy, start: Start) -> Result<QueueReader, LinkError> {
+        self.channel.queue(policy, start)
+    }
+
+    /// Writes to a [deeper](Channel::deeper) channel of this one too from now on, from which new readers of every value
+    /// then read; but for those that hold the writer up. The values have the numbers, times and generations that they
+    /// have here, and the last one is there already. Each value is copied once more.
+    pub fn deepen(&mut self, mut deeper: Writer) {
+        if let Some(own) = &mut self.deeper {
+            return own.deepen(deeper);
+        }
+        deeper.set_generation(self.generation());
+        let (shown, last) = (self.channel.published(), self.last().sequence);
+        if shown > 0 {
+            let held = self.channel.pool.pin(self.channel.cell(shown));
+            // SAFETY: the pin is given back after the copy.
+            let loan = unsafe { held.lend() };
+            deeper.place(loan.bytes(), loan.items(), loan.stamp(), shown);
+            held.give_back();
+        }
+        deeper.skip(last - shown);
+        self.channel.desk().deeper = Some(Arc::clone(&deeper.channel));
+        self.deeper = Some(Box::new(deeper));
+    }
+}

@@ -1,0 +1,63 @@
+//! Outputs that keep too few values for a queue that is linked to them later.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use slate_blackboard::channel::Writer;
+use slate_module::Direction;
+
+use super::{Builder, Ground};
+use crate::agent::survey::{Complaints, Survey, Target, Wire};
+use crate::configuration::Configuration;
+
+/// What outputs of modules that are there have to be written to besides, by module and path.
+pub(in crate::agent) type Deeper = BTreeMap<String, BTreeMap<String, Writer>>;
+
+/// Makes deeper channels for the outputs that keep too few values for the queues that are linked to them. What can't be
+/// had is said when the queue is linked.
+pub(in crate::agent) fn deepening(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    ground: &mut Ground,
+) -> Deeper {
+    let complaints = Complaints::new(configuration);
+    let builder =
+        Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
+    let mut deeper = Deeper::new();
+    for joint in &survey.joints {
+        let (Some(window), Some(owner)) = (builder.window(joint.port), builder.writing(joint.target)) else {
+            continue;
+        };
+        let path = builder.target_path(joint.target);
+        let Some(property) = builder.property(&path) else { continue };
+        let Some(channel) = property.channel() else { continue };
+        let of_owner = deeper.entry(builder.name(owner).to_owned()).or_default();
+        let window = joint.link.window.as_ref().map_or(window, |window| window.value.into());
+        if !channel.keeps_enough(window) && !of_owner.contains_key(&path) {
+            let (depth, budget) = builder.demand(joint.target, &path);
+            if let Ok(writer) = channel.deeper(depth, budget) {
+                of_owner.insert(path, writer);
+            }
+        }
+    }
+    deeper.retain(|_, outputs| !outputs.is_empty());
+    deeper
+}
+
+impl Builder<'_, '_> {
+    /// How many values a queue input takes at once, if it is one and its link says nothing of it.
+    fn window(&self, (module, wire): (usize, Wire)) -> Option<usize> {
+        let Wire::Port(port) = wire else { return None };
+        let port = self.port(module, port);
+        (port.direction == Direction::Queue).then_some(port.window)
+    }
+
+    /// The module whose output a link leads to.
+    pub(super) fn writing(&self, target: Target) -> Option<usize> {
+        let Target::Port(module, port) = target else { return None };
+        let is_output = matches!(
+            self.port(module, port).direction,
+            Direction::Output | Direction::Debug | Direction::Command
+        );
+        is_output.then_some(module)
+    }
+}

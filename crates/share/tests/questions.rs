@@ -1,0 +1,199 @@
+//! Questions and messages whose answers come late, never, or too often.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+
+mod agents;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use agents::{Agent, Folder, Number, limits, wait_for};
+use slate_blackboard::Board;
+use slate_blackboard::interface::Interface;
+use slate_blackboard::wake::Wake;
+use slate_module::encode_interface;
+use slate_share::peers::{Happening, Peer};
+use slate_share::session::{Answer, Application, Event, Identity, Sample, SendError, Session};
+
+/// Another agent that answers as it likes.
+#[derive(Default)]
+struct Other {
+    asked: Vec<u32>,
+    messages: Vec<u64>,
+}
+
+impl Application for Other {
+    fn event(&mut self, event: Event) {
+        match event {
+            Event::Asked { request, .. } => self.asked.push(request),
+            Event::Message { ticket, .. } => self.messages.push(ticket),
+            _ => {}
+        }
+    }
+    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
+    fn has_news(&mut self, _: u32) -> bool {
+        false
+    }
+    fn take(&mut self, _: u32, _: &mut Vec<u8>) -> Option<Sample> {
+        None
+    }
+}
+
+struct Pair {
+    peer: Peer,
+    session: Session,
+    other: Other,
+    now: u64,
+}
+
+impl Pair {
+    fn new() -> Self {
+        let [own, other] =
+            ["base", "arm"].map(|agent| Identity { agent: agent.into(), instance: agent.len() as u64 });
+        let peer = Peer::new(&Arc::new(Board::new("base")), own, "arm", limits(), &Arc::new(Wake::new()));
+        let session = Session::new(other, Some("base"), limits());
+        let mut pair = Self { peer, session, other: Other::default(), now: 0 };
+        pair.steps(200);
+        assert!(pair.peer.session().other().is_some());
+        pair
+    }
+
+    fn steps(&mut self, count: usize) {
+        for _ in 0..count {
+            self.now += 1_000_000;
+            self.peer.tick(self.now);
+            self.session.tick(self.now, &mut self.other);
+            let mut packet = Vec::new();
+            for _ in 0..64 {
+                let sent = self.peer.outgoing(self.now, 60_000, &mut packet, None);
+                if sent {
+                    self.session.receive(self.now, &packet, &mut self.other);
+                }
+                let came = self.session.outgoing(self.now, 60_000, &mut packet, &mut self.other);
+                if came {
+                    self.peer.receive(self.now, &packet, None);
+                }
+                if !sent && !came {
+                    break;
+                }
+            }
+        }
+    }
+
+    fn listed(&mut self) -> Vec<(u32, bool)> {
+        let listed = self.peer.happenings().filter_map(|happening| match happening {
+            Happening::Listed { request, answer } => Some((request, answer.is_ok())),
+            _ => None,
+        });
+        listed.collect()
+    }
+}
+
+#[test]
+fn a_question_that_is_given_up_takes_no_place() {
+    let mut pair = Pair::new();
+    let open: Vec<u32> = (0..16).map(|_| pair.peer.ask("**", true).unwrap()).collect();
+    assert_eq!(pair.peer.ask("**", true), Err(SendError::Full));
+    pair.peer.give_up(open[3]);
+    let last = pair.peer.ask("**", true).unwrap();
+    pair.steps(5);
+    // The other agent takes no more than it has, and says so; this one goes on.
+    assert_eq!(pair.listed(), [(last, true)]);
+    // An answer that comes now is nobody's.
+    pair.session.part(open[3], &[], true);
+    pair.session.part(open[4], &[], true);
+    pair.steps(5);
+    assert_eq!(pair.listed(), [(open[4], true)]);
+}
+
+#[test]
+fn what_is_not_whole_of_all_answers_together_is_bounded() {
+    let mut pair = Pair::new();
+    let open: Vec<u32> = (0..16).map(|_| pair.peer.ask("**", true).unwrap()).collect();
+    pair.steps(5);
+    assert_eq!(pair.other.asked, open);
+    let interface = encode_interface(Number::DESCRIPTOR).unwrap();
+    let mebibytes = 6;
+    let entry = |doc: &str| {
+        let entry = ("a/b", doc, 0_u8, interface.as_slice(), 0_u64, 1_u32, false, None::<u8>);
+        postcard::to_allocvec(&entry).unwrap()
+    };
+    let part = entry(&"x".repeat(1 << 20));
+    for request in &open {
+        for _ in 0..mebibytes {
+            pair.session.part(*request, &part, false);
+            pair.steps(4);
+        }
+    }
+    pair.steps(50);
+    // Ten have room beside each other; what comes for the rest is dropped, and they have their answer.
+    let refused = pair.listed();
+    assert!(refused.iter().all(|(_, is_whole)| !is_whole), "{refused:?}");
+    assert_eq!(refused.len(), 6, "{refused:?}");
+    // One that is whole makes room.
+    pair.session.part(open[0], &[], true);
+    pair.steps(5);
+    assert_eq!(pair.listed(), [(open[0], true)]);
+}
+
+#[test]
+fn a_message_is_accepted_once() {
+    let mut pair = Pair::new();
+    let ticket = pair.peer.send("a/inbox", 1, 0, &[0; 8]).unwrap();
+    pair.steps(5);
+    assert_eq!(pair.other.messages, [ticket]);
+    (0..100).for_each(|_| pair.session.answer(ticket, Answer::Accepted));
+    (0..2).for_each(|_| pair.session.answer(ticket, Answer::Done));
+    pair.steps(20);
+    let answers: Vec<Answer> = pair
+        .peer
+        .happenings()
+        .filter_map(|happening| match happening {
+            Happening::Answered { answer, .. } => Some(answer),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(answers, [Answer::Accepted, Answer::Done]);
+}
+
+#[test]
+fn whoever_waits_too_shortly_for_an_answer_can_ask_again() {
+    let folder = Folder::new();
+    let base = Agent::listening("base", &folder);
+    let arm = Agent::start(folder.setup("arm"));
+    arm.peers.connect("base", &folder.endpoint("base")).unwrap();
+    wait_for("the connection", || arm.peers.is_connected("base"));
+    for _ in 0..100 {
+        let answer = arm.peers.list("base", "**", false, Duration::ZERO);
+        if let Err(error) = answer {
+            assert!(error.to_string().contains("has not answered within 0 ms"), "{error}");
+        }
+    }
+    wait_for("an answer", || {
+        let all = arm.peers.list("base", "**", false, Duration::from_secs(5)).unwrap();
+        all.iter().any(|property| property.path.starts_with("peers/arm"))
+    });
+    drop((base, arm));
+}
+
+#[test]
+fn an_agent_that_is_forgotten_is_dialled_no_more_and_may_come_itself() {
+    let folder = Folder::new();
+    let base = Agent::listening("base", &folder);
+    // Nobody is there: it is forgotten at once, with all that shows of it.
+    base.peers.connect("arm", &folder.endpoint("arm")).unwrap();
+    wait_for("what shows of it", || base.board.get("peers/arm/link").is_some());
+    base.peers.forget("arm");
+    assert!(base.peers.agents().is_empty() && base.board.get("peers/arm/link").is_none());
+    // Again, and it comes.
+    base.peers.connect("arm", &folder.endpoint("arm")).unwrap();
+    let arm = Agent::listening("arm", &folder);
+    wait_for("the connection", || base.peers.is_connected("arm"));
+    base.peers.forget("arm");
+    // Somebody may read something over it.
+    assert!(base.peers.is_connected("arm") && !base.peers.is_dialled("arm"));
+    drop(arm);
+    wait_for("the end", || !base.peers.is_connected("arm"));
+    let arm = Agent::start(folder.setup("arm"));
+    arm.peers.connect("base", &folder.endpoint("base")).unwrap();
+    wait_for("the other to come", || base.peers.is_connected("arm"));
+}
