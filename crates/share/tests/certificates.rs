@@ -132,7 +132,9 @@ fn a_certificate_of_another_authority_is_refused() {
     // And the other way round.
     let leg = Agent::start(agent("leg", &theirs.sign("leg"), "leg", &theirs));
     leg.peers.connect("base", &at).unwrap();
-    wait_for("a reason", || reason(&leg, "base").contains("the certificate there was not signed by the authority"));
+    wait_for("a reason", || {
+        reason(&leg, "base").contains("the certificate there was not signed by the authority")
+    });
     for name in ["arm", "leg"] {
         assert!(!base.peers.is_connected(name));
     }
@@ -170,7 +172,9 @@ fn nothing_leaves_the_machine_without_certificates_and_rights() {
         listened.to_string()
     };
     for endpoint in ["tls:0.0.0.0:7447", "tls:[::]:7447", "tls:192.0.2.1:7447"] {
-        assert!(refused(&Tls::default(), endpoint).contains("TLS needs `certificate`, `key` and `authority`"));
+        assert!(
+            refused(&Tls::default(), endpoint).contains("TLS needs `certificate`, `key` and `authority`")
+        );
         assert!(refused(&certified(false), endpoint).contains("say in [share.security.allow]"));
         certified(true).check(endpoint).unwrap();
     }

@@ -16,8 +16,8 @@ use agents::net::port;
 use agents::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
 use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::Interface;
-use slate_share::carrier::{Carrier, CarrierError};
 use slate_share::carrier::zenoh::Zenoh;
+use slate_share::carrier::{Carrier, CarrierError};
 use slate_share::peers::{Setup, Want};
 use slate_share::session::{Compression, Limits, Options};
 

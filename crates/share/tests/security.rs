@@ -97,7 +97,10 @@ fn what_would_leave_the_machine_unprotected_is_refused_with_its_place() {
     use agents::net::Authority;
     let (message, _) = refused("[share]\nlisten = \"tls:0.0.0.0:7447\"\n");
     assert!(message.starts_with("4: "), "{message}");
-    assert!(message.contains("TLS needs `certificate`, `key` and `authority` in [share.security]"), "{message}");
+    assert!(
+        message.contains("TLS needs `certificate`, `key` and `authority` in [share.security]"),
+        "{message}"
+    );
     let (message, _) =
         refused("[share]\nlisten = \"local:x1\"\n[share.agents.arm]\nat = \"tls:192.0.2.1:7447\"\n");
     assert!(message.starts_with("6: "), "{message}");

@@ -25,7 +25,7 @@ impl TlsListener {
             Ok(socket)
         };
         let socket = listen().map_err(|error: io::Error| match error.kind() {
-            ErrorKind::AddrInUse => CarrierError::InUse { endpoint: endpoint.into() },
+            ErrorKind::AddrInUse => CarrierError::InUse { endpoint: endpoint.into(), process: None },
             _ => CarrierError::System { endpoint: endpoint.into(), error },
         })?;
         Ok(Self { socket, credentials })

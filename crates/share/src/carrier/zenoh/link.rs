@@ -42,13 +42,7 @@ impl ZenohLink {
     pub fn new(begun: Begun, station: Option<Station>) -> io::Result<Self> {
         let socket = if begun.wire.is_streamed { Some(Socket::of(&begun.wire)?) } else { None };
         let largest = socket.as_ref().map_or(LARGEST_DATAGRAM, |socket| socket.largest().min(LARGEST));
-        Ok(Self {
-            transport: begun.transport,
-            inbox: begun.inbox,
-            socket,
-            largest,
-            _station: station,
-        })
+        Ok(Self { transport: begun.transport, inbox: begun.inbox, socket, largest, _station: station })
     }
 
     pub fn dial(place: &Place) -> Result<Arc<Self>, CarrierError> {

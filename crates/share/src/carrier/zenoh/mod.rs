@@ -37,7 +37,8 @@ fn refuse(endpoint: &str, is_here: bool) -> Result<(), CarrierError> {
     if is_here {
         return Ok(());
     }
-    let reason = "it is not on this machine: there it has to be tls:HOST:PORT, with certificates in [share.security]";
+    let reason =
+        "it is not on this machine: there it has to be tls:HOST:PORT, with certificates in [share.security]";
     Err(CarrierError::Unsafe { endpoint: endpoint.into(), reason: reason.into() })
 }
 

@@ -17,8 +17,8 @@ use zenoh_transport::{
     TransportPeerEventHandler,
 };
 
-use super::inbox::Inbox;
 use super::PATIENCE;
+use super::inbox::Inbox;
 
 /// How many links may wait until they are accepted.
 const BACKLOG: usize = 64;
