@@ -21,7 +21,8 @@ pub struct PeersOptions {
 
 /// Lists them, with what is read of them and what they read.
 pub fn peers(options: &PeersOptions) -> Result<bool, Failure> {
-    let peers = options.agent.connect()?.peers()?;
+    let mut agent = options.agent.connect()?;
+    let peers = agent.peers()?;
     if options.json {
         output::json(&peers);
         return Ok(true);
@@ -46,6 +47,15 @@ pub fn peers(options: &PeersOptions) -> Result<bool, Failure> {
                 peer.agent, served.path, served.sent, served.lag
             ));
         }
+    }
+    let properties = agent.properties(None)?;
+    for property in properties.iter().filter(|property| property.path.starts_with("share/turned_away/")) {
+        // One that has not been written yet is about to be.
+        let Some(shown) = agent.read(&format!("/{}", property.path))? else { continue };
+        let text = |name: &str| shown.value[name].as_str().unwrap_or_default().to_owned();
+        let times =
+            if shown.value["count"] == 1 { "once".into() } else { format!("{} times", shown.value["count"]) };
+        output::line(format_args!("turned away {times}: {}: {}", text("from"), text("reason")));
     }
     Ok(true)
 }

@@ -111,6 +111,77 @@ fn nobody_speaks_for_another_agent() {
     assert!(!liar.peers.is_connected("base"));
 }
 
+/// How often somebody was turned away for that reason.
+fn turned_away(agent: &Agent, why: &str) -> i128 {
+    let field = |number: u32, name: &str| {
+        let path = format!("share/turned_away/{number}/{name}");
+        agent.board.read(&path).ok().flatten().map(|(value, _)| value)
+    };
+    let is_so =
+        |number: &u32| matches!(field(*number, "reason"), Some(Value::Text(text)) if text.contains(why));
+    let number = (1..=8).find(is_so);
+    number.and_then(|number| field(number, "count")?.as_integer()).unwrap_or(0)
+}
+
+#[test]
+fn who_knocks_again_and_again_fills_nothing_and_keeps_nobody_out() {
+    let folder = Folder::new();
+    let authority = Authority::new(&folder.path(""), "ours");
+    let port = port();
+    let base = agent("base", &authority.sign("base"), "base", &authority);
+    let base = Agent::start(base.listen(&format!("tls:127.0.0.1:{port}")));
+    let count = |folder: &str| std::fs::read_dir(folder).unwrap().count();
+    let (files, threads) = (count("/proc/self/fd"), count("/proc/self/task"));
+    // Some say nothing and stay, and some talk nonsense and go.
+    let silent: Vec<_> =
+        (0..200).map(|_| std::net::TcpStream::connect(("127.0.0.1", port)).unwrap()).collect();
+    for _ in 0..500 {
+        let mut socket = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
+        // It may have been turned away already.
+        let _ = std::io::Write::write_all(&mut socket, b"GET / HTTP/1.1\r\n\r\n");
+    }
+    assert!(count("/proc/self/task") <= threads + 8);
+    let arm = Agent::start(agent("arm", &authority.sign("arm"), "arm", &authority));
+    arm.peers.connect("base", &format!("tls:127.0.0.1:{port}")).unwrap();
+    wait_for("the one that may", || base.peers.is_connected("arm"));
+    wait_for("those that say nothing", || turned_away(&base, "no greeting within 2 s") > 0);
+    assert!(base.board.get("share/turned_away/9").is_none());
+    drop((silent, arm));
+    wait_for("as many files and threads as before", || {
+        count("/proc/self/fd") <= files + 2 && count("/proc/self/task") <= threads + 2
+    });
+}
+
+#[test]
+fn an_address_of_ipv6_is_one_like_others() {
+    let folder = Folder::new();
+    let authority = Authority::new(&folder.path(""), "ours");
+    let at = format!("tls:[::1]:{}", port());
+    let base = Agent::start(agent("base", &authority.sign("base"), "base", &authority).listen(&at));
+    let arm = Agent::start(agent("arm", &authority.sign("arm"), "arm", &authority));
+    arm.peers.connect("base", &at).unwrap();
+    wait_for("a link", || base.peers.is_connected("arm") && arm.peers.is_connected("base"));
+}
+
+#[test]
+fn a_certificate_of_nobody_is_refused() {
+    let folder = Folder::new();
+    let authority = Authority::new(&folder.path(""), "ours");
+    let at = format!("tls:127.0.0.1:{}", port());
+    let base = Agent::start(agent("base", &authority.sign("base"), "base", &authority).listen(&at));
+    let good = authority.sign("arm");
+    let arm = agent("arm", &good, "arm", &authority);
+    // The files are read again for each link.
+    let nameless =
+        authority.sign_with("arm", |made| made.distinguished_name = rcgen::DistinguishedName::new());
+    std::fs::copy(&nameless.certificate, &good.certificate).unwrap();
+    std::fs::copy(&nameless.key, &good.key).unwrap();
+    let arm = Agent::start(arm);
+    arm.peers.connect("base", &at).unwrap();
+    wait_for("the refusal", || reason(&arm, "base").contains("has no common name"));
+    assert!(base.peers.agents().is_empty());
+}
+
 #[test]
 fn a_certificate_of_another_authority_is_refused() {
     let folder = Folder::new();
@@ -127,14 +198,18 @@ fn a_certificate_of_another_authority_is_refused() {
     let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
     let arm = Agent::start(Setup { carriers: BTreeMap::from([("tls".into(), tls)]), ..setup("arm") });
     arm.peers.connect("base", &at).unwrap();
-    let expected = "whoever is there does not trust the authority of this agent's certificate";
-    wait_for("a reason", || reason(&arm, "base").contains(expected));
+    wait_for("a reason", || !reason(&arm, "base").is_empty());
+    assert!(
+        reason(&arm, "base").contains("refuses this agent's certificate (UnknownCA)"),
+        "{}",
+        reason(&arm, "base")
+    );
+    let why = "the certificate there, in the name of `arm`, was not signed by the authority";
+    wait_for("the other side to say so", || turned_away(&base, why) > 0);
     // And the other way round.
     let leg = Agent::start(agent("leg", &theirs.sign("leg"), "leg", &theirs));
     leg.peers.connect("base", &at).unwrap();
-    wait_for("a reason", || {
-        reason(&leg, "base").contains("the certificate there was not signed by the authority")
-    });
+    wait_for("a reason", || reason(&leg, "base").contains("was not signed by the authority"));
     for name in ["arm", "leg"] {
         assert!(!base.peers.is_connected(name));
     }
@@ -229,7 +304,7 @@ fn what_is_no_agent_of_ours_is_told_once_and_holds_nobody() {
     let base = agent("base", &ours.sign("base"), "base", &ours).listen(&at);
     let base = Agent::start(Setup { notice: Some(notice), ..base });
     // Some say nothing, some what is no TLS, one has a certificate of somebody else.
-    let silent: Vec<_> = (0..20).map(|_| TcpStream::connect(("127.0.0.1", port)).unwrap()).collect();
+    let silent: Vec<_> = (0..4).map(|_| TcpStream::connect(("127.0.0.1", port)).unwrap()).collect();
     let mut noise = TcpStream::connect(("127.0.0.1", port)).unwrap();
     noise.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
     let both = folder.path("both.pem");
@@ -243,10 +318,11 @@ fn what_is_no_agent_of_ours_is_told_once_and_holds_nobody() {
     arm.peers.connect("base", &at).unwrap();
     wait_for("the true one", || base.peers.is_connected("arm"));
     for expected in [
-        "somebody at 127.0.0.1: whoever is there does not speak TLS as it should",
-        "somebody at 127.0.0.1: the certificate there was not signed by the authority",
+        "whoever is there does not speak TLS as agents do",
+        "the certificate there, in the name of `leg`, was not signed by the authority",
     ] {
-        wait_for(expected, || told.lock().unwrap().iter().any(|reason| reason.starts_with(expected)));
+        wait_for(expected, || told.lock().unwrap().iter().any(|reason| reason.contains(expected)));
     }
+    assert!(told.lock().unwrap().iter().all(|reason| reason.starts_with(&format!("127.0.0.1 at {at}: "))));
     drop(silent);
 }

@@ -61,9 +61,6 @@ struct Post {
     ended: AtomicBool,
 }
 
-/// Reasons why others were turned away that are logged.
-const TURNED_AWAY: usize = 256;
-
 /// Values or messages came.
 const NEWS: u64 = 1;
 /// Something else happened.
@@ -82,7 +79,7 @@ impl Sharing for AgentSharing {
         let notice: Notice = {
             let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
             let inbox = inbox.clone();
-            let (host, turned_away) = (site.host.clone(), Mutex::new(BTreeSet::new()));
+            let host = site.host.clone();
             Arc::new(move |agent, happening| {
                 if let Some(inbox) = &inbox {
                     match happening {
@@ -94,11 +91,7 @@ impl Sharing for AgentSharing {
                 }
                 let reason = match happening {
                     Happening::TurnedAway { reason } => {
-                        let mut turned_away = locked(&turned_away);
-                        // Whoever tries again and again, under any number of names, fills neither memory nor log.
-                        if turned_away.len() < TURNED_AWAY && turned_away.insert(reason.clone()) {
-                            host.log(Level::Warn, &format!("turned away: {reason}"));
-                        }
+                        host.log(Level::Warn, &format!("turned away: {reason}"));
                         return;
                     }
                     Happening::Connected { .. } => "",

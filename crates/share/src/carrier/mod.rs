@@ -66,8 +66,7 @@ pub trait Link: fmt::Debug + Send + Sync {
     /// Waits for a packet, at most for `limit`; how many bytes of `packet` it takes, nothing when none came.
     ///
     /// # Errors
-    /// When the link is closed, from either side. When the other end is not let in, `PermissionDenied` with who it is and
-    /// why.
+    /// When the link is closed, from either side. When the other end is not let in, `PermissionDenied` with the reason.
     fn receive(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>>;
 
     /// The largest packet that is carried, bytes.
@@ -76,6 +75,11 @@ pub trait Link: fmt::Debug + Send + Sync {
     /// The agent at the other end, where something proves that it is that one: then it is no other. It is known when a
     /// packet has come.
     fn authenticated(&self) -> Option<&str> {
+        None
+    }
+
+    /// The machine at the other end, where it may be another one.
+    fn origin(&self) -> Option<String> {
         None
     }
 

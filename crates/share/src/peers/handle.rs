@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
@@ -10,8 +10,9 @@ use std::time::Duration;
 use slate_blackboard::Board;
 use slate_blackboard::wake::Wake;
 
-use super::door::open_door;
+use super::door::{Crowd, open_door};
 use super::line::{Line, locked};
+use super::refusals::Refusals;
 use super::{Happening, Peer, RemoteProperty, Rights, Status, Want};
 use crate::carrier::local::Local;
 use crate::carrier::{Carrier, CarrierError};
@@ -95,11 +96,12 @@ pub(super) struct Common {
     pub updated: Option<Arc<Wake>>,
     pub notice: Option<Notice>,
     lines: Mutex<Lines>,
+    refusals: Mutex<Refusals>,
     /// Whether somebody wanted to wake the threads that send and did not wait for the lock.
     missed: AtomicBool,
     pub ended: AtomicBool,
     /// Links that were accepted and have not greeted.
-    pub greeting: AtomicUsize,
+    pub greeting: Crowd,
 }
 
 type Lines = BTreeMap<String, Served>;
@@ -145,10 +147,11 @@ impl Common {
         })
     }
 
-    /// Tells the host that somebody may not come in.
-    pub fn turned_away(&self, agent: &str, reason: &str) {
-        if let Some(notice) = &self.notice {
-            notice(agent, &Happening::TurnedAway { reason: reason.into() });
+    /// Shows and tells that somebody may not come in.
+    pub fn turned_away(&self, agent: &str, from: &str, reason: &str) {
+        let line = locked(&self.refusals).note(self.now(), from, reason);
+        if let (Some(reason), Some(notice)) = (line, &self.notice) {
+            notice(agent, &Happening::TurnedAway { reason });
         }
     }
 
@@ -320,9 +323,10 @@ impl Peers {
             updated: setup.updated,
             notice: setup.notice,
             lines: Mutex::default(),
+            refusals: Mutex::new(Refusals::new(board)),
             missed: AtomicBool::new(false),
             ended: AtomicBool::new(false),
-            greeting: AtomicUsize::new(0),
+            greeting: Crowd::default(),
         });
         // If one can't be opened, dropping this closes those before.
         let mut peers = Self { common, doors: Vec::new() };

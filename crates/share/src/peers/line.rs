@@ -14,7 +14,7 @@ use super::door::impostor;
 use super::handle::Common;
 use super::state::States;
 use super::{Happening, Peer, RemoteProperty};
-use crate::carrier::Link;
+use crate::carrier::{CarrierError, Link};
 use crate::session::Answer;
 
 /// How long a thread waits at most before it looks whether it is to end.
@@ -144,16 +144,18 @@ impl Line {
     /// The link is of no use any more.
     fn drop_link(&self, common: &Common, link: &Arc<dyn Link>, reason: &str) {
         link.close();
+        let mut unheard = false;
         let mut current = locked(&self.link);
         if current.link.as_ref().is_some_and(|current| Arc::ptr_eq(current, link)) {
             *current = Current::default();
             let mut peer = locked(&self.peer);
-            if peer.session().other().is_none() && peer.session().refused().is_none() {
-                *locked(&self.reason) = reason.into();
-            }
+            unheard = peer.session().other().is_none() && peer.session().refused().is_none();
             peer.disconnect(common.now(), reason);
         }
         drop(current);
+        if unheard {
+            self.is_refused(common, reason.into());
+        }
         self.changed.notify_all();
         self.wake.notify(1);
     }
@@ -305,7 +307,7 @@ impl Line {
             Some(Ok(link)) => {
                 if let Some(reason) = impostor(link.as_ref(), &self.agent) {
                     link.close();
-                    *locked(&self.reason) = reason;
+                    self.is_refused(common, reason);
                     return self.pause(pause);
                 }
                 let mut current = locked(&self.link);
@@ -316,10 +318,22 @@ impl Line {
                 self.wake.notify(1);
             }
             Some(Err(error)) => {
-                *locked(&self.reason) = error.to_string();
+                match error {
+                    // It may come in a moment.
+                    CarrierError::Nobody { .. } => *locked(&self.reason) = error.to_string(),
+                    _ => self.is_refused(common, error.to_string()),
+                }
                 self.pause(pause);
             }
             None => self.pause(pause),
+        }
+    }
+
+    /// There is no link, for a reason that is told when it is another one than before.
+    fn is_refused(&self, common: &Common, reason: String) {
+        let before = std::mem::replace(&mut *locked(&self.reason), reason.clone());
+        if before != reason {
+            self.tell(common, &[Happening::Refused { reason }]);
         }
     }
 

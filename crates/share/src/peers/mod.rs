@@ -8,6 +8,7 @@ mod inspection;
 mod line;
 mod messages;
 mod peer;
+mod refusals;
 mod rights;
 mod state;
 
@@ -17,6 +18,7 @@ pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
 pub(crate) use line::locked;
 pub use peer::Peer;
+pub use refusals::TurnedAway;
 pub use rights::{Allowance, Rights};
 pub use slate_runtime::sharing::RemoteProperty;
 pub use state::{PeerState, ReadState, ServedState};
@@ -75,9 +77,10 @@ pub enum Happening {
         /// In words.
         reason: String,
     },
-    /// Whoever says it is that agent is not, or may not connect. It was told so, and nothing else happens.
+    /// Somebody was not let in. It was told so, and nothing else happens; of those who come again and again this is told
+    /// now and then.
     TurnedAway {
-        /// In words.
+        /// Who, as far as that is known, and why.
         reason: String,
     },
     /// A subscription of this agent brings no values, or none yet.

@@ -86,6 +86,16 @@ impl Folder {
         format!("local:{}", self.path(name).display())
     }
 
+    /// The files of a certificate of that agent, its key and its authority, if it needs some.
+    pub fn files(&self, name: &str) -> Vec<PathBuf> {
+        #[cfg(feature = "tls")]
+        if let Some((own, authority)) = self.net.as_ref().and_then(|net| net.files(name)) {
+            return vec![own.certificate, own.key, authority];
+        }
+        let _ = name;
+        Vec::new()
+    }
+
     /// An agent that can be found and find others.
     pub fn setup(&self, name: &str) -> Setup {
         #[cfg(feature = "tls")]

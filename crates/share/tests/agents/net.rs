@@ -47,14 +47,25 @@ impl Net {
     }
 
     pub fn carriers(&self, name: &str) -> BTreeMap<String, Arc<dyn Carrier>> {
-        let mut carriers: BTreeMap<String, Arc<dyn Carrier>> = BTreeMap::new();
-        if let Some(authority) = &self.authority {
-            let certificate = authority.sign(name);
-            let credentials = certificate.load(&authority.certificate, name).unwrap();
-            carriers.insert("tls".into(), Arc::new(Tls::new(credentials, false)));
-        }
-        carriers
+        let files = self.files(name);
+        files.map_or_else(BTreeMap::new, |(certificate, authority)| carriers(name, &certificate, &authority))
     }
+
+    /// A certificate of the agent and that of the authority, if the protocol needs some.
+    pub fn files(&self, name: &str) -> Option<(Certificate, PathBuf)> {
+        self.authority.as_ref().map(|authority| (authority.sign(name), authority.certificate.clone()))
+    }
+}
+
+/// What an agent with that certificate uses.
+pub fn carriers(
+    name: &str,
+    certificate: &Certificate,
+    authority: &Path,
+) -> BTreeMap<String, Arc<dyn Carrier>> {
+    let credentials = certificate.load(authority, name).unwrap();
+    let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
+    BTreeMap::from([("tls".into(), tls)])
 }
 
 /// Signs certificates.

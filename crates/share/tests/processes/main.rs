@@ -13,17 +13,18 @@ use agents::{Folder, output, setup, wait_for};
 use hub::{Hub, Process, be_an_agent};
 use rustix::process::Signal;
 use slate_blackboard::interface::Value;
+use slate_share::peers::Setup;
 
 /// A test of agents that reach each other in that way.
 type Test = fn(&'static str);
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    let ways = if cfg!(feature = "zenoh") { &["local", "tcp", "udp"][..] } else { &["local"] };
-    if let [_, agent, name, endpoint] = &arguments[..]
+    let ways = if cfg!(feature = "zenoh") { &["local", "tls", "tcp", "udp"][..] } else { &["local", "tls"] };
+    if let [_, agent, name, endpoint, files @ ..] = &arguments[..]
         && agent == "agent"
     {
-        return be_an_agent(setup(name), endpoint);
+        return be_an_agent(setup_with(name, files), endpoint);
     }
     let tests: [(&str, Test); 3] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
@@ -42,22 +43,30 @@ fn main() {
     }
 }
 
-/// An agent of that name in a process of its own.
-fn launch(name: &str, endpoint: &str) -> Process {
-    Process::start(Command::new(std::env::current_exe().unwrap()).args(["agent", name, endpoint]))
+/// What an agent is made of, which has a certificate if these files are of one.
+fn setup_with(name: &str, files: &[String]) -> Setup {
+    #[cfg(feature = "tls")]
+    if let [certificate, key, authority] = files {
+        let certificate = agents::net::Certificate { certificate: certificate.into(), key: key.into() };
+        let carriers = agents::net::carriers(name, &certificate, authority.as_ref());
+        return Setup { carriers, ..setup(name) };
+    }
+    assert!(files.is_empty(), "{files:?}");
+    setup(name)
 }
 
-/// A hub with agents of those names, and where it is.
-fn start(way: &'static str, names: &[&str]) -> (Hub, Vec<Process>, String, Folder) {
-    let folder = match way {
-        #[cfg(feature = "zenoh")]
-        "tcp" | "udp" => Folder::over(way),
-        _ => Folder::new(),
-    };
-    let endpoint = folder.endpoint("hub");
-    let setup = folder.setup("hub").listen(&endpoint);
-    let (hub, processes) = Hub::start(setup, names, |name| launch(name, &endpoint));
-    (hub, processes, endpoint, folder)
+/// An agent of that name in a process of its own.
+fn launch(name: &str, folder: &Folder) -> Process {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    Process::start(command.args(["agent", name, &folder.endpoint("hub")]).args(folder.files(name)))
+}
+
+/// A hub with agents of those names, and where they find each other.
+fn start(way: &'static str, names: &[&str]) -> (Hub, Vec<Process>, Folder) {
+    let folder = if way == "local" { Folder::new() } else { Folder::over(way) };
+    let setup = folder.setup("hub").listen(&folder.endpoint("hub"));
+    let (hub, processes) = Hub::start(setup, names, |name| launch(name, &folder));
+    (hub, processes, folder)
 }
 
 /// How much longer than before a healthy agent may not be heard of: threads of a busy machine wait for each other for
@@ -73,7 +82,7 @@ fn report(what: &str, before: (Duration, Duration), during: (Duration, Duration)
 }
 
 fn killed(way: &'static str) {
-    let (mut hub, mut processes, endpoint, _folder) = start(way, &["one", "two", "three"]);
+    let (mut hub, mut processes, folder) = start(way, &["one", "two", "three"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::KILL);
@@ -86,7 +95,7 @@ fn killed(way: &'static str) {
     });
     let (mirror, _) = hub.agent.board.find("agents/two/out/count").unwrap();
     assert!(!mirror.has_writer(), "readers see that its writer is gone");
-    processes[1] = launch("two", &endpoint);
+    processes[1] = launch("two", &folder);
     wait_for("the agent to be back", || hub.agent.peers.is_connected("two"));
     wait_for("its values", || mirror.has_writer());
     let sequence = writer.last().sequence;
@@ -96,7 +105,7 @@ fn killed(way: &'static str) {
 }
 
 fn stopped(way: &'static str) {
-    let (mut hub, processes, _endpoint, _folder) = start(way, &["one", "two"]);
+    let (mut hub, processes, _folder) = start(way, &["one", "two"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     let before = hub.run(Duration::from_millis(800), &mut writer, "");
     processes[1].signal(Signal::STOP);
@@ -116,7 +125,7 @@ fn stopped(way: &'static str) {
 
 fn left_behind(way: &'static str) {
     let count = |folder: &str| std::fs::read_dir(folder).unwrap().count();
-    let (mut hub, mut processes, endpoint, _folder) = start(way, &["one"]);
+    let (mut hub, mut processes, folder) = start(way, &["one"]);
     let mut writer = output(&hub.agent.board, "out/count", 1024);
     hub.run(Duration::from_millis(100), &mut writer, "one");
     let files = count("/proc/self/fd");
@@ -124,7 +133,7 @@ fn left_behind(way: &'static str) {
     for _ in 0..10 {
         processes[0].signal(Signal::KILL);
         wait_for("its end", || !hub.agent.peers.is_connected("one"));
-        processes[0] = launch("one", &endpoint);
+        processes[0] = launch("one", &folder);
         wait_for("the next one", || hub.agent.peers.is_connected("one"));
     }
     wait_for("as many files and threads as before", || {

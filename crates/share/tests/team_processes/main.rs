@@ -32,36 +32,45 @@ fn main() {
     {
         return robot_main(text);
     }
-    let carrier = arguments.iter().position(|argument| argument == "--carrier");
-    let carrier = carrier.and_then(|at| arguments.get(at + 1)).map_or("local", String::as_str);
-    eight_robots(carrier);
-    println!("test eight_robots over {carrier} ... ok");
-}
-
-/// Where a robot is found.
-fn endpoint(carrier: &str, folder: &Folder, robot: usize) -> String {
-    match carrier {
-        "local" => folder.endpoint(&format!("r{robot}")),
-        // A free port now is likely one in a moment.
-        other => {
-            let offset = std::process::id() as usize % 1000 * TEAM;
-            format!("{other}:tcp/127.0.0.1:{}", 20_000 + offset + robot)
+    let ways = if cfg!(feature = "zenoh") { &["local", "tls", "tcp"][..] } else { &["local", "tls"] };
+    let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
+    for way in ways {
+        let name = format!("{way}::eight_robots");
+        if filter.is_none_or(|filter| name.contains(filter.as_str())) {
+            eight_robots(way);
+            println!("test {name} ... ok");
         }
     }
 }
 
 /// The configuration of a robot, which knows the one before it.
-fn text(carrier: &str, folder: &Folder, robot: usize) -> String {
-    let before = robot
-        .checked_sub(1)
-        .map(|before| format!("agents.r{before}.at = \"{}\"\n", endpoint(carrier, folder, before)));
-    format!(
+fn text(folder: &Folder, robot: usize) -> String {
+    let endpoint = |robot: usize| folder.endpoint(&format!("r{robot}"));
+    let before =
+        robot.checked_sub(1).map(|before| format!("agents.r{before}.at = \"{}\"\n", endpoint(before)));
+    let text = format!(
         "[agent]\nname = \"r{robot}\"\n[loop]\nperiod = \"10ms\"\n[modules.scout]\n\
          [share]\nlisten = \"{}\"\n{}[share.knowledge]\nperiod = \"50ms\"\nsave = \"{}\"\n\
          facts.victims = \"scout/found\"\n",
-        endpoint(carrier, folder, robot),
+        endpoint(robot),
         before.unwrap_or_default(),
         folder.path("saved").display(),
+    );
+    text + &security(folder, robot)
+}
+
+/// Where robots have certificates, each lets its neighbours in and nobody else.
+fn security(folder: &Folder, robot: usize) -> String {
+    let files = folder.files(&format!("r{robot}"));
+    let [certificate, key, authority] = &files[..] else { return String::new() };
+    let neighbours = [robot.checked_sub(1), Some(robot + 1).filter(|next| *next < TEAM)];
+    let allow = neighbours.into_iter().flatten().map(|other| format!("allow.r{other}.team = true\n"));
+    format!(
+        "[share.security]\ncertificate = \"{}\"\nkey = \"{}\"\nauthority = \"{}\"\n{}",
+        certificate.display(),
+        key.display(),
+        authority.display(),
+        allow.collect::<String>(),
     )
 }
 
@@ -179,9 +188,9 @@ fn wait_for_facts(what: &str, team: &mut [Robot], wanted: &[(u32, usize)]) {
     println!("{what}: after {:.1?}", start.elapsed());
 }
 
-fn eight_robots(carrier: &str) {
-    let folder = Folder::new();
-    let texts: Vec<String> = (0..TEAM).map(|robot| text(carrier, &folder, robot)).collect();
+fn eight_robots(way: &'static str) {
+    let folder = if way == "local" { Folder::new() } else { Folder::over(way) };
+    let texts: Vec<String> = (0..TEAM).map(|robot| text(&folder, robot)).collect();
     let mut team: Vec<Robot> = texts.iter().map(|text| Robot::start(text)).collect();
     let again = |team: &mut Vec<Robot>, robot: usize| {
         team[robot].signal(Signal::KILL);

@@ -8,11 +8,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use rustls::pki_types::{CertificateDer, ServerName};
-use rustls::{AlertDescription, ClientConnection, ServerConnection};
+use rustls::{ClientConnection, ServerConnection};
 use x509_parser::prelude::{FromDer, X509Certificate};
 
 use super::credentials::{Loaded, common_name, explain};
-use super::verifier::{client, server};
+use super::verifier::{Shown, client, server};
 
 /// The largest packet, bytes.
 pub(super) const LARGEST: usize = 31 << 10;
@@ -43,6 +43,7 @@ pub(super) struct Connection {
     expires: i64,
     /// Whom the other end's certificate names.
     agent: Option<String>,
+    shown: Shown,
 }
 
 impl Connection {
@@ -50,20 +51,22 @@ impl Connection {
         let expires = expires(&loaded.chain[0]);
         // Nobody is looked for by this name, and nobody is told it.
         let name = ServerName::try_from("agent").map_err(io::Error::other)?;
-        let tls = client(loaded).and_then(|settings| ClientConnection::new(settings, name));
-        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires))
+        let shown = Shown::default();
+        let tls = client(loaded, shown.clone()).and_then(|settings| ClientConnection::new(settings, name));
+        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires, shown))
     }
 
     pub fn accept(loaded: Loaded) -> io::Result<Self> {
         let expires = expires(&loaded.chain[0]);
-        let tls = server(loaded).and_then(ServerConnection::new);
-        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires))
+        let shown = Shown::default();
+        let tls = server(loaded, shown.clone()).and_then(ServerConnection::new);
+        Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires, shown))
     }
 
-    fn new(mut tls: rustls::Connection, expires: i64) -> Self {
+    fn new(mut tls: rustls::Connection, expires: i64, shown: Shown) -> Self {
         // A packet is put in only when there is none.
         tls.set_buffer_limit(None);
-        Self { tls, incoming: Vec::new(), taken: 0, expires, agent: None }
+        Self { tls, incoming: Vec::new(), taken: 0, expires, agent: None, shown }
     }
 
     /// Whom the other end's certificate names, as soon as that is proven.
@@ -135,7 +138,9 @@ impl Connection {
             Err(error) => return Err(error),
         }
         let handled = self.tls.process_new_packets();
-        let state = handled.map_err(|error| io::Error::new(ErrorKind::PermissionDenied, words(&error)))?;
+        let state = handled.map_err(|error| {
+            io::Error::new(ErrorKind::PermissionDenied, words(&error, self.shown.get().map(String::as_str)))
+        })?;
         self.incoming.drain(..std::mem::take(&mut self.taken));
         let had = self.incoming.len();
         self.incoming.resize(had + state.plaintext_bytes_to_read(), 0);
@@ -189,20 +194,17 @@ fn expires(certificate: &CertificateDer<'_>) -> i64 {
         .map_or(i64::MIN, |(_, parsed)| parsed.validity().not_after.timestamp())
 }
 
-/// Why there is no link.
-fn words(error: &rustls::Error) -> String {
+/// Why there is no link, to whoever shows the certificate of that name.
+fn words(error: &rustls::Error, shown: Option<&str>) -> String {
     match error {
-        rustls::Error::InvalidCertificate(_) => format!("the certificate there {}", explain(error).0),
+        rustls::Error::InvalidCertificate(_) => {
+            let name = shown.map(|name| format!(", in the name of `{name}`,")).unwrap_or_default();
+            format!("the certificate there{name} {}", explain(error).0)
+        }
         rustls::Error::NoCertificatesPresented => "whoever is there shows no certificate".into(),
-        rustls::Error::AlertReceived(alert) => match alert {
-            AlertDescription::UnknownCA => {
-                "whoever is there does not trust the authority of this agent's certificate".into()
-            }
-            AlertDescription::CertificateExpired => {
-                "whoever is there takes this agent's certificate for expired".into()
-            }
-            alert => format!("whoever is there refuses this agent: {alert:?}"),
-        },
-        error => format!("whoever is there does not speak TLS as it should: {error}"),
+        rustls::Error::AlertReceived(alert) => {
+            format!("the agent there refuses this agent's certificate ({alert:?})")
+        }
+        error => format!("whoever is there does not speak TLS as agents do: {error}"),
     }
 }

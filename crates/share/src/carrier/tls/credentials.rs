@@ -196,7 +196,9 @@ fn check_chain(
 
 /// What is wrong with a certificate, and what to do.
 pub(super) fn explain(error: &rustls::Error) -> (String, &'static str) {
-    use rustls::CertificateError::{Expired, ExpiredContext, NotValidYet, NotValidYetContext, UnknownIssuer};
+    use rustls::CertificateError::{
+        BadSignature, Expired, ExpiredContext, NotValidYet, NotValidYetContext, UnknownIssuer,
+    };
     match error {
         rustls::Error::InvalidCertificate(Expired | ExpiredContext { .. }) => {
             ("has expired".into(), "make a new one, or see whether the clock of this machine is right")
@@ -204,7 +206,8 @@ pub(super) fn explain(error: &rustls::Error) -> (String, &'static str) {
         rustls::Error::InvalidCertificate(NotValidYet | NotValidYetContext { .. }) => {
             ("is not valid yet".into(), "see whether the clock of this machine is right")
         }
-        rustls::Error::InvalidCertificate(UnknownIssuer) => {
+        // Another authority may have the same name.
+        rustls::Error::InvalidCertificate(UnknownIssuer | BadSignature) => {
             ("was not signed by the authority".into(), "let the authority sign it, or give the one that did")
         }
         error => (format!("is of no use: {error}"), "make a certificate as the book shows"),

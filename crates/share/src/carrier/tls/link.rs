@@ -17,6 +17,7 @@ const ROOM: usize = 512 << 10;
 /// A link to one agent.
 pub(super) struct TlsLink {
     socket: TcpStream,
+    other: SocketAddr,
     state: Mutex<State>,
     agent: OnceLock<String>,
 }
@@ -24,9 +25,8 @@ pub(super) struct TlsLink {
 /// What both threads of a link use, each for as long as it takes to encrypt a packet.
 enum State {
     /// Somebody came, and was not listened to yet.
-    Accepted(SocketAddr, Credentials),
-    /// Somebody came from there, or was dialled.
-    Open(Option<SocketAddr>, Box<Connection>),
+    Accepted(Credentials),
+    Open(Box<Connection>),
     Closed(ErrorKind, String),
 }
 
@@ -50,14 +50,14 @@ fn timer(limit: Duration) -> impl Fn() -> Duration {
 }
 
 impl TlsLink {
-    fn new(socket: TcpStream, state: State) -> io::Result<Self> {
+    fn new(socket: TcpStream, other: SocketAddr, state: State) -> io::Result<Self> {
         set_up(&socket)?;
-        Ok(Self { socket, state: Mutex::new(state), agent: OnceLock::new() })
+        Ok(Self { socket, other, state: Mutex::new(state), agent: OnceLock::new() })
     }
 
     /// A link that somebody began.
     pub fn accepted(socket: TcpStream, from: SocketAddr, credentials: Credentials) -> io::Result<Self> {
-        Self::new(socket, State::Accepted(from, credentials))
+        Self::new(socket, from, State::Accepted(credentials))
     }
 
     /// Begins a link.
@@ -73,7 +73,8 @@ impl TlsLink {
         })?;
         let begin = || {
             let loaded = credentials.read().map_err(|error| io::Error::other(error.message))?;
-            let link = Self::new(socket, State::Open(None, Box::new(Connection::dial(loaded)?)))?;
+            let connection = Box::new(Connection::dial(loaded)?);
+            let link = Self::new(socket, address, State::Open(connection))?;
             link.shake_hands()?;
             Ok(link)
         };
@@ -124,23 +125,17 @@ impl TlsLink {
         state: &mut State,
         call: impl FnOnce(&mut Connection) -> io::Result<T>,
     ) -> io::Result<T> {
-        state.open().and_then(|(from, connection)| {
-            let result = call(connection);
-            if let Some(agent) = connection.agent() {
-                self.agent.get_or_init(|| agent.into());
-            }
-            // Who was not let in has a place and no name.
-            let from = from.filter(|_| self.agent.get().is_none());
-            result.map_err(|error| match from {
-                Some(from) => io::Error::new(error.kind(), format!("somebody at {}: {error}", from.ip())),
-                None => error,
-            })
-        })
+        let connection = state.open()?;
+        let result = call(connection);
+        if let Some(agent) = connection.agent() {
+            self.agent.get_or_init(|| agent.into());
+        }
+        result
     }
 
     /// Ends the link for that reason, if it has not ended.
     fn end(&self, state: &mut State, kind: ErrorKind, reason: &str) {
-        if let State::Open(_, connection) = state {
+        if let State::Open(connection) = state {
             connection.finish(&self.socket);
         }
         if !matches!(state, State::Closed(..)) {
@@ -152,15 +147,15 @@ impl TlsLink {
 }
 
 impl State {
-    fn open(&mut self) -> io::Result<(Option<SocketAddr>, &mut Connection)> {
-        if let Self::Accepted(from, credentials) = self {
+    fn open(&mut self) -> io::Result<&mut Connection> {
+        if let Self::Accepted(credentials) = self {
             let loaded = credentials
                 .read()
                 .map_err(|error| io::Error::new(ErrorKind::PermissionDenied, error.message))?;
-            *self = Self::Open(Some(*from), Box::new(Connection::accept(loaded)?));
+            *self = Self::Open(Box::new(Connection::accept(loaded)?));
         }
         match self {
-            Self::Open(from, connection) => Ok((*from, connection)),
+            Self::Open(connection) => Ok(connection),
             Self::Closed(kind, reason) => Err(io::Error::new(*kind, reason.clone())),
             Self::Accepted(..) => unreachable!("it was opened above"),
         }
@@ -213,6 +208,10 @@ impl Link for TlsLink {
 
     fn authenticated(&self) -> Option<&str> {
         self.agent.get().map(String::as_str)
+    }
+
+    fn origin(&self) -> Option<String> {
+        Some(self.other.ip().to_string())
     }
 
     fn close(&self) {

@@ -1,0 +1,103 @@
+//! Who was not let in: on the board for tools, and now and then in the log. Whoever knocks, however often and under any
+//! number of names, takes a fixed amount of both.
+
+use std::sync::Arc;
+
+use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::interface::{Interface, View};
+use slate_blackboard::{Access, Board, Store};
+use slate_module::{Text, interface};
+
+/// Somebody who was not let in.
+#[interface]
+#[derive(PartialEq)]
+pub struct TurnedAway {
+    /// How often that was so.
+    pub count: u64,
+    /// When it was so last, by this agent's clock.
+    #[unit("ns")]
+    pub last: u64,
+    /// Who it was, as far as that is known.
+    pub from: Text<124>,
+    /// Why.
+    pub reason: Text<252>,
+}
+
+/// So many are kept; the one that was not seen for the longest time makes room.
+const KEPT: usize = 8;
+
+/// From one line in the log about the same to the next, nanoseconds.
+const PAUSE: u64 = 60_000_000_000;
+
+/// Lines in the log within that time, whoever they are about.
+const LINES: u32 = 16;
+
+pub(super) struct Refusals {
+    board: Arc<Board>,
+    kept: Vec<Kept>,
+    /// Since when lines are counted, and how many there were.
+    lines: (u64, u32),
+}
+
+struct Kept {
+    from: String,
+    reason: String,
+    count: u64,
+    last: u64,
+    logged: Option<(u64, u64)>,
+    writer: Option<Writer>,
+}
+
+impl Refusals {
+    pub fn new(board: &Arc<Board>) -> Self {
+        Self { board: Arc::clone(board), kept: Vec::new(), lines: (0, 0) }
+    }
+
+    /// Notes that somebody was refused; what is to be logged of it, if anything is.
+    pub fn note(&mut self, now: u64, from: &str, reason: &str) -> Option<String> {
+        let known = self.kept.iter().position(|kept| kept.from == from && kept.reason == reason);
+        let at = known.unwrap_or_else(|| self.begin(from, reason));
+        let kept = self.kept.get_mut(at)?;
+        (kept.count, kept.last) = (kept.count + 1, now);
+        if let Some(writer) = &mut kept.writer {
+            let (from, reason) = (Text::new(from), Text::new(reason));
+            let shown = TurnedAway { count: kept.count, last: now, from, reason };
+            // Nobody depends on it.
+            let _ = writer.write(View::of(&shown).bytes(), 0, now);
+        }
+        if now.saturating_sub(self.lines.0) >= PAUSE {
+            self.lines = (now, 0);
+        }
+        let before = kept.logged;
+        if self.lines.1 >= LINES || before.is_some_and(|(time, _)| now.saturating_sub(time) < PAUSE) {
+            return None;
+        }
+        self.lines.1 += 1;
+        kept.logged = Some((now, kept.count));
+        let again = before.map(|(_, count)| format!(" ({} times more)", kept.count - count));
+        Some(format!("{from}: {reason}{}", again.unwrap_or_default()))
+    }
+
+    fn begin(&mut self, from: &str, reason: &str) -> usize {
+        let fresh = |writer| Kept {
+            from: from.into(),
+            reason: reason.into(),
+            count: 0,
+            last: 0,
+            logged: None,
+            writer,
+        };
+        if self.kept.len() < KEPT {
+            let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
+            let path = format!("share/turned_away/{}", self.kept.len() + 1);
+            let doc = "Somebody who was not let in.";
+            let made = self.board.add_channel(&path, doc, TurnedAway::DESCRIPTOR, store, Access::Output);
+            let writer = made.ok().and_then(|made| made.channel()?.writer().ok());
+            self.kept.push(fresh(writer));
+            return self.kept.len() - 1;
+        }
+        let oldest = (0..self.kept.len()).min_by_key(|at| self.kept[*at].last).unwrap_or_default();
+        self.kept[oldest] = fresh(self.kept[oldest].writer.take());
+        oldest
+    }
+}
