@@ -1,6 +1,7 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use super::lent::{self, Lent};
 use super::pool::{self, Held, NO_SLOT};
 use super::{Channel, FrozenValue, IDLE, Link, LinkError};
 use crate::sync::{Ordering, order};
@@ -19,6 +20,8 @@ pub(super) struct Ledger {
     /// Where the search for a free slot begins.
     hint: u16,
     last: Stamp,
+    /// Slots that show lent bytes; most channels never have any.
+    pub lent: Vec<Lent>,
 }
 
 /// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
@@ -36,7 +39,8 @@ struct Entry {
 impl Ledger {
     pub fn new(limit: usize) -> Self {
         let lines = vec![Line::default(); limit.div_ceil(8)].into();
-        Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last: Stamp::default() }
+        let last = Stamp::default();
+        Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last, lent: Vec::new() }
     }
 
     #[inline]
@@ -65,8 +69,8 @@ const MOST_SKIPPED: u64 = 1 << 32;
 /// The one writer of a channel.
 #[derive(Debug)]
 pub struct Writer {
-    channel: Arc<Channel>,
-    ledger: Ledger,
+    pub(super) channel: Arc<Channel>,
+    pub(super) ledger: Ledger,
     generation: u64,
 }
 
@@ -122,12 +126,28 @@ impl Writer {
     }
 
     #[inline]
-    fn draft_index(&mut self) -> u16 {
+    pub(super) fn draft_index(&mut self) -> u16 {
         if self.ledger.draft == NO_SLOT {
             let spare = std::mem::replace(&mut self.ledger.spare, NO_SLOT);
             self.ledger.draft = if spare == NO_SLOT { self.find_free() } else { spare };
+            // Not before it is found: a reader may have let it go in between, and it has to have its own memory now.
+            if !self.ledger.lent.is_empty() {
+                self.give_back();
+            }
         }
         self.ledger.draft
+    }
+
+    /// Gives back the lent bytes that nobody sees any more.
+    #[cold] // Only where values are lent.
+    pub(super) fn give_back(&mut self) {
+        let pool = &self.channel.pool;
+        let Ledger { lines, lent, .. } = &mut self.ledger;
+        lent::give_back(lent, pool, |slot| {
+            let entry = lines[usize::from(slot) / 8].0[usize::from(slot) % 8];
+            let pinned = pool.slot(slot).returned.load(order::ACQUIRE) != entry.pins;
+            entry.in_ring || pinned && !cfg!(feature = "mutant-readers")
+        });
     }
 
     fn find_free(&mut self) -> u16 {
@@ -302,6 +322,7 @@ fn would_overtake(channel: &Channel, sequence: u64) -> bool {
 
 impl Drop for Writer {
     fn drop(&mut self) {
+        self.give_back();
         let mut desk = self.channel.desk();
         desk.ledger = Some(std::mem::replace(&mut self.ledger, Ledger::new(0)));
         self.channel.writer.store(self.generation << 1, Ordering::Release);
