@@ -8,9 +8,9 @@ mod agents;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use agents::{Agent, Folder, Number, output, setup, wait_for, write};
+use agents::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
 use rustix::process::{Pid, Signal, kill_process};
-use slate_blackboard::channel::{Policy, QueueReader, Start};
+use slate_blackboard::channel::{Latest, Policy, QueueReader, Start};
 use slate_blackboard::interface::{Interface, Value};
 use slate_share::peers::Want;
 use slate_share::session::Options;
@@ -29,10 +29,16 @@ fn main() {
     {
         return agent_main(name, endpoint);
     }
-    let tests: [(&str, Test); 3] = [
+    if let [_, blobs, name, endpoint] = &arguments[..]
+        && blobs == "blobs"
+    {
+        return blobs_main(name, endpoint);
+    }
+    let tests: [(&str, Test); 4] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
         ("a_stopped_agent_disturbs_nobody_and_catches_up", stopped),
         ("a_killed_agent_leaves_nothing_behind", left_behind),
+        ("a_large_value_of_a_killed_agent_stays_right", large),
     ];
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for (name, test) in tests {
@@ -74,6 +80,27 @@ fn agent_main(name: &str, endpoint: &str) {
     }
 }
 
+/// Bytes of a large value.
+const LARGE: usize = 1 << 20;
+
+/// An agent that dials `hub`, and writes large values until whoever started this is gone.
+fn blobs_main(name: &str, endpoint: &str) {
+    let agent = Agent::start(setup(name));
+    let property = add(&agent.board, "out/blob", Blob::DESCRIPTOR, LARGE, 1);
+    let mut writer = property.channel().unwrap().writer().unwrap();
+    agent.peers.connect("hub", endpoint).unwrap();
+    for number in 1.. {
+        let mut bytes = vec![number as u8; 8 + LARGE];
+        bytes[..8].copy_from_slice(&u64::to_ne_bytes(number));
+        writer.write(&bytes, LARGE, 0).unwrap();
+        agent.peers.notifier().notify();
+        std::thread::sleep(PERIOD);
+        if rustix::process::getppid().is_none_or(|parent| parent.as_raw_nonzero().get() == 1) {
+            return;
+        }
+    }
+}
+
 fn queue(agent: &Agent, path: &str) -> QueueReader {
     agent.board.find(path).unwrap().0.channel().unwrap().queue(Policy::Skip, Start::Oldest).unwrap()
 }
@@ -95,8 +122,12 @@ struct Process(Child);
 
 impl Process {
     fn start(name: &str, endpoint: &str) -> Self {
+        Self::start_as("agent", name, endpoint)
+    }
+
+    fn start_as(role: &str, name: &str, endpoint: &str) -> Self {
         let mut command = Command::new(std::env::current_exe().unwrap());
-        Self(command.args(["agent", name, endpoint]).stdin(Stdio::null()).spawn().unwrap())
+        Self(command.args([role, name, endpoint]).stdin(Stdio::null()).spawn().unwrap())
     }
 
     fn signal(&self, signal: Signal) {
@@ -250,4 +281,42 @@ fn left_behind(way: &'static str) {
     wait_for("as many files and threads as before", || {
         count("/proc/self/fd") <= files && count("/proc/self/task") <= threads
     });
+}
+
+fn large(way: &'static str) {
+    let (hub, _) = Hub::new(way, &[]);
+    let mut process = Process::start_as("blobs", "one", &hub.endpoint);
+    wait_for("an agent", || hub.agent.peers.is_connected("one"));
+    let want = Want::new("out/blob", Options::default()).expect(Blob::DESCRIPTOR, LARGE);
+    hub.agent.peers.subscribe("one", want).unwrap();
+    let (mirror, _) = hub.agent.board.find("agents/one/out/blob").unwrap();
+    let channel = mirror.channel().unwrap();
+    let check = |reader: &Latest| {
+        let loan = reader.value().unwrap();
+        let number = loan.bytes()[..8].try_into().map(u64::from_ne_bytes).unwrap();
+        assert!(loan.bytes()[8..].iter().all(|byte| *byte == number as u8), "value {number} is torn");
+        number
+    };
+    let mut readers = [(); 3].map(|()| channel.latest().unwrap());
+    for round in 0..3 {
+        // The first one holds a value for ever, others follow the newest.
+        for _ in 0..100 {
+            let newest = readers[1].cursor();
+            wait_for("a value", || channel.published() > newest);
+            readers[1].refresh();
+            check(&readers[1]);
+            if readers[0].value().is_none() {
+                readers[0].refresh();
+            }
+        }
+        process.signal(Signal::KILL);
+        wait_for("its end", || !hub.agent.peers.is_connected("one") && !mirror.has_writer());
+        readers[2].refresh();
+        readers.iter().for_each(|reader| drop(check(reader)));
+        process = Process::start_as("blobs", "one", &hub.endpoint);
+        let last = channel.published();
+        wait_for("it to be back", || channel.published() > last);
+        let numbers = readers.each_ref().map(check);
+        assert!(numbers[0] <= numbers[2] || round > 0, "{numbers:?}");
+    }
 }
