@@ -55,10 +55,11 @@ fn readers_see_the_bytes_where_they_are_until_they_let_them_go() {
     assert_eq!((loan.items(), loan.stamp().sequence), (8, 9));
     queue.release();
     writer.write(&[0; 8], 0, 0).unwrap();
+    writer.give_back();
     assert_eq!(lender.lent(), numbers([9]));
     latest.refresh();
-    writer.write(&[0; 8], 0, 0).unwrap();
-    assert!(lender.lent().is_empty(), "who only writes gives back too");
+    writer.give_back();
+    assert!(lender.lent().is_empty(), "who only writes can give back too");
 }
 
 #[test]
@@ -135,7 +136,10 @@ fn a_channel_of_large_values_in_a_row_keeps_its_depth() {
     writer.skip(2);
     adopt(&mut writer, &lender, 23).unwrap();
     assert_eq!(reader.pull(), Ok(2));
-    assert!(reader.window().map(|loan| loan.bytes()[0]).eq([20, 23]), "a cell that was skipped keeps what it has");
+    assert!(
+        reader.window().map(|loan| loan.bytes()[0]).eq([20, 23]),
+        "a cell that was skipped keeps what it has"
+    );
 }
 
 #[test]
@@ -171,11 +175,39 @@ fn what_is_frozen_is_a_copy_and_takes_the_place_of_what_was_adopted() {
     let values: Vec<_> = frozen.values.iter().map(|value| (value.stamp.sequence, &value.bytes[..])).collect();
     assert_eq!(values, [(2, &[2; 16][..]), (3, &[3; 16])]);
     writer.thaw(&frozen).unwrap();
-    writer.draft();
+    writer.give_back();
     assert!(lender.lent().is_empty());
     let mut reader = channel.queue(Policy::Skip, Start::Oldest).unwrap();
     assert_eq!(reader.pull(), Ok(2));
     assert!(reader.window().map(|loan| loan.bytes()[0]).eq([2, 3]));
+}
+
+#[test]
+fn a_writer_without_a_free_slot_gives_back_first() {
+    let (channel, mut writer, lender) = channel(1);
+    let mut readers = [(); 4].map(|()| channel.latest().unwrap());
+    let mut number = 0;
+    for _ in 0..20 {
+        for reader in &mut readers {
+            let mut adopt = || {
+                number += 1;
+                adopt(&mut writer, &lender, number).unwrap();
+            };
+            adopt();
+            assert!(reader.refresh());
+            adopt();
+            assert!(reader.propose());
+        }
+        assert_eq!(lender.lent().len(), 8, "all that they can pin is lent");
+        for byte in 0..40 {
+            assert!(!lender.contains(writer.draft_ptr()));
+            writer.write(&[byte; 16], 8, 0).unwrap();
+            let reader = &mut readers[usize::from(byte) % 4];
+            assert!(reader.refresh() && reader.value().unwrap().bytes() == [byte; 16]);
+        }
+        writer.give_back();
+        assert!(lender.lent().is_empty());
+    }
 }
 
 #[test]

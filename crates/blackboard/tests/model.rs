@@ -10,7 +10,9 @@ use std::collections::BTreeSet;
 use arena::Arena;
 use lender::Lender;
 use proptest::prelude::*;
-use slate_blackboard::channel::{AdoptError, Budget, Channel, Evicted, Latest, Policy, QueueReader, SetAside, Start};
+use slate_blackboard::channel::{
+    AdoptError, Budget, Channel, Evicted, Latest, Policy, QueueReader, SetAside, Start,
+};
 use slate_blackboard::message::{ABANDONED, Answer, Mailbox, Sender, Status, Ticket};
 use slate_blackboard::{Shape, Stamp};
 

@@ -207,8 +207,7 @@ fn what_does_not_fit_is_given_back() {
 #[test]
 fn the_value_of_an_agent_that_is_gone_stays_right() {
     let mut two = Two::new();
-    let (mut writer, mirror) =
-        two.property("out/blob", Blob::DESCRIPTOR, |want| want, Options::default());
+    let (mut writer, mirror) = two.property("out/blob", Blob::DESCRIPTOR, |want| want, Options::default());
     let mut readers = [(); 2].map(|()| mirror.channel().unwrap().latest().unwrap());
     two.write(&mut writer, 8, 1, SIZE);
     check(&mut readers[0], 8, 1, SIZE);

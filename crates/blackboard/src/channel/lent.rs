@@ -1,9 +1,9 @@
 use std::fmt;
 use std::ptr::NonNull;
 
-use super::pool::Pool;
 use super::{Blocked, Writer};
 use crate::Stamp;
+use crate::sync::order;
 
 /// Bytes of a value that are read where they are: in memory that a channel does not own. Dropping this gives them back,
 /// in whatever thread writes to the channel, or drops the last handle of it.
@@ -54,18 +54,18 @@ impl Writer {
     /// Publishes a value of `items` tail items, at most as many as fit, without a copy: readers see the bytes that are
     /// lent. What the draft holds is not published, and a pointer to it is of no use any more.
     ///
-    /// The bytes are given back when a newer value has taken the place of this one and no reader holds it any more. That
-    /// is looked at whenever this writer goes on to a new draft, adopts, or is dropped; at the latest the channel's end
-    /// gives them back. So a channel keeps as many as its depth and what its readers hold, and one or two more. This may
-    /// allocate, which [`write`](Writer::write) does not.
+    /// The bytes are given back when a newer value has taken the place of this one and no reader holds it any more: at
+    /// the next `adopt` or [`give_back`](Writer::give_back), when this writer is dropped, and at the latest when the
+    /// channel is gone. So a channel has as many as it keeps, and as its readers held at that time. This may allocate,
+    /// which [`write`](Writer::write) does not.
     ///
     /// # Errors
     /// When the bytes are too few or not aligned, the channel's values have to be in memory that was given, or as
     /// [`publish`](Writer::publish). They are given back then.
     pub fn adopt(&mut self, bytes: Box<dyn LentBytes>, items: usize, time: u64) -> Result<Stamp, AdoptError> {
-        let shape = self.shape();
-        let lent = bytes.bytes();
-        let needed = shape.bytes(items.min(shape.capacity));
+        let shape = self.channel.shape;
+        let items = items.min(shape.capacity);
+        let (lent, needed) = (bytes.bytes(), shape.bytes(items));
         if lent.len() < needed {
             return Err(AdoptError::TooShort { length: lent.len(), needed });
         }
@@ -75,28 +75,46 @@ impl Writer {
         if self.channel.pool.is_given() {
             return Err(AdoptError::Given);
         }
-        let slot = self.draft_index();
-        // As the value's bytes would be, this is changed while the slot is the draft, which nobody has pinned, and brought
-        // by the exchange of the cell to whoever pins it: see `Pool::set_data`.
-        // SAFETY: the slot is the draft. It shows the bytes until they are given back, before it is a draft again.
-        unsafe { self.channel.pool.set_data(slot, lent.cast()) };
-        self.ledger.lent.push(Lent { slot, _bytes: bytes });
-        let published = self.publish(items, time);
-        // Without success the draft is not in the ring, so its bytes are among those that nobody sees.
         self.give_back();
-        Ok(published?)
-    }
-}
-
-/// Gives back what nobody sees any more: the value is not in the ring, and all who had it pinned have let it go. The
-/// slot has its own memory again before the bytes go.
-pub(super) fn give_back(lent: &mut Vec<Lent>, pool: &Pool, mut is_seen: impl FnMut(u16) -> bool) {
-    lent.retain(|lent| {
-        let seen = is_seen(lent.slot);
-        if !seen {
-            // SAFETY: nobody has the slot pinned, and nobody can pin it, as no cell names it.
-            unsafe { pool.set_data(lent.slot, pool.own_data(lent.slot)) };
+        let slot = self.draft_index();
+        // As the value's bytes would be, this is changed while the slot is the draft, which nobody has pinned, and
+        // brought by the exchange of the cell to whoever pins it: see `Pool::set_data`.
+        // SAFETY: the slot is the draft, and shows the bytes until they are given back.
+        unsafe { self.channel.pool.set_data(slot, lent.cast()) };
+        // The writer pins it, too: so it takes the slot for no draft, however it looks for one, before it has given the
+        // bytes back, and other channels pay nothing for it.
+        match self.commit(items, needed, time, 1) {
+            Ok(stamp) => {
+                self.ledger.lent.push(Lent { slot, _bytes: bytes });
+                self.give_back();
+                Ok(stamp)
+            }
+            Err(blocked) => {
+                // SAFETY: it is still the draft.
+                unsafe { self.channel.pool.set_data(slot, self.channel.pool.own_data(slot)) };
+                Err(blocked.into())
+            }
         }
-        seen
-    });
+    }
+
+    /// Gives back what was adopted and nobody sees any more. Who may not adopt again for long calls this now and then.
+    pub fn give_back(&mut self) {
+        let (pool, ledger) = (&self.channel.pool, &mut self.ledger);
+        let mut lent = std::mem::take(&mut ledger.lent);
+        lent.retain(|lent| {
+            let entry = ledger.entry(lent.slot.into());
+            // All pins but the writer's own. This acquires what readers did before they gave theirs back.
+            let returned = pool.slot(lent.slot).returned.load(order::ACQUIRE);
+            let pinned = returned.wrapping_add(1) != entry.pins && !cfg!(feature = "mutant-readers");
+            if entry.in_ring || pinned {
+                return true;
+            }
+            // SAFETY: the slot is in no cell, so nobody can pin it, and nobody has.
+            unsafe { pool.set_data(lent.slot, pool.own_data(lent.slot)) };
+            entry.pins = entry.pins.wrapping_sub(1);
+            // Now the bytes go.
+            false
+        });
+        ledger.lent = lent;
+    }
 }

@@ -74,7 +74,9 @@ impl Lender {
         let words = (0..(offset + bytes.len()).div_ceil(16).max(1)).map(|_| UnsafeCell::new(0)).collect();
         let memory = Memory { words, offset, length: bytes.len() };
         // SAFETY: just made, with room for them.
-        unsafe { memory.bytes().cast::<u8>().copy_from_nonoverlapping(NonNull::from(bytes).cast(), bytes.len()) };
+        unsafe {
+            memory.bytes().cast::<u8>().copy_from_nonoverlapping(NonNull::from(bytes).cast(), bytes.len())
+        };
         let memory = Arc::new(memory);
         assert!(self.lent.lock().unwrap().insert(number, Arc::clone(&memory)).is_none());
         Box::new(Loan { number, memory, lender: self.clone() })

@@ -197,7 +197,12 @@ impl Mirror {
     }
 
     fn write(&mut self, sample: &Sample, bytes: &[u8], clock: (Option<Estimate>, i64)) -> bool {
-        let write = |writer: &mut Writer, items, time| writer.write(bytes, items, time).is_ok();
+        let write = |writer: &mut Writer, items, time| {
+            let written = writer.write(bytes, items, time).is_ok();
+            // The other agent may have found no place because all are lent.
+            writer.give_back();
+            written
+        };
         self.publish(sample, bytes.len(), clock, write)
     }
 
@@ -255,10 +260,6 @@ fn is_number(kind: &Kind) -> bool {
         Kind::F32 | Kind::F64 => true,
         Kind::Array(item, _) | Kind::Tail(item) => is_number(item),
         Kind::Nested(descriptor) => is_numbers(descriptor),
-        Kind::Bool
-        | Kind::Enumeration(_)
-        | Kind::Text(_)
-        | Kind::Optional(_)
-        | Kind::Sequence(..) => false,
+        Kind::Bool | Kind::Enumeration(_) | Kind::Text(_) | Kind::Optional(_) | Kind::Sequence(..) => false,
     }
 }

@@ -312,7 +312,7 @@ fn large(way: &'static str) {
         process.signal(Signal::KILL);
         wait_for("its end", || !hub.agent.peers.is_connected("one") && !mirror.has_writer());
         readers[2].refresh();
-        readers.iter().for_each(|reader| drop(check(reader)));
+        let _ = readers.each_ref().map(check);
         process = Process::start_as("blobs", "one", &hub.endpoint);
         let last = channel.published();
         wait_for("it to be back", || channel.published() > last);
