@@ -104,7 +104,6 @@ fn what_does_not_fit_is_given_back_and_the_draft_stays() {
     assert_eq!(reader.pull(), Ok(1));
     let loan = reader.window().next().unwrap();
     assert_eq!((loan.bytes(), loan.items()), (&[1; 32][..], 24));
-    drop(loan);
     writer.write(&[3; 16], 8, 0).unwrap();
     assert_eq!(reader.pull(), Ok(1));
     assert_eq!(reader.window().next().unwrap().bytes(), [3; 16]);
