@@ -3,15 +3,17 @@
 //! `RUSTFLAGS="--cfg loom" cargo test -p slate-blackboard --release --test loom --target-dir target/loom`
 #![cfg(loom)]
 #![allow(clippy::unwrap_used, reason = "all of it is a test")]
+#![allow(unsafe_code, reason = "memory that is lent")]
 
 use loom::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use loom::thread;
-use slate_blackboard::channel::{Budget, Channel, Latest, Loan, Policy, Start, Writer};
+use slate_blackboard::channel::{Budget, Channel, Latest, LentBytes, Loan, Policy, Start, Writer};
 use slate_blackboard::commit::{CommitWord, Pin, pin};
 use slate_blackboard::interface::Interface;
 use slate_blackboard::message::{Answer, Mailbox, Sender, Status};
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Event, Observer, Pattern, Shape, Store};
+use std::ptr::NonNull;
 use std::sync::Arc;
 
 const SHAPE: Shape = Shape::fixed(16, 8);
@@ -76,6 +78,116 @@ fn a_reader_sees_whole_values_in_order_and_in_the_end_the_last() {
 #[test]
 fn two_readers_see_whole_values_in_order_and_in_the_end_the_last() {
     register(2, 3, 2);
+}
+
+/// Memory that is lent, one place for each number; loom watches that nobody looks at what is given back.
+struct Places(Vec<(loom::cell::UnsafeCell<()>, [u64; 2])>);
+
+// SAFETY: the cells are only watched, and the numbers do not change.
+unsafe impl Send for Places {}
+// SAFETY: as above.
+unsafe impl Sync for Places {}
+
+impl Places {
+    fn new(count: u64) -> Arc<Self> {
+        Arc::new(Self((0..=count).map(|number| (loom::cell::UnsafeCell::new(()), [number; 2])).collect()))
+    }
+
+    fn adopt(self: &Arc<Self>, writer: &mut Writer, value: u64) {
+        writer.adopt(Box::new(Lent { places: self.clone(), number: value as usize }), 0, value).unwrap();
+    }
+
+    /// The number of a value, which is read while it is pinned.
+    fn number(&self, loan: &Loan) -> u64 {
+        let number = number(loan);
+        let (place, value) = &self.0[number as usize];
+        if loan.as_ptr() == value.as_ptr().cast() {
+            place.with(|_| ());
+        }
+        number
+    }
+}
+
+struct Lent {
+    places: Arc<Places>,
+    number: usize,
+}
+
+impl std::fmt::Debug for Lent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.number.fmt(f)
+    }
+}
+
+// SAFETY: the numbers stay where they are, and as they are, while the places live.
+unsafe impl LentBytes for Lent {
+    fn bytes(&self) -> NonNull<[u8]> {
+        NonNull::slice_from_raw_parts(NonNull::from(&self.places.0[self.number].1).cast(), 16)
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        self.places.0[self.number].0.with_mut(|_| ());
+    }
+}
+
+#[test]
+fn what_is_lent_is_given_back_when_no_reader_has_it() {
+    check(3, || {
+        let channel = Channel::new(SHAPE, 1, Budget { latest: 1, queues: 0, window: 0 });
+        let mut writer = channel.writer().unwrap();
+        let mut reader = channel.latest().unwrap();
+        let places = Places::new(4);
+        let thread = {
+            let places = places.clone();
+            thread::spawn(move || {
+                let mut last = 0;
+                for _ in 0..2 {
+                    reader.refresh();
+                    let number = reader.value().as_ref().map_or(0, |loan| places.number(loan));
+                    assert!(last <= number, "{number} after {last}");
+                    last = number;
+                }
+                reader
+            })
+        };
+        places.adopt(&mut writer, 1);
+        places.adopt(&mut writer, 2);
+        assert!(write(&mut writer, 3));
+        places.adopt(&mut writer, 4);
+        let mut reader = thread.join().unwrap();
+        reader.refresh();
+        assert_eq!(places.number(&reader.value().unwrap()), 4);
+    });
+}
+
+#[test]
+fn what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it() {
+    check(2, || {
+        let channel = Channel::new(SHAPE, 2, Budget { latest: 0, queues: 1, window: 2 });
+        let mut writer = channel.writer().unwrap();
+        let mut reader = channel.queue(Policy::Skip, Start::Oldest).unwrap();
+        let places = Places::new(4);
+        let thread = {
+            let places = places.clone();
+            thread::spawn(move || {
+                let mut last = 0;
+                for _ in 0..2 {
+                    reader.pull().unwrap();
+                    for loan in reader.window() {
+                        assert!(places.number(&loan) > last);
+                        last = places.number(&loan);
+                    }
+                }
+                reader
+            })
+        };
+        for value in 1..=4 {
+            places.adopt(&mut writer, value);
+        }
+        drop(thread.join().unwrap());
+    });
 }
 
 #[test]

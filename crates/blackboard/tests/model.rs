@@ -1,11 +1,18 @@
 //! Random uses by one thread, compared with a simple model.
 #![cfg(not(any(loom, feature = "shuttle")))]
+#![allow(unsafe_code, reason = "a draft is written through a pointer")]
 
 mod arena;
+mod lender;
+
+use std::collections::BTreeSet;
 
 use arena::Arena;
+use lender::Lender;
 use proptest::prelude::*;
-use slate_blackboard::channel::{Budget, Channel, Evicted, Latest, Policy, QueueReader, SetAside, Start};
+use slate_blackboard::channel::{
+    AdoptError, Budget, Channel, Evicted, Latest, Policy, QueueReader, SetAside, Start,
+};
 use slate_blackboard::message::{ABANDONED, Answer, Mailbox, Sender, Status, Ticket};
 use slate_blackboard::{Shape, Stamp};
 
@@ -23,6 +30,9 @@ fn value(sequence: u64) -> (Vec<u8>, usize) {
 #[derive(Clone, Debug)]
 enum Operation {
     Write,
+    Adopt,
+    Draft,
+    Freeze,
     NewWriter,
     SetAside,
     ReturnAside,
@@ -39,7 +49,10 @@ enum Operation {
 fn operation() -> impl Strategy<Value = Operation> {
     use Operation::*;
     prop_oneof![
-        8 => Just(Write),
+        5 => Just(Write),
+        5 => Just(Adopt),
+        1 => Just(Draft),
+        1 => Just(Freeze),
         1 => Just(NewWriter),
         1 => Just(SetAside),
         1 => Just(ReturnAside),
@@ -126,6 +139,8 @@ proptest! {
         operations in prop::collection::vec(operation(), 1..120),
     ) {
         let arena = Arena::new(64);
+        let lender = Lender::default();
+        let mut adopted = BTreeSet::new();
         let memory = given.then(|| arena.memory());
         let channel = Channel::new_in(SHAPE, depth, Budget { latest: 2, queues: 3, window }, memory);
         let mut latest = [(); 2].map(|()| channel.latest().unwrap());
@@ -149,6 +164,41 @@ proptest! {
                     } else {
                         prop_assert_eq!(result, Ok(stamp));
                         stamps.push(stamp);
+                    }
+                }
+                Operation::Adopt => {
+                    let (bytes, items) = value(tail + 1);
+                    let stamp = Stamp { sequence: tail + 1, time: tail * 10, generation };
+                    let lent = lender.lend(tail + 1, &bytes);
+                    let result = writer.as_mut().unwrap().adopt(lent, items, stamp.time);
+                    if given {
+                        prop_assert_eq!(result, Err(AdoptError::Given));
+                    } else if tail + 1 >= queue_models[2].next + depth as u64 {
+                        prop_assert!(matches!(result, Err(AdoptError::Blocked(_))));
+                    } else {
+                        prop_assert_eq!(result, Ok(stamp));
+                        stamps.push(stamp);
+                        adopted.insert(tail + 1);
+                    }
+                    // What nobody can see is given back by now.
+                    let pinned = latest_models.iter().flat_map(|model| [model.held, model.candidate]);
+                    let windows = queue_models.iter().flat_map(|model| model.window.iter().copied());
+                    let tail = stamps.len() as u64;
+                    let ring = tail.saturating_sub(depth as u64) + 1..=tail;
+                    let seen: BTreeSet<_> = ring.chain(pinned).chain(windows).collect();
+                    prop_assert_eq!(lender.lent(), seen.intersection(&adopted).copied().collect());
+                }
+                Operation::Draft => {
+                    let draft = writer.as_mut().unwrap().draft_ptr();
+                    prop_assert!(!lender.contains(draft), "a draft in memory of another");
+                    // SAFETY: it has room for a whole value.
+                    unsafe { draft.write_bytes(0x55, SHAPE.bytes(SHAPE.capacity)) };
+                }
+                Operation::Freeze => {
+                    let frozen = channel.freeze().unwrap();
+                    prop_assert_eq!(frozen.values.len(), stamps.len().min(depth));
+                    for frozen in frozen.values {
+                        prop_assert_eq!((frozen.bytes, frozen.items), value(frozen.stamp.sequence));
                     }
                 }
                 Operation::NewWriter => {
@@ -220,6 +270,7 @@ proptest! {
             }
         }
         drop((channel, latest, queues, writer, aside));
+        prop_assert!(lender.lent().is_empty());
         prop_assert_eq!(arena.taken(), 0);
     }
 }

@@ -38,6 +38,8 @@ expect_pass loom
 expect_pass shuttle
 expect_pass sanitizer
 expect_caught loom ordering \
+    what_is_lent_is_given_back_when_no_reader_has_it \
+    what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
     two_readers_see_whole_values_in_order_and_in_the_end_the_last \
     an_overtaken_reader_of_a_queue_counts_what_it_lost \
@@ -48,6 +50,8 @@ expect_caught loom ordering \
     no_notification_is_lost_and_what_came_before_it_is_seen \
     an_observer_gets_events_whole_and_in_order_or_counts_them
 expect_caught loom readers \
+    what_is_lent_is_given_back_when_no_reader_has_it \
+    what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
     two_readers_see_whole_values_in_order_and_in_the_end_the_last \
     an_overtaken_reader_of_a_queue_counts_what_it_lost

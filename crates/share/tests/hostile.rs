@@ -229,7 +229,7 @@ fn another_version_is_refused_in_words() {
     let mut refusal = Vec::new();
     assert!(other.outgoing(1, 1200, &mut refusal, &mut Nothing));
     session.receive(2, &refusal, &mut Nothing);
-    let reason = "agent `arm` speaks version 2 of the sharing protocol and got version 9: let both agents run the same \
+    let reason = "agent `arm` speaks version 3 of the sharing protocol and got version 9: let both agents run the same \
                   release";
     assert_eq!(session.refused(), Some(reason));
 }

@@ -9,12 +9,14 @@
 //!
 //! What readers and the writer agree on is in private memory, and only the bytes of values may be elsewhere
 //! ([`ValueMemory`]). So a process that maps them too, and runs a module over values that the host pinned and drafts
-//! that the host publishes, can spoil nothing but what it writes.
+//! that the host publishes, can spoil nothing but what it writes. And a value may be published where it is
+//! ([`LentBytes`]): then its slot names other bytes than its own, until nobody sees them any more.
 
 mod deeper;
 mod error;
 mod frozen;
 mod latest;
+mod lent;
 mod link;
 mod memory;
 mod pool;
@@ -27,6 +29,7 @@ use std::sync::{Arc, PoisonError};
 pub use error::LinkError;
 pub use frozen::{Frozen, FrozenValue, Misfit};
 pub use latest::Latest;
+pub use lent::{AdoptError, LentBytes};
 pub(crate) use link::Link;
 pub use memory::ValueMemory;
 pub use pool::Loan;

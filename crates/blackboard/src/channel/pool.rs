@@ -36,6 +36,8 @@ pub(super) struct Slot {
     pub returned: AtomicU64,
     /// Guards the bytes too, so a checker that watches it watches the value.
     pub header: Guarded<Header>,
+    /// Its own bytes, which others may stand in for.
+    own: NonNull<u8>,
 }
 
 /// What goes with a value.
@@ -60,7 +62,8 @@ pub(super) struct Pool {
     ready: AtomicU32,
 }
 
-/// Where a slot is. Written once, so all cores keep it in their caches, and fetch a slot and its bytes at once.
+/// Where a slot is, and the value in it. Written once, so all cores keep it in their caches, and fetch a slot and its
+/// bytes at once. Only where values are lent are the bytes elsewhere at times.
 #[derive(Debug)]
 struct Entry {
     slot: AtomicPtr<Slot>,
@@ -158,7 +161,7 @@ impl Pool {
         };
         let header = Guarded::new(Header { length: 0, items: 0, stamp: Stamp::default() });
         // SAFETY: fresh memory of this layout.
-        unsafe { slot.write(Slot { returned: AtomicU64::new(0), header }) };
+        unsafe { slot.write(Slot { returned: AtomicU64::new(0), header, own: data }) };
         Some(Place { slot, data })
     }
 
@@ -168,7 +171,7 @@ impl Pool {
         // SAFETY: allocated with these layouts, and passed on to the caller.
         unsafe {
             if let Memory::Given(memory) = &self.memory {
-                memory.free(place.data, self.bytes);
+                memory.free(place.slot.as_ref().own, self.bytes);
             }
             place.slot.drop_in_place();
             dealloc(place.slot.as_ptr().cast(), self.slot);
@@ -190,10 +193,34 @@ impl Pool {
         unsafe { &*slot }
     }
 
-    /// The bytes of that slot.
+    /// The bytes of that slot. Who reads them has it pinned.
     #[inline]
     pub fn data(&self, index: u16) -> *mut u8 {
         self.table[usize::from(index)].data.load(Ordering::Relaxed)
+    }
+
+    /// The memory that belongs to that slot, whatever stands in for it.
+    pub fn own_data(&self, index: u16) -> NonNull<u8> {
+        self.slot(index).own
+    }
+
+    /// Whether the bytes are in memory that was given.
+    pub fn is_given(&self) -> bool {
+        matches!(self.memory, Memory::Given(_))
+    }
+
+    /// Has the slot's bytes elsewhere, or in its own memory again.
+    ///
+    /// What carries a value carries this store too, though it is a relaxed one. Readers load `data` after they have
+    /// pinned the slot, with an exchange of its cell that acquires what was done before the writer put it there: so they
+    /// see no older address. And the writer has acquired what each reader did before it gave its pin back, when it found
+    /// that all pins are back: so they see no newer one.
+    ///
+    /// # Safety
+    /// The slot is in no cell and nobody has it pinned. The bytes are as many as its next value has, and stay until it
+    /// has others.
+    pub unsafe fn set_data(&self, index: u16, data: NonNull<u8>) {
+        self.table[usize::from(index)].data.store(data.as_ptr(), Ordering::Relaxed);
     }
 
     /// As [`slot`](Pool::slot) and [`data`](Pool::data) together.

@@ -1,6 +1,7 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use super::lent::Lent;
 use super::pool::{self, Held, NO_SLOT};
 use super::{Channel, IDLE, Link, LinkError};
 use crate::sync::{Ordering, order};
@@ -19,6 +20,8 @@ pub(super) struct Ledger {
     /// Where the search for a free slot begins.
     hint: u16,
     last: Stamp,
+    /// Slots that show lent bytes; most channels never have any.
+    pub lent: Vec<Lent>,
 }
 
 /// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
@@ -27,20 +30,21 @@ pub(super) struct Ledger {
 struct Line([Entry; 8]);
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Entry {
+pub(super) struct Entry {
     /// Pins taken on the slot since it was made, counted when it leaves the ring.
-    pins: u64,
-    in_ring: bool,
+    pub pins: u64,
+    pub in_ring: bool,
 }
 
 impl Ledger {
     pub fn new(limit: usize) -> Self {
         let lines = vec![Line::default(); limit.div_ceil(8)].into();
-        Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last: Stamp::default() }
+        let last = Stamp::default();
+        Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last, lent: Vec::new() }
     }
 
     #[inline]
-    fn entry(&mut self, slot: usize) -> &mut Entry {
+    pub fn entry(&mut self, slot: usize) -> &mut Entry {
         &mut self.lines[slot / 8].0[slot % 8]
     }
 
@@ -66,7 +70,7 @@ const MOST_SKIPPED: u64 = 1 << 32;
 #[derive(Debug)]
 pub struct Writer {
     pub(super) channel: Arc<Channel>,
-    ledger: Ledger,
+    pub(super) ledger: Ledger,
     generation: u64,
     /// The writer of a channel that gets the same values.
     pub(super) deeper: Option<Box<Writer>>,
@@ -128,7 +132,7 @@ impl Writer {
     }
 
     #[inline]
-    fn draft_index(&mut self) -> u16 {
+    pub(super) fn draft_index(&mut self) -> u16 {
         if self.ledger.draft == NO_SLOT {
             let spare = std::mem::replace(&mut self.ledger.spare, NO_SLOT);
             self.ledger.draft = if spare == NO_SLOT { self.find_free() } else { spare };
@@ -137,6 +141,21 @@ impl Writer {
     }
 
     fn find_free(&mut self) -> u16 {
+        self.search().unwrap_or_else(|| self.search_again())
+    }
+
+    /// What was lent and nobody sees counts as pinned until it is given back.
+    #[cold]
+    fn search_again(&mut self) -> u16 {
+        self.give_back();
+        let found = self.search();
+        found.unwrap_or_else(|| {
+            unreachable!("there is a slot for every pin that the handles given out may hold, and one more")
+        })
+    }
+
+    #[inline(always)] // It is where a write with readers spends its time.
+    fn search(&mut self) -> Option<u16> {
         let ready = self.channel.pool.ready();
         let hint = usize::from(self.ledger.hint);
         for index in (hint..ready).chain(0..hint.min(ready)) {
@@ -147,10 +166,10 @@ impl Writer {
             let slot = self.channel.pool.slot(index as u16);
             if slot.returned.load(order::ACQUIRE) == entry.pins || cfg!(feature = "mutant-readers") {
                 self.ledger.hint = index as u16 + 1;
-                return index as u16;
+                return Some(index as u16);
             }
         }
-        unreachable!("there is a slot for every pin that the handles given out may hold, and one more")
+        None
     }
 
     /// Publishes the draft with `items` tail items, at most as many as fit, at the host's `time` in nanoseconds.
@@ -161,11 +180,18 @@ impl Writer {
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
         let shape = self.channel.shape;
         let items = items.min(shape.capacity);
-        self.commit(items, shape.bytes(items), time)
+        self.commit(items, shape.bytes(items), time, 0)
     }
 
+    /// Publishes the draft, on which the writer itself has so many pins from then on.
     #[inline(always)]
-    fn commit(&mut self, items: usize, length: usize, time: u64) -> Result<Stamp, Blocked> {
+    pub(super) fn commit(
+        &mut self,
+        items: usize,
+        length: usize,
+        time: u64,
+        pins: u64,
+    ) -> Result<Stamp, Blocked> {
         let index = self.draft_index();
         let (channel, ledger) = (&*self.channel, &mut self.ledger);
         let sequence = ledger.last.sequence + 1;
@@ -181,7 +207,7 @@ impl Writer {
         let (cell, first) = (&ring[ledger.cell], &ring[0]);
         // Brings the value to whoever pins it, and what readers gave back before they pinned anew to the writer: so
         // it never counts more pins of a reader than that may hold.
-        let old = cell.word.swap(pool::word(index), order::PUBLISH);
+        let old = cell.word.swap(pool::word(index) | pins, order::PUBLISH);
         first.tail.store(sequence, order::RELEASE);
         ledger.take_out(old);
         ledger.entry(usize::from(index)).in_ring = true;
@@ -265,7 +291,7 @@ impl Writer {
                 data.add(length).write_bytes(0, size - length);
             }
         }
-        self.commit(items, size, time)
+        self.commit(items, size, time, 0)
     }
 
     /// Counts values that never came, so that the numbers go on behind them and every reader sees that it has missed
@@ -324,6 +350,7 @@ fn would_overtake(channel: &Channel, sequence: u64) -> bool {
 
 impl Drop for Writer {
     fn drop(&mut self) {
+        self.give_back();
         // First, as the next writer takes both.
         drop(self.deeper.take());
         let mut desk = self.channel.desk();

@@ -16,6 +16,8 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
+use slate_blackboard::channel::LentBytes;
+
 /// A way from agent to agent.
 pub trait Carrier: fmt::Debug + Send + Sync {
     /// Listens at an endpoint, for as long as what is returned lives.
@@ -100,6 +102,16 @@ pub trait SharedMemory: Send + Sync {
     /// Hands the value that the other end's reference means to `take`, and gives its place back; false when there is no
     /// such value.
     fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool;
+
+    /// Lends the value that the other end's reference means, and gives its place back when that is dropped; nothing when
+    /// there is no such value, or too many are lent already: then it is there to be [read](SharedMemory::read). Behind
+    /// the value, up to what its alignment rounds it up to, it has zeros.
+    ///
+    /// The other end could still change it, so only such values may be lent in which every bit pattern is valid.
+    fn lend(&self, reference: &[u8], length: usize) -> Option<Box<dyn LentBytes>> {
+        let _ = (reference, length);
+        None
+    }
 }
 
 /// Why an endpoint is of no use.

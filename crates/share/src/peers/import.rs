@@ -37,12 +37,17 @@ pub enum Status {
     Refused(String),
 }
 
+/// Mirrors that keep more values than this copy them: as many would be taken from the other agent for long.
+const SHALLOW: usize = 4;
+
 /// A property of the board that is as the other agent's.
 #[derive(Debug)]
 pub(super) struct Mirror {
     property: Arc<Property>,
     /// Nothing while the other agent, or the property's writer there, is gone.
     writer: Option<Writer>,
+    /// Whether values are read where the other agent has put them, and not copied.
+    adopts: bool,
     /// The generation that the values have at their origin.
     generation: u64,
     /// The last of its writers that are gone.
@@ -84,7 +89,9 @@ impl Import {
         let property = board
             .add_channel(&self.place, doc, descriptor, store, Access::Output)
             .map_err(|error| error.to_string())?;
-        self.mirror = Some(Mirror { property, writer: None, generation: 0, left: 0, missed: 0, time: 0 });
+        let adopts = depth <= SHALLOW && is_numbers(descriptor);
+        self.mirror =
+            Some(Mirror { property, writer: None, adopts, generation: 0, left: 0, missed: 0, time: 0 });
         Ok(())
     }
 
@@ -148,11 +155,7 @@ impl Import {
             mirror.missed = mirror.missed.saturating_add(skipped);
         }
         let shown = self.mirror.as_mut().is_some_and(|mirror| match sample.encoding {
-            Encoding::Placed => {
-                let mut shown = false;
-                let mut take = |bytes: &[u8]| shown = mirror.write(sample, bytes, clock);
-                memory.is_some_and(|memory| memory.read(content, length, &mut take)) && shown
-            }
+            Encoding::Placed => memory.is_some_and(|memory| mirror.place(sample, content, memory, clock)),
             encoding => decode(mirror.property.descriptor(), encoding, content, length)
                 .is_some_and(|bytes| mirror.write(sample, &bytes, clock)),
         });
@@ -173,13 +176,50 @@ impl Mirror {
         }
     }
 
+    /// Shows a value that is in memory of both agents: where it is, or else a copy.
+    fn place(
+        &mut self,
+        sample: &Sample,
+        reference: &[u8],
+        memory: &dyn SharedMemory,
+        clock: (Option<Estimate>, i64),
+    ) -> bool {
+        let length = sample.length as usize;
+        if self.adopts
+            && let Some(lent) = memory.lend(reference, length)
+        {
+            let adopt = |writer: &mut Writer, items, time| writer.adopt(lent, items, time).is_ok();
+            return self.publish(sample, length, clock, adopt);
+        }
+        let mut shown = false;
+        let mut take = |bytes: &[u8]| shown = self.write(sample, bytes, clock);
+        memory.read(reference, length, &mut take) && shown
+    }
+
     fn write(&mut self, sample: &Sample, bytes: &[u8], clock: (Option<Estimate>, i64)) -> bool {
+        let write = |writer: &mut Writer, items, time| {
+            let written = writer.write(bytes, items, time).is_ok();
+            // The other agent may have found no place because all are lent.
+            writer.give_back();
+            written
+        };
+        self.publish(sample, bytes.len(), clock, write)
+    }
+
+    /// Publishes a value of `length` bytes, if it fits.
+    fn publish(
+        &mut self,
+        sample: &Sample,
+        length: usize,
+        clock: (Option<Estimate>, i64),
+        publish: impl FnOnce(&mut Writer, usize, u64) -> bool,
+    ) -> bool {
         let descriptor = self.property.descriptor();
         let Some(channel) = self.property.channel() else { return false };
         let items = sample.items as usize;
         let item = descriptor.tail().map_or(0, Kind::size);
         let expected = item.checked_mul(items).and_then(|tail| tail.checked_add(descriptor.size));
-        if items > channel.shape().capacity || expected != Some(bytes.len()) {
+        if items > channel.shape().capacity || expected != Some(length) {
             return false;
         }
         if self.generation != sample.stamp.generation {
@@ -197,11 +237,29 @@ impl Mirror {
         let time = time.saturating_add_signed(lead);
         // A better estimate of the clocks must not turn back the time.
         self.time = self.time.max(time);
-        let written = writer.write(bytes, items, self.time).is_ok();
+        let written = publish(writer, items, self.time);
         if sample.stamp.generation <= self.left {
             // It is the last value of a writer that was told to be gone.
             self.writer = None;
         }
         written
+    }
+}
+
+/// Whether the interface has numbers and nothing else. All that an interface may have is valid whatever its bits are,
+/// but who reads a text, a length or a flag twice relies on it to be the same: so the other agent must not be able to
+/// change it meanwhile, and it is copied.
+fn is_numbers(descriptor: &Descriptor) -> bool {
+    descriptor.fields.iter().all(|field| is_number(&field.kind))
+}
+
+fn is_number(kind: &Kind) -> bool {
+    match kind {
+        Kind::U8 | Kind::U16 | Kind::U32 | Kind::U64 => true,
+        Kind::I8 | Kind::I16 | Kind::I32 | Kind::I64 => true,
+        Kind::F32 | Kind::F64 => true,
+        Kind::Array(item, _) | Kind::Tail(item) => is_number(item),
+        Kind::Nested(descriptor) => is_numbers(descriptor),
+        Kind::Bool | Kind::Enumeration(_) | Kind::Text(_) | Kind::Optional(_) | Kind::Sequence(..) => false,
     }
 }

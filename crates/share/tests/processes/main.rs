@@ -5,6 +5,7 @@
 #[path = "../agents/mod.rs"]
 mod agents;
 mod hub;
+mod large;
 
 use std::process::Command;
 use std::time::Duration;
@@ -21,15 +22,18 @@ type Test = fn(&'static str);
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let ways = if cfg!(feature = "zenoh") { &["local", "tls", "tcp", "udp"][..] } else { &["local", "tls"] };
-    if let [_, agent, name, endpoint, files @ ..] = &arguments[..]
-        && agent == "agent"
-    {
-        return be_an_agent(setup_with(name, files), endpoint);
+    if let [_, role, name, endpoint, files @ ..] = &arguments[..] {
+        match role.as_str() {
+            "agent" => return be_an_agent(setup_with(name, files), endpoint),
+            "blobs" => return large::be_an_agent(setup_with(name, files), endpoint),
+            _ => {}
+        }
     }
-    let tests: [(&str, Test); 3] = [
+    let tests: [(&str, Test); 4] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
         ("a_stopped_agent_disturbs_nobody_and_catches_up", stopped),
         ("a_killed_agent_leaves_nothing_behind", left_behind),
+        ("a_large_value_of_a_killed_agent_stays_right", large::killed),
     ];
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for (name, test) in tests {

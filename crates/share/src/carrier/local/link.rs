@@ -11,6 +11,7 @@ use rustix::net::{
     RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, ReturnFlags, SendAncillaryBuffer,
     SendAncillaryMessage, SendFlags, Shutdown,
 };
+use slate_blackboard::channel::LentBytes;
 
 use super::memory::{Region, Regions};
 use super::ready;
@@ -148,5 +149,9 @@ impl SharedMemory for LocalLink {
 
     fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
         locked(&self.others).read(reference, length, take)
+    }
+
+    fn lend(&self, reference: &[u8], length: usize) -> Option<Box<dyn LentBytes>> {
+        locked(&self.others).lend(reference, length)
     }
 }

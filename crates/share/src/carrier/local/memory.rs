@@ -1,8 +1,12 @@
 //! Memory that two agents see: regions of slots, one region for each size, made by the end that fills it.
 //!
 //! A slot's word is 0 while it is free, else the number of the value in it. The end that fills it looks for a free one
-//! and sets the number; the other one sets 0 when it has taken the value. Nothing of it has a name, and each link has
-//! its own, so when a process dies nothing is left but what the other one drops with the link.
+//! and sets the number; the other one sets 0 when it has taken the value, or when nobody there reads it any more: until
+//! then it may lend it, which the word says. Nothing of it has a name, and each link has its own, so when a process dies
+//! nothing is left but what the other one drops with the link, and with the values that it still reads.
+//!
+//! A region takes memory for the slots that have been in use at once, as pages that were never touched take none. Those
+//! are the first ones: with a reader that keeps up, two or three of each property.
 #![allow(
     unsafe_code,
     reason = "memory that another process sees too is mapped here and nowhere else in this crate"
@@ -12,13 +16,26 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::ptr::NonNull;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
 use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, fcntl_get_seals, fstat, ftruncate, memfd_create};
 use rustix::mm::{MapFlags, ProtFlags, mmap, munmap};
+use slate_blackboard::channel::LentBytes;
 
-/// Values that a region holds at once.
-const SLOTS: usize = 8;
+/// Values that a region holds at once, of all properties of that size: so many that a few properties and a few readers
+/// of each have those that they need.
+const SLOTS: usize = 32;
+
+/// How many of them are lent at most. The rest always comes back at once, so that a reader that never lets go of what it
+/// reads does not keep the other end from sending more.
+const LENT: usize = 24;
+
+/// The word of a slot whose value is lent, which no value has as its number.
+const ON_LOAN: u32 = u32::MAX;
+
+/// Values are rounded up to a multiple of this at most.
+const ALIGN: usize = 64;
 
 /// Bytes before the first slot: a cache line for each slot's word, and the rest of a page.
 const HEAD: usize = 4096;
@@ -35,10 +52,14 @@ pub(super) struct Region {
     base: NonNull<u8>,
     /// Counts the values that were put in.
     number: u32,
+    /// How many values are lent.
+    lent: AtomicUsize,
 }
 
 // SAFETY: the mapping belongs to the region, and stays at its address until that is dropped.
 unsafe impl Send for Region {}
+// SAFETY: who may write to a slot is agreed upon by its word; the rest is atomic.
+unsafe impl Sync for Region {}
 
 impl Region {
     fn length(class: u8) -> usize {
@@ -51,7 +72,8 @@ impl Region {
         let base = unsafe {
             mmap(std::ptr::null_mut(), Self::length(class), protection, MapFlags::SHARED, file, 0).ok()?
         };
-        Some(Self { class, base: NonNull::new(base.cast())?, number: 0 })
+        let base = NonNull::new(base.cast())?;
+        Some(Self { class, base, number: 0, lent: AtomicUsize::new(0) })
     }
 
     /// Memory that this process fills, and its file for the other one.
@@ -86,7 +108,7 @@ impl Region {
     /// Puts a value that fits into a free slot; the slot and the value's number.
     fn put(&mut self, bytes: &[u8]) -> Option<(u8, u32)> {
         let slot = (0..SLOTS).find(|slot| self.word(*slot).load(Ordering::Acquire) == 0)?;
-        self.number = self.number.checked_add(1).unwrap_or(1);
+        self.number = self.number % (ON_LOAN - 1) + 1;
         // SAFETY: the slot has room for it, and the other process leaves free slots alone. If it did not, it would
         // spoil what it reads itself.
         unsafe { self.slot(slot).copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
@@ -94,9 +116,30 @@ impl Region {
         Some((slot as u8, self.number))
     }
 
+    /// Takes the value out of the slot for as long as what is returned lives.
+    fn lend(self: &Arc<Self>, slot: u8, number: u32, length: usize) -> Option<Lent> {
+        let slot = usize::from(slot);
+        let size = 1 << self.class;
+        if slot >= SLOTS || length > size || number == 0 || number == ON_LOAN {
+            return None;
+        }
+        // Whoever calls this has the regions locked, so nobody else adds to it meanwhile.
+        if self.lent.load(Ordering::Relaxed) >= LENT {
+            return None;
+        }
+        let word = self.word(slot);
+        // A reference that comes again must not lend it again.
+        word.compare_exchange(number, ON_LOAN, Ordering::Acquire, Ordering::Relaxed).ok()?;
+        self.lent.fetch_add(1, Ordering::Relaxed);
+        let whole = length.next_multiple_of(ALIGN).min(size);
+        // SAFETY: inside the slot, which belongs to this end until it is given back.
+        unsafe { self.slot(slot).add(length).write_bytes(0, whole - length) };
+        Some(Lent { region: Arc::clone(self), slot, length: whole })
+    }
+
     fn take(&self, slot: u8, number: u32, length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
         let slot = usize::from(slot);
-        if slot >= SLOTS || length > 1 << self.class || number == 0 {
+        if slot >= SLOTS || length > 1 << self.class || number == 0 || number == ON_LOAN {
             return false;
         }
         if self.word(slot).load(Ordering::Acquire) != number {
@@ -117,14 +160,39 @@ impl Drop for Region {
     }
 }
 
+/// A value that is read where it is.
+#[derive(Debug)]
+struct Lent {
+    region: Arc<Region>,
+    slot: usize,
+    length: usize,
+}
+
+// SAFETY: the region stays mapped while this has it, also when the other process is gone, and its length is sealed. The
+// other process leaves a slot alone that is lent; if it did not, it would spoil a value in which all bits are valid.
+unsafe impl LentBytes for Lent {
+    fn bytes(&self) -> NonNull<[u8]> {
+        // SAFETY: inside the mapping.
+        let first = unsafe { self.region.base.add(HEAD + self.slot * (1 << self.region.class)) };
+        NonNull::slice_from_raw_parts(first, self.length)
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        self.region.word(self.slot).store(0, Ordering::Release);
+        self.region.lent.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
 /// The regions of one end of a link.
 #[derive(Debug, Default)]
-pub(super) struct Regions(BTreeMap<u8, Region>);
+pub(super) struct Regions(BTreeMap<u8, Arc<Region>>);
 
 impl Regions {
     pub fn add(&mut self, region: Region) {
         // The first one stays, so that a process that hands over more and more gets nothing by it.
-        self.0.entry(region.class).or_insert(region);
+        self.0.entry(region.class).or_insert_with(|| Arc::new(region));
     }
 
     /// Puts a value into a slot, for which a region may have to be handed over first.
@@ -145,18 +213,31 @@ impl Regions {
                 if !hand_over(class, file.as_fd()) {
                     return false;
                 }
-                place.insert(region)
+                place.insert(Arc::new(region))
             }
         };
-        let Some((slot, number)) = region.put(bytes) else { return false };
+        // What this end fills is lent at the other one, and nobody else has it here.
+        let Some((slot, number)) = Arc::get_mut(region).and_then(|region| region.put(bytes)) else {
+            return false;
+        };
         reference.extend([class, slot]);
         reference.extend(number.to_le_bytes());
         true
     }
 
     pub fn read(&self, reference: &[u8], length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
-        let [class, slot, number @ ..] = reference else { return false };
-        let Ok(number) = number.try_into().map(u32::from_le_bytes) else { return false };
-        self.0.get(class).is_some_and(|region| region.take(*slot, number, length, take))
+        let Some((region, slot, number)) = self.find(reference) else { return false };
+        region.take(slot, number, length, take)
+    }
+
+    pub fn lend(&self, reference: &[u8], length: usize) -> Option<Box<dyn LentBytes>> {
+        let (region, slot, number) = self.find(reference)?;
+        region.lend(slot, number, length).map(|lent| Box::new(lent) as _)
+    }
+
+    fn find(&self, reference: &[u8]) -> Option<(&Arc<Region>, u8, u32)> {
+        let [class, slot, number @ ..] = reference else { return None };
+        let number = number.try_into().map(u32::from_le_bytes).ok()?;
+        Some((self.0.get(class)?, *slot, number))
     }
 }
