@@ -425,10 +425,11 @@ pub struct Stopper {
 }
 
 impl Stopper {
-    /// Ends the run after the present cycle, if the agent is still there.
+    /// Ends the run after the present cycle, if the agent is still there. Before the first run this ends that one before
+    /// its first cycle.
     pub fn stop(&self) {
         if let Some(shared) = self.shared.upgrade() {
-            shared.finish(End::Stopped);
+            shared.stop();
         }
     }
 }

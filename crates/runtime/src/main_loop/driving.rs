@@ -19,6 +19,8 @@ pub(super) struct Ending {
     over: bool,
     /// What the observer panicked with.
     panic: Option<Box<dyn Any + Send>>,
+    /// Whether it was stopped before the first run.
+    stopped_before: bool,
     /// Threads that wait for the token, and tokens that wait for one of them.
     spares: usize,
     tokens: usize,
@@ -68,8 +70,9 @@ impl Shared {
         unsafe { self.core() }.pace.restart();
         let mut ending = self.ending();
         let runs = ending.runs + 1;
-        *ending = Ending { runs, spares: ending.spares, ..Ending::default() };
-        self.running.store(runs, Ordering::Release);
+        let end = ending.stopped_before.then_some(End::Stopped);
+        *ending = Ending { runs, end, spares: ending.spares, ..Ending::default() };
+        self.running.store(if ending.end.is_none() { runs } else { 0 }, Ordering::Release);
     }
 
     /// The number of the run that goes on.
@@ -94,6 +97,14 @@ impl Shared {
             ending.end = Some(end);
         }
         self.changed.notify_all();
+    }
+
+    /// Ends the run, or the first one when it begins: whoever stops an agent that has just been made means that one.
+    pub fn stop(&self) {
+        let mut ending = self.ending();
+        ending.stopped_before = ending.runs == 0;
+        drop(ending);
+        self.finish(End::Stopped);
     }
 
     /// After the end: says that no thread works on the core any more.

@@ -51,3 +51,17 @@ fn a_point_is_emitted_from_when_somebody_asks_for_it_or_one_above_it() {
     let end = agent.synchronization().point("/cycle/end").unwrap();
     assert_eq!(end.count(), Count::ZERO);
 }
+
+#[test]
+fn an_agent_that_is_stopped_before_it_runs_makes_no_cycle_and_runs_the_next_time() {
+    let (mut agent, _) = wall_clock(&format!("loop.period = \"1ms\"\n{}", witnesses(&[("motor", "Act")])));
+    agent.stopper().stop();
+    assert_eq!(agent.run(Box::new(|_| Control::Continue)).unwrap(), End::Stopped);
+    assert_eq!(ticks(&agent, "motor"), 0);
+    run(&mut agent, 3);
+    assert!(ticks(&agent, "motor") >= 3);
+    // One that comes after a run means that one.
+    agent.stopper().stop();
+    run(&mut agent, 3);
+    assert!(ticks(&agent, "motor") >= 6);
+}
