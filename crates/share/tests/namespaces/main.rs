@@ -149,7 +149,7 @@ fn partition(scene: &mut Scene) {
     scene.suffer(Duration::from_secs(5), || Fault::partition("one"));
     scene.catch_up();
     assert_eq!(scene.lost("two"), 0);
-    assert!(scene.hub.state("peers/one/link/connections") > Some(1), "it was noticed");
+    wait_for("it to be noticed", || scene.hub.state("peers/one/link/connections") > Some(1));
 }
 
 fn too_little(scene: &mut Scene) {
