@@ -1,5 +1,5 @@
 //! Cables that are cut and mended, and agents that fall silent without a word.
-#![cfg(feature = "zenoh")]
+#![cfg(all(feature = "tls", feature = "zenoh"))]
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(clippy::disallowed_methods, reason = "what real agents do takes real time")]
 

@@ -1,5 +1,5 @@
 //! Agents that share over the transports of Zenoh.
-#![cfg(feature = "zenoh")]
+#![cfg(all(feature = "tls", feature = "zenoh"))]
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(clippy::duplicate_mod, reason = "each protocol has to do the same")]
 

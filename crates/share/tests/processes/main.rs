@@ -21,7 +21,11 @@ type Test = fn(&'static str);
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    let ways = if cfg!(feature = "zenoh") { &["local", "tls", "tcp", "udp"][..] } else { &["local", "tls"] };
+    let ways = match (cfg!(feature = "tls"), cfg!(feature = "zenoh")) {
+        (false, _) => &["local"][..],
+        (true, false) => &["local", "tls"],
+        (true, true) => &["local", "tls", "tcp", "udp"],
+    };
     if let [_, role, name, endpoint, files @ ..] = &arguments[..] {
         match role.as_str() {
             "agent" => return be_an_agent(setup_with(name, files), endpoint),
@@ -67,7 +71,11 @@ fn launch(name: &str, folder: &Folder) -> Process {
 
 /// A hub with agents of those names, and where they find each other.
 fn start(way: &'static str, names: &[&str]) -> (Hub, Vec<Process>, Folder) {
-    let folder = if way == "local" { Folder::new() } else { Folder::over(way) };
+    let folder = match way {
+        #[cfg(feature = "tls")]
+        "tls" | "tcp" | "udp" => Folder::over(way),
+        _ => Folder::new(),
+    };
     let setup = folder.setup("hub").listen(&folder.endpoint("hub"));
     let (hub, processes) = Hub::start(setup, names, |name| launch(name, &folder));
     (hub, processes, folder)

@@ -32,7 +32,11 @@ fn main() {
     {
         return robot_main(text);
     }
-    let ways = if cfg!(feature = "zenoh") { &["local", "tls", "tcp"][..] } else { &["local", "tls"] };
+    let ways = match (cfg!(feature = "tls"), cfg!(feature = "zenoh")) {
+        (false, _) => &["local"][..],
+        (true, false) => &["local", "tls"],
+        (true, true) => &["local", "tls", "tcp"],
+    };
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for way in ways {
         let name = format!("{way}::eight_robots");
@@ -189,7 +193,11 @@ fn wait_for_facts(what: &str, team: &mut [Robot], wanted: &[(u32, usize)]) {
 }
 
 fn eight_robots(way: &'static str) {
-    let folder = if way == "local" { Folder::new() } else { Folder::over(way) };
+    let folder = match way {
+        #[cfg(feature = "tls")]
+        "tls" | "tcp" | "udp" => Folder::over(way),
+        _ => Folder::new(),
+    };
     let texts: Vec<String> = (0..TEAM).map(|robot| text(&folder, robot)).collect();
     let mut team: Vec<Robot> = texts.iter().map(|text| Robot::start(text)).collect();
     let again = |team: &mut Vec<Robot>, robot: usize| {
