@@ -224,7 +224,7 @@ fn a_large_value_is_put_together_again() {
     arm.peers.subscribe("base", Want::new("camera/blob", options)).unwrap();
     for number in 1..=5_u64 {
         let mut bytes = number.to_ne_bytes().to_vec();
-        bytes.extend((0..size).map(|i| (i as u64 * 31 * number >> 3) as u8));
+        bytes.extend((0..size).map(|i| ((i as u64 * 31 * number) >> 3) as u8));
         writer.write(&bytes, size, 0).unwrap();
         wait_for("the blob", || {
             let came = arm.newest("agents/base/camera/blob");
