@@ -1,6 +1,6 @@
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use slate::record::Report;
 use slate::runtime::Rate;
@@ -83,13 +83,15 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     let stopper = mission.agent.stopper();
     let supervised = options.supervised;
     // The first Ctrl-C ends the run with its report, the second one the process.
-    let asked = AtomicBool::new(false);
+    let mut asked: Option<Instant> = None;
     let handled = ctrlc::set_handler(move || {
-        match asked.swap(true, Ordering::AcqRel) {
+        match asked {
             // The end of each thread of the supervisor may be another signal; its second Ctrl-C is none that is caught.
-            true if supervised => {}
-            true => std::process::exit(130),
-            false => {
+            Some(_) if supervised => {}
+            Some(first) if first.elapsed() < deployment::ONE_REQUEST => {}
+            Some(_) => std::process::exit(130),
+            None => {
+                asked = Some(deployment::now());
                 stopper.stop();
                 if supervised {
                     // Whoever supervises may be gone, and then nobody else ends what hangs.

@@ -249,7 +249,7 @@ fn an_agent_that_always_crashes_is_given_up() {
 
 #[test]
 fn agents_end_with_their_supervisor() {
-    for (test, signal) in [("team-orphans", "-KILL"), ("team-interrupt", "-INT")] {
+    for (test, signal) in [("team-orphans", "-KILL"), ("team-interrupt", "-INT"), ("team-timeout", "-TERM")] {
         let running = team(test);
         let mut started = Started::new(&running, &["run", "team.toml"]);
         wait_for("the agents", || {
@@ -260,6 +260,10 @@ fn agents_end_with_their_supervisor() {
         let agents = children(&started.id());
         assert_eq!(agents.len(), 2, "{agents:?}");
         started.signal(signal);
+        if signal == "-TERM" {
+            // As `timeout` does: once to the process and once to its group.
+            started.signal(signal);
+        }
         let (status, printed) = started.finish();
         wait_for("their ends", || !agents.iter().any(|(id, _)| runs(id)));
         if signal == "-INT" {

@@ -206,6 +206,13 @@ fn a_certificate_of_another_authority_is_refused() {
     );
     let why = "the certificate there, in the name of `arm`, was not signed by the authority";
     wait_for("the other side to say so", || turned_away(&base, why) > 0);
+    // What strangers call themselves stays in its line.
+    let rude = theirs.sign("ev\u{1b}[31m\nil");
+    let credentials = rude.load(&both, "ev\u{1b}[31m\nil").unwrap();
+    let tls: Arc<dyn Carrier> = Arc::new(Tls::new(credentials, false));
+    let rude = Agent::start(Setup { carriers: BTreeMap::from([("tls".into(), tls)]), ..setup("rude") });
+    rude.peers.connect("base", &at).unwrap();
+    wait_for("a name that can be printed", || turned_away(&base, "`ev\\u{1b}[31m\\nil`") > 0);
     // And the other way round.
     let leg = Agent::start(agent("leg", &theirs.sign("leg"), "leg", &theirs));
     leg.peers.connect("base", &at).unwrap();

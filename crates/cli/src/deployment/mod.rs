@@ -23,6 +23,10 @@ pub use tether::{Tether, end_later};
 /// How long an agent that was asked to end may take.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// Requests to end that follow each other within that time are one: programs such as `timeout` send it to a process and to
+/// the group that it is in. Who wants to kill has waited for longer.
+pub const ONE_REQUEST: Duration = Duration::from_millis(300);
+
 /// What a process ends with that a person asked twice to.
 const INTERRUPTED: u8 = 130;
 
@@ -53,8 +57,16 @@ pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
     if let Err(error) = handled {
         say(format_args!("Ctrl-C will end the agents without their reports: {error}"));
     }
-    let mut deployment =
-        Deployment { members, sender, start: now(), ready: 0, stopping: None, refused: None, asked: 0 };
+    let mut deployment = Deployment {
+        members,
+        sender,
+        start: now(),
+        ready: 0,
+        stopping: None,
+        refused: None,
+        asked: None,
+        killed: false,
+    };
     say(format_args!("agents: {}", names.join(", ")));
     deployment.begin()?;
     deployment.follow(&events);
@@ -113,8 +125,10 @@ struct Deployment {
     stopping: Option<Instant>,
     /// What one ended with that could not start.
     refused: Option<u8>,
-    /// How often a person asked for the end.
-    asked: u32,
+    /// When a person asked for the end.
+    asked: Option<Instant>,
+    /// Whether that was so twice.
+    killed: bool,
 }
 
 impl Deployment {
@@ -239,10 +253,16 @@ impl Deployment {
     }
 
     fn asked(&mut self) {
-        self.asked += 1;
         match self.asked {
-            1 => self.stop(),
-            _ => self.each_running(Running::kill),
+            None => {
+                self.asked = Some(now());
+                self.stop();
+            }
+            Some(first) if first.elapsed() < ONE_REQUEST => {}
+            Some(_) => {
+                self.killed = true;
+                self.each_running(Running::kill);
+            }
         }
     }
 
@@ -265,7 +285,7 @@ impl Deployment {
 
     /// The worst that any agent ended with; of agents that were not started, that of the one that could not.
     fn code(&self) -> u8 {
-        let interrupted = (self.asked > 1).then_some(INTERRUPTED);
+        let interrupted = self.killed.then_some(INTERRUPTED);
         let worst = self.members.iter().filter_map(|member| member.code).max();
         interrupted.or(self.refused).or(worst).unwrap_or_default()
     }
@@ -287,6 +307,7 @@ fn say(text: std::fmt::Arguments<'_>) {
 }
 
 #[allow(clippy::disallowed_methods, reason = "processes live by the wall clock")]
-fn now() -> Instant {
+/// The time of the machine.
+pub fn now() -> Instant {
     Instant::now()
 }

@@ -21,15 +21,21 @@ pub(super) struct Outbox {
     since: u64,
     /// Why the last message was not delivered.
     trouble: Option<String>,
+    /// Whether the other agent was not there.
+    absent: bool,
     told: Option<Standing>,
 }
 
 impl Outbox {
     pub fn new(path: RemotePath) -> Self {
-        Self { path, receiver: None, open: Vec::new(), since: 0, trouble: None, told: None }
+        Self { path, receiver: None, open: Vec::new(), since: 0, trouble: None, absent: true, told: None }
     }
 
     pub fn look(&mut self, host: &SharingHost, absence: Option<String>) {
+        if std::mem::replace(&mut self.absent, absence.is_some()) && absence.is_none() {
+            // What troubled messages before says nothing of the next one.
+            self.trouble = None;
+        }
         let standing = match absence.or_else(|| self.trouble.clone()) {
             Some(reason) => Standing::Absent { reason },
             None => Standing::Served { property: self.path.path.clone() },

@@ -138,6 +138,9 @@ impl Common {
                     "this program was built without TLS: build it with the feature `tls`, which is there unless it \
                             was switched off"
                 }
+                "zenoh" if endpoint.starts_with("zenoh:tls") => {
+                    "there is no TLS of Zenoh: it has a carrier of its own, such as tls:192.168.1.5:7447"
+                }
                 "zenoh" => {
                     "this program was built without Zenoh: build it with the feature `zenoh`, as in \
                             `cargo build --release --features zenoh`"

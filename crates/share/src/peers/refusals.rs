@@ -48,6 +48,12 @@ struct Kept {
     writer: Option<Writer>,
 }
 
+/// Strangers choose what is in it, and it is shown in terminals.
+fn printable(text: &str) -> String {
+    let escaped = |c: char| if c.is_control() { c.escape_default().collect() } else { c.to_string() };
+    text.chars().map(escaped).collect()
+}
+
 impl Refusals {
     pub fn new(board: &Arc<Board>) -> Self {
         Self { board: Arc::clone(board), kept: Vec::new(), lines: (0, 0) }
@@ -55,7 +61,8 @@ impl Refusals {
 
     /// Notes that somebody was refused; what is to be logged of it, if anything is.
     pub fn note(&mut self, now: u64, from: &str, reason: &str) -> Option<String> {
-        let known = self.kept.iter().position(|kept| kept.from == from && kept.reason == reason);
+        let (from, reason) = (&printable(from), &printable(reason));
+        let known = self.kept.iter().position(|kept| kept.from == *from && kept.reason == *reason);
         let at = known.unwrap_or_else(|| self.begin(from, reason));
         let kept = self.kept.get_mut(at)?;
         (kept.count, kept.last) = (kept.count + 1, now);
