@@ -114,4 +114,17 @@ fn what_would_leave_the_machine_unprotected_is_refused_with_its_place() {
     assert!(message.contains("is that of `arm`, and this agent is `base`"), "{message}");
     assert!(message.starts_with("4: "), "{message}");
     assert!(help.contains("common name (CN) `base`"), "{help}");
+    // Its own one says who it is; who else may come in has to be said too.
+    let issuer = Authority::new(&folder.path(""), "others");
+    let own = issuer.sign("base");
+    let files = format!(
+        "certificate = \"{}\"\nkey = \"{}\"\nauthority = \"{}\"\n",
+        own.certificate.display(),
+        own.key.display(),
+        issuer.certificate.display()
+    );
+    let (message, help) = refused(&format!("[share.security]\n{files}"));
+    assert!(message.contains("but not what others may do"), "{message}");
+    assert!(help.contains("[share.security.allow.NAME]"), "{help}");
+    start(&format!("[share.security]\n{files}[share.security.allow.arm]\n")).unwrap();
 }

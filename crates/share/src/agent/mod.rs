@@ -197,6 +197,18 @@ impl AgentSharing {
                 let files =
                     Files { certificate: &files.certificate, key: &files.key, authority: &files.authority };
                 let credentials = Credentials::load(files, site.board.agent())?;
+                // Else whoever the authority has signed might read and command everything.
+                if !rights(site).is_restricted() {
+                    return Err(SharingError {
+                        message: "[share.security] says who this agent is, but not what others may do".into(),
+                        help: Some(
+                            "add [share.security.allow.NAME] with `read` and `send` for each agent that is let in; \
+                             nobody else is"
+                                .into(),
+                        ),
+                        about: About::Certificate,
+                    });
+                }
                 let tls = Tls::new(credentials, rights(site).is_restricted());
                 carriers.insert("tls".into(), Arc::new(tls));
             }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
+use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url, nearest_paths};
 
 use super::export::{Export, Unserved};
 use super::import::{Import, Status};
@@ -103,6 +103,15 @@ impl Application for Work<'_> {
         sample.stamp.time = sample.stamp.time.saturating_add_signed(self.desk.lead.saturating_neg());
         Some(sample)
     }
+}
+
+/// What an agent is told that looks for something that is not there: it learns the names of what it may read.
+fn nothing_there(board: &Board, allowance: &Allowance, path: &str) -> String {
+    let properties = board.properties();
+    let paths = properties.iter().map(|property| property.path());
+    let near = nearest_paths(path, '/', paths.filter(|path| may_read(Some(allowance), path)));
+    let near = if near.is_empty() { String::new() } else { format!("; nearest: {}", near.join(", ")) };
+    format!("no property at /{path}{near}")
 }
 
 impl Peer {
@@ -427,8 +436,9 @@ impl Peer {
             }
             Err(Unserved::Waits(reason)) => {
                 // The reason names properties that are there, and not all are for everybody.
-                let reason = match self.desk.allowance {
-                    Some(_) => format!("no property at /{}", export.path),
+                let reason = match &self.desk.allowance {
+                    Some(_) if !export.waiting.is_empty() => export.waiting.clone(),
+                    Some(allowance) => nothing_there(&self.desk.board, allowance, &export.path),
                     None => reason,
                 };
                 self.retry_at = now + RETRY;
