@@ -14,6 +14,9 @@ use slate_share::encoding::encode;
 use slate_share::knowledge::{Replica, Statement};
 use slate_share::session::{Compression, Encoding};
 
+/// Bytes of an input that a fuzzer reads: see `fuzz/run`.
+const LONGEST: usize = 16 << 10;
+
 fn main() {
     packets();
     conversations();
@@ -33,11 +36,13 @@ fn keep(target: &str, name: &str, bytes: &[u8]) {
     fs::write(folder.join(name), bytes).expect("the folder can be written to");
 }
 
-/// What one of two agents sends to the other, from its greeting on.
+/// What one of two agents sends to the other: all until both have read from each other, and then a part of it.
 fn packets() {
     let mut agents = [Agent::new("base", "arm", 1), Agent::new("arm", "base", 7)];
     let (mut whole, mut frames) = (vec![0], vec![1]);
+    let told = b"what the team knows";
     for round in 1..40 {
+        let know_each_other = agents.iter().all(|agent| agent.shown("out/blob").is_some());
         let now = 10 * round * MILLISECOND;
         for from in [0, 1] {
             agents[from].peer.tick(now);
@@ -47,9 +52,11 @@ fn packets() {
                 let hash = Number::DESCRIPTOR.hash;
                 agents[from].peer.send("in/mail", hash, 0, View::of(&number).bytes()).expect("there is room");
                 agents[from].peer.ask("**", true).expect("there is room");
+                assert!(agents[from].peer.tell(told), "there is room");
             }
             while let Some(packet) = agents[from].outgoing(now) {
-                if from == 1 && round % 3 == 2 && frames.len() < 24 << 10 {
+                let is_kept = !know_each_other || round % 3 == 2;
+                if from == 1 && is_kept && whole.len() + packet.len() < LONGEST {
                     peer::append_part(peer::PACKET, &packet, &mut whole);
                     peer::append_part(peer::FRAMES, &packet[18..], &mut frames);
                 }
@@ -66,8 +73,14 @@ fn packets() {
             script.extend([peer::PASS, 10, peer::WRITE]);
         }
     }
-    assert!(agents[0].shown("out/blob").is_some(), "the agents talk");
-    keep("peer", "packets", &whole[..whole.len().min(16 << 10)]);
+    assert!(agents.iter().all(|agent| agent.shown("out/blob").is_some()), "the agents talk");
+    for script in [&whole, &frames] {
+        // Without these, a fuzzer has to find out by itself how to subscribe.
+        for part in [&b"out/value"[..], b"out/blob", b"in/mail", told] {
+            assert!(script.windows(part.len()).any(|bytes| bytes == part), "the corpus lacks {part:?}");
+        }
+    }
+    keep("peer", "packets", &whole);
     keep("peer", "frames", &frames);
     keep("peer", "version", b"\0\0\x02\0S\x09");
     items();

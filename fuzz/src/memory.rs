@@ -27,7 +27,14 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
+/// The most that was taken at once, bytes.
+#[allow(dead_code, reason = "tests that include this file use a part of it")]
+pub fn most() -> usize {
+    MOST.load(Ordering::Relaxed)
+}
+
 /// Does something that must not take more than `limit` bytes beyond what is taken already.
+#[allow(dead_code, reason = "as above")]
 pub fn within<T>(limit: usize, work: impl FnOnce() -> T) -> T {
     let before = LIVE.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);

@@ -24,21 +24,54 @@ fn reached() -> &'static Mutex<Reached> {
     })
 }
 
+/// A tool at the socket.
+struct Tool {
+    stream: UnixStream,
+    answers: BufReader<UnixStream>,
+}
+
+impl Tool {
+    /// The answer to a line.
+    fn ask(&mut self, line: &[u8]) -> String {
+        self.stream.write_all(line).and_then(|()| self.stream.write_all(b"\n")).expect("it listens");
+        self.answer()
+    }
+
+    fn answer(&mut self) -> String {
+        let mut line = String::new();
+        self.answers.read_line(&mut line).expect("it answers");
+        line
+    }
+
+    /// What the agent is configured to be, and how it is linked.
+    fn state(&mut self) -> [String; 2] {
+        let calls = [Call::ConfigDiff {}, Call::LinkList {}];
+        calls.map(|call| self.ask(&serde_json::to_vec(&call).expect("it can be written")))
+    }
+}
+
 /// Sends those lines.
 pub fn run(bytes: &[u8]) {
     let reached = reached().lock().expect("nobody panics");
-    let mut stream = UnixStream::connect(reached.server.socket()).expect("it listens");
-    let mut answers = BufReader::new(stream.try_clone().expect("there are handles"));
-    let mut line = String::new();
-    answers.read_line(&mut line).expect("it greets");
+    let stream = UnixStream::connect(reached.server.socket()).expect("it listens");
+    let answers = BufReader::new(stream.try_clone().expect("there are handles"));
+    let mut tool = Tool { stream, answers };
+    tool.answer();
+    let mut state = tool.state();
     for text in bytes.split(|byte| *byte == b'\n') {
         let text = tamed(text);
-        stream.write_all(&text).and_then(|()| stream.write_all(b"\n")).expect("it listens");
-        line.clear();
-        answers.read_line(&mut line).expect("it answers");
-        let answer: Answer = serde_json::from_str(&line).expect("it answers in JSON");
-        if let Answer::Error(refusal) = answer {
-            assert!(!refusal.message.is_empty(), "refused without a word");
+        let answer: Answer = serde_json::from_str(&tool.ask(&text)).expect("it answers in JSON");
+        let is_refused = match answer {
+            Answer::Error(refusal) => {
+                assert!(!refusal.message.is_empty(), "refused without a word");
+                true
+            }
+            Answer::Result(_) => false,
+        };
+        // What is no call may be a few bytes long, and there may be thousands of them.
+        if serde_json::from_slice::<Call>(&text).is_ok() {
+            let before = std::mem::replace(&mut state, tool.state());
+            assert!(!is_refused || state == before, "refused, and something has changed");
         }
     }
 }

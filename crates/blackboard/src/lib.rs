@@ -24,4 +24,4 @@ pub use board::{
 pub use channel::Channel;
 pub use shape::Shape;
 pub use stamp::Stamp;
-pub use url::{Url, UrlError};
+pub use url::{Url, UrlError, is_within};

@@ -63,6 +63,19 @@ impl fmt::Display for Url {
     }
 }
 
+/// Whether a path is the other one, or leads into it; all paths lead into the empty one.
+///
+/// ```
+/// use slate_blackboard::is_within;
+///
+/// assert!(is_within("planner/goal", "planner/goal") && is_within("planner/goal/x", "planner/goal"));
+/// assert!(!is_within("planner/goals", "planner/goal"));
+/// ```
+pub fn is_within(path: &str, whole: &str) -> bool {
+    let rest = path.strip_prefix(whole);
+    rest.is_some_and(|rest| whole.is_empty() || rest.is_empty() || rest.starts_with('/'))
+}
+
 /// Whether a text can be a part of a path.
 pub(crate) fn is_name(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')

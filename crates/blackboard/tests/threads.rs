@@ -9,10 +9,11 @@ fn main() {}
 
 #[cfg(not(any(loom, feature = "shuttle")))]
 fn main() {
-    let tests: [(&str, fn()); 7] = [
+    let tests: [(&str, fn()); 8] = [
         ("values stay whole for many readers", stress::values),
         ("queues lose nothing without counting it", stress::queues),
         ("a reader that blocks sees everything", stress::blocking),
+        ("a channel becomes deeper while it is read", stress::deepening),
         ("snapshots are of one commit", stress::snapshots),
         ("handles come and go", stress::handles),
         ("messages arrive in order", stress::messages),
@@ -32,7 +33,7 @@ mod stress {
     use std::time::Duration;
 
     use slate_blackboard::Shape;
-    use slate_blackboard::channel::{Budget, Channel, Latest, Loan, Policy, Start, Writer};
+    use slate_blackboard::channel::{Budget, Channel, Latest, Loan, Policy, QueueReader, Start, Writer};
     use slate_blackboard::commit::{CommitWord, Pin, pin};
     use slate_blackboard::message::{Answer, Mailbox, Status};
     use slate_blackboard::wake::Wake;
@@ -112,6 +113,74 @@ mod stress {
             .collect();
         threads.push(boxed(move || follow(&mut newest)));
         together(threads, || assert!((1..=VALUES).all(|value| write(&mut writer, value))));
+    }
+
+    /// Pulls until that value came.
+    fn pull_to(reader: &mut QueueReader, last: u64, mut each: impl FnMut(u64)) {
+        let mut seen = 0;
+        while seen < last {
+            reader.pull().unwrap();
+            for loan in reader.window() {
+                assert!(number_of(&loan) > seen);
+                seen = number_of(&loan);
+                each(seen);
+            }
+        }
+    }
+
+    pub fn deepening() {
+        const LAST: u64 = 400;
+        for _ in 0..50 {
+            let budget = Budget { latest: 1, queues: 1, window: 8 };
+            let channel = Channel::new(SHAPE, 1, budget);
+            let mut newest = channel.latest().unwrap();
+            let mut early = channel.queue(Policy::Skip, Start::Oldest).unwrap();
+            let mut writer = channel.writer().unwrap();
+            let came = Arc::new(AtomicBool::new(false));
+            let early = boxed(move || {
+                let mut seen = 0;
+                pull_to(&mut early, LAST, |_| seen += 1);
+                assert_eq!(seen + early.skipped(), LAST);
+            });
+            let follow = boxed(move || {
+                while newest.value().map_or(0, |loan| number_of(&loan)) < LAST {
+                    newest.refresh();
+                }
+            });
+            let late = {
+                let (channel, came) = (Arc::clone(&channel), Arc::clone(&came));
+                boxed(move || {
+                    while !channel.keeps_enough(8) {
+                        thread::yield_now();
+                    }
+                    let before = channel.published();
+                    let mut reader = channel.queue(Policy::Evict, Start::Next).unwrap();
+                    let after = channel.published();
+                    came.store(true, Relaxed);
+                    let mut next = None;
+                    pull_to(&mut reader, LAST, |number| {
+                        match next {
+                            // The deeper channel gets each value a moment later.
+                            None => assert!((before..=after + 1).contains(&number)),
+                            Some(next) => assert_eq!(number, next),
+                        }
+                        next = Some(number + 1);
+                    });
+                    assert_eq!(reader.skipped(), 0);
+                })
+            };
+            together([early, follow, late], || {
+                for number in 1..=LAST {
+                    assert!(write(&mut writer, number));
+                    if number == LAST / 4 {
+                        writer.deepen(channel.deeper(LAST as usize, budget).unwrap());
+                    }
+                    while number == LAST / 2 && !came.load(Relaxed) {
+                        thread::yield_now();
+                    }
+                }
+            });
+        }
     }
 
     pub fn blocking() {

@@ -174,6 +174,11 @@ pub struct BatchOptions {
     /// The seed of the first run; the others follow.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=MAXIMUM_SEED))]
     pub seed: u64,
+
+    /// How many runs are made at once; the figures are the same. As many as there are cores unless given, in threaded
+    /// mode one.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

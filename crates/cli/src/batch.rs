@@ -1,6 +1,16 @@
-use std::io::{IsTerminal, Write};
+//! Many runs of an application, on all cores.
 
-use slate::record::Batch;
+mod ending;
+mod progress;
+
+use std::collections::BTreeMap;
+use std::num::NonZero;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
+
+use slate::record::{Batch, Outcome, Summary};
 use slate::runtime::Rate;
 
 use crate::arguments::{BatchOptions, MAXIMUM_SEED, ModeName};
@@ -8,41 +18,132 @@ use crate::examples;
 use crate::failure::Failure;
 use crate::mission::{How, Mission};
 use crate::output;
+use ending::Ending;
+use progress::Progress;
 
-/// Runs many seeds; true when all reached their goal.
+/// Runs many seeds; true when all were run and reached their goal.
 pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
-    let rate = if options.common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
     // Before the first run, so that no work is lost.
     let last = options.seed.checked_add(options.runs - 1);
     if last.is_none_or(|last| last > MAXIMUM_SEED) {
         return Err(Failure::Seeds);
     }
-    let mut summaries = Vec::new();
-    let counting = std::io::stderr().is_terminal();
-    for i in 0..options.runs {
-        let seed = options.seed + i;
-        let mut sets = options.common.set.clone();
-        sets.push(format!("agent.seed={seed}"));
-        let application =
-            examples::find(&options.name, None, Vec::new(), sets, options.common.host.as_deref())?;
-        let workers = options.common.workers.into();
-        let mode = options.common.mode;
-        let how =
-            How { mode, rate, workers, log: Vec::new(), trajectory: false, follows: false, disarmed: false };
-        summaries.push(Mission::load(application, how)?.run()?.summary);
-        if counting {
-            eprint!("\r{} of {} runs", i + 1, options.runs);
-            // Only a counter; what can't be shown is not missed.
-            let _ = std::io::stderr().flush();
-        }
-    }
-    if counting {
-        eprintln!();
+    let ending = Ending::on_request();
+    let queue = Queue { options, begun: AtomicU64::new(0), ending: &ending };
+    let summaries = all(&queue)?;
+    if ending.is_asked() {
+        eprintln!("interrupted: {} of {} runs are done", summaries.len(), options.runs);
     }
     let batch = Batch::of(&summaries);
     output::line(&batch);
     if options.common.json {
         output::line(batch.json_line()?);
     }
-    Ok(summaries.iter().all(slate::record::Summary::succeeded))
+    Ok(summaries.len() as u64 == options.runs && summaries.iter().all(Summary::succeeded))
+}
+
+/// Makes the runs, and returns what they left in the order of their seeds.
+fn all(queue: &Queue<'_>) -> Result<Vec<Summary>, Failure> {
+    let mut progress = Progress::new(queue.options.runs);
+    let mut summaries = BTreeMap::new();
+    let mut failures = BTreeMap::new();
+    thread::scope(|scope| {
+        let (sender, results) = channel();
+        for _ in 0..jobs(queue.options) {
+            let sender = sender.clone();
+            scope.spawn(move || queue.work(&sender));
+        }
+        // The channel closes when the last of the threads has no more seeds.
+        drop(sender);
+        loop {
+            match results.recv_timeout(progress::PERIOD) {
+                Ok((seed, Ok(summary))) => {
+                    progress.note(&summary);
+                    summaries.insert(seed, summary);
+                }
+                Ok((seed, Err(failure))) => {
+                    failures.insert(seed, failure);
+                }
+                Err(RecvTimeoutError::Timeout) => progress.show(),
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+    });
+    drop(progress);
+    // What keeps one run from being made mostly keeps all; it is said once.
+    if let Some((seed, failure)) = failures.pop_first() {
+        if seed > queue.options.seed {
+            eprintln!("seed {seed} can't be run");
+        }
+        return Err(failure);
+    }
+    Ok(summaries.into_values().collect())
+}
+
+/// How many runs are made at once: by default as many as the machine has cores for. Threads at the pace of the wall
+/// clock would miss their time beside others.
+fn jobs(options: &BatchOptions) -> u64 {
+    let default = || match options.common.mode {
+        ModeName::Threaded => 1,
+        ModeName::Staged => {
+            let cores = thread::available_parallelism().map_or(1, NonZero::get) as u64;
+            cores.div_ceil(1 + u64::from(options.common.workers))
+        }
+    };
+    options.jobs.map_or_else(default, u64::from).min(options.runs)
+}
+
+/// The seeds, which threads take one by one.
+struct Queue<'a> {
+    options: &'a BatchOptions,
+    /// How many seeds were taken.
+    begun: AtomicU64,
+    ending: &'a Arc<Ending>,
+}
+
+impl Queue<'_> {
+    /// Makes one run after the other until there is no more seed, or one can't be run.
+    fn work(&self, results: &Sender<(u64, Result<Summary, Failure>)>) {
+        while !self.ending.is_over() {
+            let taken = self.begun.fetch_add(1, Ordering::Relaxed);
+            if taken >= self.options.runs {
+                return;
+            }
+            let seed = self.options.seed + taken;
+            let result = self.run(seed);
+            if result.is_err() {
+                self.ending.end();
+            }
+            // The reader stays until all writers are gone.
+            let Some(result) = result.transpose() else { return };
+            let _ = results.send((seed, result));
+        }
+    }
+
+    /// Runs one seed; nothing when the run was cut off.
+    fn run(&self, seed: u64) -> Result<Option<Summary>, Failure> {
+        let BatchOptions { name, common, .. } = self.options;
+        let rate = if common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
+        // Nobody could tell which of the runs a line of the log is from.
+        let defaults = vec!["log.targets.console=false".into()];
+        let mut sets = common.set.clone();
+        sets.push(format!("agent.seed={seed}"));
+        let application = examples::find(name, None, defaults, sets, common.host.as_deref())?;
+        let how = How {
+            mode: common.mode,
+            rate,
+            workers: common.workers.into(),
+            log: Vec::new(),
+            trajectory: false,
+            follows: false,
+            disarmed: false,
+        };
+        let mission = Mission::load(application, how)?;
+        self.ending.watch(seed, mission.agent.stopper());
+        let finished = mission.run();
+        self.ending.forget(seed);
+        let summary = finished?.summary;
+        let is_cut_off = self.ending.is_over() && summary.outcome == Outcome::Stopped;
+        Ok((!is_cut_off).then_some(summary))
+    }
 }

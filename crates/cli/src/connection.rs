@@ -2,6 +2,7 @@
 
 use clap::Args;
 use slate::runtime::remote::{Client, agents};
+use slate::runtime::sharing::TEAM;
 
 use crate::failure::Failure;
 
@@ -42,11 +43,15 @@ impl AgentOption {
         for own in running.iter().filter(|own| *own != name) {
             // One that ends just now knows nobody.
             let Ok(mut client) = Client::connect(own) else { continue };
-            if client.peers().is_ok_and(|peers| peers.iter().any(|peer| peer.agent == name)) {
+            if client.peers().is_ok_and(|peers| peers.peers.iter().any(|peer| peer.agent == name)) {
                 return Ok(client);
             }
         }
-        Err(Failure::Unmet { name: name.into(), running })
+        // Whoever shares finds those that run here.
+        match running.iter().find(|own| *own != name) {
+            Some(own) if running.iter().any(|own| own == name) => Ok(Client::connect(own)?),
+            _ => Err(Failure::Unmet { name: name.into(), running }),
+        }
     }
 
     /// Connects to the agent whose own a URL is, as nobody else changes it.
@@ -60,7 +65,7 @@ impl AgentOption {
     }
 }
 
-/// The agent that a URL names, if it does.
+/// The agent that a URL names, if it does; what the team knows is known to each of its agents.
 fn named(url: &str) -> Option<&str> {
-    url.strip_prefix("slate://")?.split('/').next().filter(|name| !name.is_empty())
+    url.strip_prefix("slate://")?.split('/').next().filter(|name| !name.is_empty() && *name != TEAM)
 }

@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use slate::blackboard::nearest_names;
 use slate::module::Plugin;
-use slate::runtime::configuration::{Configuration, Database, Options};
+use slate::runtime::configuration::{Configuration, Database, Options, parse_change};
 use slate::runtime::snapshot::Snapshot;
 
 use crate::course::Course;
@@ -19,15 +19,32 @@ struct Example {
     controllers: &'static [(&'static str, &'static [&'static str])],
 }
 
-const EXAMPLES: [Example; 1] = [Example {
-    name: slate_exp1::NAME,
-    about: slate_exp1::ABOUT,
-    configuration: slate_exp1::CONFIGURATION,
-    controllers: &slate_exp1::CONTROLLERS,
-}];
+const EXAMPLES: [Example; 3] = [
+    Example {
+        name: slate_exp1::NAME,
+        about: slate_exp1::ABOUT,
+        configuration: slate_exp1::CONFIGURATION,
+        controllers: &slate_exp1::CONTROLLERS,
+    },
+    Example {
+        name: slate_exp2::NAME,
+        about: slate_exp2::ABOUT,
+        configuration: slate_exp2::CONFIGURATION,
+        controllers: &slate_exp2::CONTROLLERS,
+    },
+    Example {
+        name: slate_exp3::NAME,
+        about: slate_exp3::ABOUT,
+        configuration: slate_exp3::CONFIGURATION,
+        controllers: &slate_exp3::CONTROLLERS,
+    },
+];
+
+/// The setting that chooses a variant.
+const CONTROLLER: &str = "controller";
 
 /// Names at the top of a configuration that belong to applications.
-const EXTRA_TABLES: [&str; 3] = ["world", "report", "controller"];
+const EXTRA_TABLES: [&str; 3] = ["world", "report", CONTROLLER];
 
 impl Example {
     fn read(&self, options: Options) -> Result<Database, Failure> {
@@ -36,7 +53,7 @@ impl Example {
 
     /// The settings of the variant that `controller` names.
     fn variant(&self, configuration: &Configuration) -> Result<&'static [&'static str], Failure> {
-        let Some(controller) = configuration.value("controller") else { return Ok(&[]) };
+        let Some(controller) = configuration.value(CONTROLLER) else { return Ok(&[]) };
         let name = controller.value.as_str().unwrap_or_default();
         if let Some((_, settings)) = self.controllers.iter().find(|(known, _)| *known == name) {
             return Ok(settings);
@@ -68,7 +85,13 @@ impl Application {
 
 /// The modules that are linked into the command.
 pub fn plugins() -> Vec<Plugin> {
-    vec![slate::sim::plugin(), slate_exp1::plugin(), slate_team::plugin()]
+    vec![
+        slate::sim::plugin(),
+        slate_wheeled::plugin(),
+        slate_arcos::plugin(),
+        slate_exp3::plugin(),
+        slate_team::plugin(),
+    ]
 }
 
 /// The agents that a file describes, if it describes several.
@@ -120,6 +143,11 @@ pub fn find(
 
 /// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.
 pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure> {
+    // What can't be read is said with all else.
+    let is_variant = |set: &&String| parse_change(set).is_ok_and(|(path, _)| path == CONTROLLER);
+    if let Some(set) = sets.iter().find(is_variant) {
+        return Err(Failure::OtherVariant { set: set.clone() });
+    }
     let name = Course::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
     Ok(Application::new(&name, snapshot.configuration(sets)?))
 }

@@ -9,6 +9,7 @@ use slate::runtime::remote::{ClientError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
 
 use crate::arguments::MAXIMUM_SEED;
+use crate::output;
 
 /// Why a command can't do what it was asked.
 #[derive(Debug, thiserror::Error)]
@@ -101,9 +102,9 @@ impl Failure {
             Self::Configuration(report) => eprint!("{}", report.render(colour)),
             Self::Agent(ClientError::Refused(Refusal { report: Some(report), .. })) => eprint!("{report}"),
             other => {
-                eprintln!("error: {other}");
+                eprintln!("error: {}", output::harmless(other));
                 if let Some(help) = other.help().filter(|help| !help.is_empty()) {
-                    eprintln!("  help: {help}");
+                    eprintln!("  help: {}", output::harmless(help));
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Links of a running agent.
 
 use clap::Args;
-use slate::blackboard::Url;
+use slate::blackboard::{Url, is_within};
 use slate::runtime::remote::LinkEntry;
 
 use crate::connection::AgentOption;
@@ -125,17 +125,24 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
         }
         return Ok(true);
     };
-    let changed = agent.link(to, from, &options.table(), options.dry_run)?;
-    show(&changed, options.dry_run, options.json);
+    let table = options.table();
+    if options.dry_run {
+        show(&agent.link(to, from, &table, true)?, true, options.json);
+        return Ok(true);
+    }
+    // What does not fit another agent is no reason against a link, as it may fit later; but nobody should have to look.
+    let doubts = agent.link(to, from, &table, true).err();
+    show(&agent.link(to, from, &table, false)?, false, options.json);
+    if let Some(doubts) = doubts {
+        eprintln!("warning: the link is made, and waits: {}", output::harmless(doubts));
+    }
     Ok(true)
 }
 
 /// The links of an input and its fields, or of a module.
 fn only(links: Vec<LinkEntry>, to: &str) -> Result<Vec<LinkEntry>, Failure> {
     let path = Url::parse(to).map_or_else(|_| to.to_owned(), |url| url.path_in(""));
-    let is_meant = |link: &LinkEntry| {
-        link.to.strip_prefix(&path).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
-    };
+    let is_meant = |link: &LinkEntry| is_within(&link.to, &path);
     let (meant, others): (Vec<_>, Vec<_>) = links.into_iter().partition(is_meant);
     if meant.is_empty() {
         let linked = others.into_iter().map(|link| link.to).collect();

@@ -1,5 +1,6 @@
 //! One run of an application from start to verdict.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -14,8 +15,12 @@ use crate::arguments::ModeName;
 use crate::course::{self, Course};
 use crate::examples::Application;
 use crate::failure::Failure;
-use crate::observation::Observation;
+use crate::observation::{Metrics, Observation};
 use crate::scene;
+
+/// What every judge measures, by name: the summary has places of its own for it.
+const STANDARD: [&str; 5] =
+    ["path_length", "shortest_path", "minimum_clearance", "collisions", "collisions_caused"];
 
 /// What a run left.
 pub struct Finished {
@@ -106,9 +111,23 @@ impl Mission {
         let (cycles, now) = self.course.cycles();
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let (outcome, message) = self.judge(&end);
-        let metrics = self.observation.metrics();
-        let number = |name: &str| metrics.as_ref().and_then(|m| m.get(name)).and_then(Value::as_f64);
-        let count = |name: &str| number(name).map_or(0, |n| n as u64);
+        let mut judged = self.observation.metrics().into_iter();
+        let Metrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();
+        let standard = STANDARD.map(|name| figures.remove(name));
+        let [path_length, shortest_path, minimum_clearance, collisions, collisions_caused] = standard;
+        let count = |figure: Option<f64>| figure.map_or(0, |figure| figure as u64);
+        let mut robots: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
+        for metrics in judged {
+            // What another judge measures of the same robot is one more figure of it.
+            match metrics.robot == first {
+                true => figures.extend(metrics.figures),
+                false => robots.entry(metrics.robot).or_default().extend(metrics.figures),
+            }
+            units.extend(metrics.units);
+        }
+        let is_shown =
+            |name: &String| figures.contains_key(name) || robots.values().any(|own| own.contains_key(name));
+        units.retain(|name, _| is_shown(name));
         let status = self.status_counts();
         let mut conditions = scene::conditions(&self.application.configuration);
         conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
@@ -121,13 +140,16 @@ impl Mission {
             message,
             sim_time_s: now as f64 * 1e-9,
             wall_time_s: wall_time.as_secs_f64(),
-            path_length_m: number("path_length").unwrap_or(0.0),
-            shortest_path_m: number("shortest_path").unwrap_or(0.0),
-            collisions: count("collisions"),
-            collisions_caused: count("collisions_caused"),
-            min_clearance_m: number("minimum_clearance"),
+            path_length_m: path_length.unwrap_or(0.0),
+            shortest_path_m: shortest_path.unwrap_or(0.0),
+            collisions: count(collisions),
+            collisions_caused: count(collisions_caused),
+            min_clearance_m: minimum_clearance,
             route_switches: status.0,
             reflexes: status.1,
+            figures,
+            robots,
+            units,
             ticks: cycles,
             digest,
         };

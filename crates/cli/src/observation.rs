@@ -1,12 +1,13 @@
 //! What a run shows of itself: robots, routes, actions, clearance; read from the blackboard at the URLs that the
 //! configuration's `[report]` names.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate::blackboard::interface::{Field, Value, View};
 use slate::blackboard::{Board, Property};
 use slate::record::{Route, Sample};
-use slate::runtime::configuration::{Configuration, Diagnostic, Table};
+use slate::runtime::configuration::{Configuration, Diagnostic, Spanned, Table, Value as Setting};
 
 use crate::failure::Failure;
 
@@ -21,9 +22,29 @@ pub struct ObservedRobot {
 /// Everything that the report follows.
 pub struct Observation {
     pub robots: Vec<ObservedRobot>,
-    metrics: Option<Arc<Property>>,
+    judged: Vec<Judged>,
     verdict: Option<Arc<Property>>,
     speed: Option<(Arc<Property>, &'static Field)>,
+}
+
+/// A robot of which a judge measures something.
+struct Judged {
+    metrics: Arc<Property>,
+    /// The judge's parameter that says which robot it is.
+    robot: Option<Arc<Property>>,
+    /// What the judge is called.
+    judge: String,
+}
+
+/// What a judge measured.
+#[derive(Default)]
+pub struct Metrics {
+    /// The name of the robot, or that of the judge if it does not say whom it judges.
+    pub robot: String,
+    /// By the names of the judge's interface.
+    pub figures: BTreeMap<String, f64>,
+    /// Those of figures that have one.
+    pub units: BTreeMap<String, String>,
 }
 
 /// How a robot is now.
@@ -64,8 +85,7 @@ impl Observation {
     pub fn new(configuration: &Configuration, board: &Board) -> Result<Self, Failure> {
         let mut complaints = unknown_keys(configuration);
         let mut robots = Vec::new();
-        let mut find = |path: &str| {
-            let spanned = configuration.value(path)?;
+        let mut find_at = |spanned: &Spanned<Setting>| {
             let text = spanned.value.as_str().unwrap_or_default();
             match board.find(text.trim_start_matches('/')) {
                 Ok((property, _)) => Some(property),
@@ -75,6 +95,13 @@ impl Observation {
                 }
             }
         };
+        let judged = match configuration.value("report.metrics") {
+            Some(Spanned { value: Setting::List(list), .. }) => list.iter().collect(),
+            one => Vec::from_iter(one),
+        };
+        let judged = judged.into_iter().filter_map(&mut find_at).map(|metrics| Judged::new(metrics, board));
+        let judged = judged.collect();
+        let mut find = |path: &str| find_at(configuration.value(path)?);
         let names: Vec<String> = configuration
             .value("report.robots")
             .and_then(|robots| robots.value.as_table())
@@ -88,7 +115,6 @@ impl Observation {
                 robots.push(ObservedRobot { name, pose, status, clearance });
             }
         }
-        let metrics = find("report.metrics");
         let verdict = find("mission.outcome");
         let speed = configuration.value("report.speed").and_then(|spanned| {
             let text = spanned.value.as_str().unwrap_or_default();
@@ -104,15 +130,15 @@ impl Observation {
             field
         });
         if complaints.is_empty() {
-            Ok(Self { robots, metrics, verdict, speed })
+            Ok(Self { robots, judged, verdict, speed })
         } else {
             Err(Failure::Configuration(complaints.into()))
         }
     }
 
-    /// What the judge measured.
-    pub fn metrics(&self) -> Option<Value> {
-        value(self.metrics.as_ref()?)
+    /// What the judges measured, in the order in which the report names them; none of a judge that said nothing.
+    pub fn metrics(&self) -> Vec<Metrics> {
+        self.judged.iter().filter_map(Judged::metrics).collect()
     }
 
     /// The judge's verdict: its state and its reason.
@@ -132,6 +158,33 @@ impl Observation {
     /// Whether the mission is still going on.
     pub fn is_running(&self) -> bool {
         self.verdict().is_none_or(|(state, _)| state == "RUNNING")
+    }
+}
+
+impl Judged {
+    fn new(metrics: Arc<Property>, board: &Board) -> Self {
+        let judge = metrics.path();
+        let judge = judge.rsplit_once('/').map_or(judge, |(judge, _)| judge).to_owned();
+        let robot = board.get(&format!("{judge}/params/robot")).filter(|(_, field)| field == "robot");
+        Self { metrics, robot: robot.map(|(params, _)| params), judge }
+    }
+
+    fn metrics(&self) -> Option<Metrics> {
+        let measured = value(&self.metrics)?;
+        let robot = self.robot.as_ref().and_then(value);
+        let robot = robot.as_ref().and_then(|params| params.get("robot")?.as_str()).unwrap_or(&self.judge);
+        let mut metrics =
+            Metrics { robot: robot.to_owned(), figures: BTreeMap::new(), units: BTreeMap::new() };
+        for Field { name, unit, .. } in self.metrics.descriptor().fields {
+            // What does not apply is no number.
+            let number = measured.get(name).and_then(Value::as_f64).filter(|number| number.is_finite());
+            let Some(number) = number else { continue };
+            metrics.figures.insert((*name).to_owned(), number);
+            if !unit.is_empty() {
+                metrics.units.insert((*name).to_owned(), (*unit).to_owned());
+            }
+        }
+        Some(metrics)
     }
 }
 

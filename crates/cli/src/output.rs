@@ -4,15 +4,23 @@ use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use slate::runtime::printable_text;
+
 /// Whether something could not be written.
 static LOST: AtomicBool = AtomicBool::new(false);
 
 /// Whether who read it has gone.
 static UNREAD: AtomicBool = AtomicBool::new(false);
 
+/// A text that may be somebody else's: it breaks lines and nothing else, and a terminal obeys nothing in it.
+pub fn harmless(text: impl Display) -> String {
+    let text = text.to_string();
+    text.split('\n').map(printable_text).collect::<Vec<_>>().join("\n")
+}
+
 /// Prints a line. Who reads it may have gone, as `head` does; then nobody misses the rest.
 pub fn line(text: impl Display) {
-    match writeln!(std::io::stdout(), "{text}") {
+    match writeln!(std::io::stdout(), "{}", harmless(text)) {
         Ok(()) => {}
         Err(error) if error.kind() == ErrorKind::BrokenPipe => UNREAD.store(true, Ordering::Relaxed),
         Err(error) => {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::Args;
-use slate::runtime::remote::PeerEntry;
+use slate::runtime::remote::{PeerEntry, PeerList};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -22,11 +22,12 @@ pub struct PeersOptions {
 /// Lists them, with what is read of them and what they read.
 pub fn peers(options: &PeersOptions) -> Result<bool, Failure> {
     let mut agent = options.agent.connect()?;
-    let peers = agent.peers()?;
+    let all = agent.peers()?;
     if options.json {
-        output::json(&peers);
+        output::json(&all);
         return Ok(true);
     }
+    let PeerList { peers, rejected } = all;
     let head = ["agent", "endpoint", "connected", "round trip", "offset"].map(String::from);
     output::columns([head].into_iter().chain(peers.iter().map(row)));
     for peer in &peers {
@@ -48,14 +49,9 @@ pub fn peers(options: &PeersOptions) -> Result<bool, Failure> {
             ));
         }
     }
-    let properties = agent.properties(None)?;
-    for property in properties.iter().filter(|property| property.path.starts_with("share/turned_away/")) {
-        // One that has not been written yet is about to be.
-        let Some(shown) = agent.read(&format!("/{}", property.path))? else { continue };
-        let text = |name: &str| shown.value[name].as_str().unwrap_or_default().to_owned();
-        let times =
-            if shown.value["count"] == 1 { "once".into() } else { format!("{} times", shown.value["count"]) };
-        output::line(format_args!("turned away {times}: {}: {}", text("from"), text("reason")));
+    for one in &rejected {
+        let times = if one.count == 1 { "once".into() } else { format!("{} times", one.count) };
+        output::line(format_args!("rejected {times}: {}: {}", one.from, one.reason));
     }
     Ok(true)
 }

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 use slate::runtime::remote::PropertyEntry;
+use slate::runtime::sharing::TEAM;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -50,9 +51,13 @@ pub fn list(agent: &AgentOption, pattern: Option<&str>, json: bool) -> Result<bo
         output::json(&properties);
         return Ok(true);
     }
-    // As they are asked for: those of another agent by their whole URLs.
+    // As they are asked for: those of another agent by their whole URLs, and so what the team knows, which is below its name.
     let agent = pattern.and_then(|pattern| pattern.strip_prefix("slate://")?.split('/').next());
-    let root = agent.map_or("/".into(), |agent| format!("slate://{agent}/"));
+    let root = match agent {
+        Some(TEAM) => "slate://".into(),
+        Some(agent) => format!("slate://{agent}/"),
+        None => "/".into(),
+    };
     let row =
         |property: PropertyEntry| [format!("{root}{}", property.path), property.interface, property.doc];
     let head = ["property", "interface", "what it is for"].map(String::from);

@@ -37,13 +37,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     let snapshot = options.resume.as_ref().map(Snapshot::read).transpose()?;
     let application = match (&options.name, &snapshot) {
         // The snapshot has what suited the terminal of the other run.
-        (None, Some(snapshot)) => {
-            let chosen = sets.iter().find(|set| set.split('=').next().map(str::trim) == Some("controller"));
-            if let Some(set) = chosen {
-                return Err(Failure::OtherVariant { set: set.clone() });
-            }
-            examples::of(snapshot, [defaults, sets].concat())?
-        }
+        (None, Some(snapshot)) => examples::of(snapshot, [defaults, sets].concat())?,
         (name, _) => {
             let name = name.as_deref().unwrap_or_default();
             let (agent, host) = (options.agent.as_deref(), options.common.host.as_deref());

@@ -1,11 +1,14 @@
-//! What stands around the robots, for the pictures of the report.
+//! The robots and what stands around them, for the pictures of the report.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use slate::blackboard::interface::Value;
-use slate::record::{Bounds, Goal, Polygon, Scene};
+use slate::module::math;
+use slate::record::{Bounds, Cone, Goal, Polygon, Robot, Scene};
 use slate::runtime::configuration::Configuration;
-use slate::sim::Scenario;
+use slate::sim::geometry::Point;
+use slate::sim::robot::{DriveDescription, RobotDescription};
+use slate::sim::{Placement, Scenario};
 
 use crate::failure::Failure;
 
@@ -25,14 +28,69 @@ pub fn of(configuration: &Configuration) -> Result<Scene, Failure> {
             })
         })
         .collect();
+    let own = scenario.goals.iter().map(|(name, goals)| (name.as_str(), goals.as_slice()));
+    let mut goals_of: Vec<_> = own.collect();
+    if goals_of.is_empty() {
+        goals_of.push(("", std::slice::from_ref(&scenario.goal)));
+    }
     let scripted = scenario.placements.iter().filter(|placement| placement.script.is_some());
     Ok(Scene {
         bounds: Bounds { minimum: bounds.minimum, maximum: bounds.maximum },
         polygons,
         circles: Vec::new(),
-        goals: vec![Goal { label: "goal".into(), x: scenario.goal.x, y: scenario.goal.y }],
+        goals: goals(&goals_of),
+        robots: scenario.placements.iter().map(robot).collect(),
         scripted: scripted.map(|placement| placement.name.clone()).collect(),
     })
+}
+
+/// The goals of robots. One alone is the goal; several of a robot are numbered in the order in which it shall reach them,
+/// and where several robots have some, each has the name of its own.
+fn goals(of: &[(&str, &[Point])]) -> Vec<Goal> {
+    let is_shared = of.iter().filter(|(_, goals)| !goals.is_empty()).count() > 1;
+    let labelled = of.iter().flat_map(|(robot, goals)| {
+        goals.iter().zip(1..).map(move |(goal, number)| {
+            let robot = if is_shared { format!("{robot}: ") } else { String::new() };
+            let number = if goals.len() > 1 { format!(" {number}") } else { String::new() };
+            Goal { label: format!("{robot}goal{number}"), x: goal.x, y: goal.y }
+        })
+    });
+    labelled.collect()
+}
+
+fn robot(placement: &Placement) -> Robot {
+    let Placement { name, description, sonar, pose, .. } = placement;
+    let sonar = description.sonar.get(sonar);
+    let cones = sonar.into_iter().flat_map(|sonar| {
+        sonar.placements.iter().map(|[x, y, degrees]| Cone {
+            x: *x,
+            y: *y,
+            direction: degrees.to_radians(),
+            opening: sonar.field_of_view,
+            range: sonar.range_max,
+        })
+    });
+    Robot {
+        name: name.clone(),
+        x: pose.x,
+        y: pose.y,
+        theta: pose.theta,
+        outline: description.footprint.clone(),
+        wheels: match description.drive.wheelbase {
+            Some(wheelbase) => wheels(description, &[wheelbase / 2.0, -wheelbase / 2.0]),
+            None => wheels(description, &[0.0]),
+        },
+        cones: cones.collect(),
+    }
+}
+
+/// The wheels of a robot with axles at these x. How wide they are is not described: they end where the body does.
+fn wheels(description: &RobotDescription, axles: &[f64]) -> Vec<[[f64; 2]; 2]> {
+    let DriveDescription { wheel_radius, track, .. } = description.drive;
+    let half_width = description.footprint.iter().map(|[_, y]| *y).fold(0.0, math::max);
+    let half = math::clamp(half_width - track / 2.0, wheel_radius / 4.0, wheel_radius / 2.0);
+    let wheel = |x: f64, y: f64| [[x - wheel_radius, y - half], [x + wheel_radius, y + half]];
+    axles.iter().flat_map(|x| [wheel(*x, track / 2.0), wheel(*x, -track / 2.0)]).collect()
 }
 
 /// Under which conditions a run is made: figures mean nothing without them.
@@ -44,11 +102,13 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
         conditions.insert("layout".into(), layout);
     }
     if let Ok(Some(scenario)) = scenario(configuration) {
-        let noisy = scenario.placements.iter().any(|placement| {
-            placement.description.sonar.get(&scenario.sonar).is_some_and(|sonar| sonar.noise_constant > 0.0)
+        let profiles: BTreeSet<_> = scenario.placements.iter().map(|placement| &placement.sonar).collect();
+        let noisy = scenario.placements.iter().any(|Placement { description, sonar, .. }| {
+            description.sonar.get(sonar).is_some_and(|sonar| sonar.noise_constant > 0.0)
         });
-        if !scenario.sonar.is_empty() {
-            conditions.insert("sensor_profile".into(), scenario.sonar);
+        let named: Vec<_> = profiles.into_iter().filter(|name| !name.is_empty()).cloned().collect();
+        if !named.is_empty() {
+            conditions.insert("sensor_profile".into(), named.join(", "));
         }
         conditions.insert("noise".into(), if noisy { "ranges and odometry" } else { "odometry only" }.into());
     }
@@ -65,4 +125,19 @@ fn scenario(configuration: &Configuration) -> Result<Option<Scenario>, Failure> 
             None => Failure::World(text),
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Point, goals};
+
+    #[test]
+    fn goals_are_numbered_and_named_where_there_are_several() {
+        let (one, corners) = ([Point::new(0.0, 0.0)], [Point::new(2.0, 2.0), Point::new(2.0, -2.0)]);
+        let labels =
+            |of: &[(&str, &[Point])]| goals(of).into_iter().map(|goal| goal.label).collect::<Vec<_>>();
+        assert_eq!(labels(&[("r2", &one)]), ["goal"]);
+        assert_eq!(labels(&[("r2", &corners), ("r3", &[])]), ["goal 1", "goal 2"]);
+        assert_eq!(labels(&[("r2", &corners), ("r3", &one)]), ["r2: goal 1", "r2: goal 2", "r3: goal"]);
+    }
 }

@@ -47,8 +47,12 @@ pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
     match verb {
         SnapshotVerb::Save { file, of: Some(url), agent } => {
             let saved = agent.connect_beside(url)?.save_remote(url, &absolute(file)?)?;
+            let untold = match saved.untold {
+                0 => String::new(),
+                untold => format!("; it says of {untold} why they could not be had"),
+            };
             output::line(format_args!(
-                "{} has {} values of {} properties of agent {}",
+                "{} has {} values of {} properties of agent {}{untold}",
                 file.display(),
                 saved.values,
                 saved.properties,

@@ -60,7 +60,7 @@ fn a_run_reaches_its_goal_and_leaves_its_report() {
     let csv = std::fs::read_to_string(report.join("trajectory.csv")).unwrap();
     assert_eq!(csv.lines().next(), Some("time_s,robot,x_m,y_m,theta_rad,route,action"));
     assert!(csv.contains(",deliberative,") && csv.contains(",reactive,"));
-    for picture in ["trajectory.svg", "timeline.svg"] {
+    for picture in ["scene.svg", "trajectory.svg", "timeline.svg"] {
         assert!(std::fs::read_to_string(report.join(picture)).unwrap().contains("</svg>"), "{picture}");
     }
     let saved: Value =
@@ -158,7 +158,7 @@ fn refused(name: &str, arguments: &[&str], words: &[&str]) {
 
 #[test]
 fn what_is_wrong_is_said_with_its_place_and_its_mend() {
-    refused("example", &["run", "exp2"], &["`exp2`", "did you mean `exp1`"]);
+    refused("example", &["run", "exp11"], &["`exp11`", "did you mean `exp1`"]);
     refused("option", &["run", "exp1", "--fast"], &["--fast"]);
     refused("rate", &["run", "exp1", "--rate", "0"], &["realtime", "max"]);
     refused("key", &["run", "exp1", "--set", "loop.perod=1"], &["--set", "period"]);

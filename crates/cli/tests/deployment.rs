@@ -10,18 +10,11 @@ use std::process::{Child, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-use common::{Running, text, wait_for};
+use common::{Running, WORLD, text, wait_for};
 use serde_json::Value;
 
 /// A robot in its simulator and who watches it; neither ends by itself.
-const TEAM: &str = r#"
-[world]
-arena = "rocs_arena"
-layout = "start"
-goal = [0.0, 0.0]
-robots.r2 = { model = "pioneer_p3dx" }
-layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
-
+const AGENTS: &str = r#"
 [share.agents.robot]
 [share.agents.watcher]
 
@@ -35,9 +28,13 @@ params = { robot = "r2", tolerance = 0.1, time_limit = 1e6 }
 "referee/truth" = "slate://robot/simulator/r2/truth"
 "#;
 
+fn team_text() -> String {
+    format!("{WORLD}{AGENTS}")
+}
+
 fn team(name: &str) -> Running {
     let running = Running::new(name);
-    fs::write(running.folder().join("team.toml"), TEAM).unwrap();
+    fs::write(running.folder().join("team.toml"), team_text()).unwrap();
     running
 }
 
@@ -189,7 +186,8 @@ fn a_crashed_agent_starts_anew_disarmed_and_shares_again_and_one_that_ends_by_it
         "[agents.robot]\ninclude = {exp1:?}\nmodules.referee.params.time_limit = 1e6\n\
                          world.layout = \"authors\"\nworld.goal = [1.9, -1.9]\n"
     );
-    let (head, rest) = TEAM.split_at(TEAM.find("[agents.robot]").unwrap());
+    let team = team_text();
+    let (head, rest) = team.split_at(team.find("[agents.robot]").unwrap());
     let watcher = &rest[rest.find("[agents.watcher").unwrap()..];
     fs::write(running.folder().join("team.toml"), format!("{head}{robot}{watcher}")).unwrap();
     let mut started = Started::new(&running, &["run", "team.toml", "--out", "reports"]);
@@ -295,7 +293,7 @@ fn what_one_refuses_starts_none() {
     fs::write(folder.join("keys.toml"), "[agents.a.loop]\nperiods = 1\n[agents.b]\n").unwrap();
     refused("keys.toml", &[], &["unknown key `periods`", "keys.toml:2:1"]);
     refused("keys.toml", &["--agent", "b"], &["unknown key `periods`", "keys.toml:2:1"]);
-    let typo = TEAM.replace("tolerance", "tolerances");
+    let typo = team_text().replace("tolerance", "tolerances");
     fs::write(folder.join("parameters.toml"), typo).unwrap();
     refused(
         "parameters.toml",
@@ -334,5 +332,5 @@ fn settings_are_for_one_agent_or_for_all_and_are_saved_where_they_belong() {
     running.done(&["config", "set", "--agent", "watcher", "modules.referee.params.tolerance=0.2"]);
     running.done(&["config", "save", "--agent", "watcher"]);
     let saved = fs::read_to_string(running.folder().join("team.toml")).unwrap();
-    assert_eq!(saved, TEAM.replace("tolerance = 0.1", "tolerance = 0.2"));
+    assert_eq!(saved, team_text().replace("tolerance = 0.1", "tolerance = 0.2"));
 }

@@ -8,18 +8,9 @@ use std::net::TcpListener;
 use std::path::Path;
 use std::process::Command;
 
-use common::{Running, wait_for};
+use common::{Running, WORLD, wait_for};
 
 const BOOK: &str = include_str!("../../../book/src/17-network.md");
-
-const WORLD: &str = r#"
-[world]
-arena = "rocs_arena"
-layout = "start"
-goal = [0.0, 0.0]
-robots.r2 = { model = "pioneer_p3dx" }
-layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
-"#;
 
 const BASE: &str = r#"
 [time]
@@ -110,7 +101,7 @@ fn two_agents_share_over_tls_with_certificates_as_the_book_makes_them() {
     wait_for("the robot's place", || scene.running.read("arm", "/referee/truth/x") == 0.6);
     scene.says("peers", "arm", &["tls:127.0.0.1:", "reads slate://base/simulator/r2/truth"]);
     scene.says("peers", "base", &["it dials", "arm reads /simulator/r2/truth"]);
-    assert!(!scene.running.done(&["peers", "--agent", "base"]).contains("turned away"));
+    assert!(!scene.running.done(&["peers", "--agent", "base"]).contains("rejected"));
 }
 
 #[test]
@@ -125,8 +116,8 @@ fn both_sides_say_who_is_refused_and_why() {
     scene.start("base");
     scene.start("arm");
     let words = "in the name of `arm`, was not signed by the authority";
-    scene.says("log", "base", &["turned away: 127.0.0.1 at tls:127.0.0.1:", words]);
-    scene.says("peers", "base", &["turned away", words]);
+    scene.says("log", "base", &["rejected: 127.0.0.1 at tls:127.0.0.1:", words]);
+    scene.says("peers", "base", &["rejected", words]);
     let words = "refuses this agent's certificate (UnknownCA)";
     scene.says("log", "arm", &[words]);
     scene.says("peers", "arm", &[words]);
@@ -139,17 +130,18 @@ fn both_sides_say_who_is_refused_and_why() {
     scene.other("leg", "keys", "keys/authority.pem");
     scene.start("leg");
     let words = "agent `leg` is not in [share.security.allow] of agent `base`";
-    scene.says("log", "base", &["turned away: agent `leg`", words]);
-    scene.says("peers", "base", &["turned away", words]);
+    scene.says("log", "base", &["rejected: agent `leg`", words]);
+    scene.says("peers", "base", &["rejected", words]);
     scene.says("log", "leg", &[words]);
 
     // One whose certificate expires while it runs: it could not start with it.
     (0..2).for_each(|_| scene.running.kill());
-    make_certificates(&folder.join("old"), |block| block);
+    make_certificates(&folder.join("old"), |block| block.replace("-days 365", "-days 3"));
     scene.other("arm", "old", "old/authority.pem");
     let base = std::fs::read_to_string(folder.join("base.toml")).unwrap().replace("keys/", "old/");
     std::fs::write(folder.join("base.toml"), base).unwrap();
     scene.start("arm");
+    scene.says("log", "arm", &["old/arm.pem expires in 7"]);
     let again = "openssl x509 -req -days 0 -in arm.csr -CA authority.pem -CAkey authority.key -extfile arm.ext -out arm.pem";
     let made = Command::new("bash").args(["-c", again]).current_dir(folder.join("old")).output().unwrap();
     assert!(made.status.success(), "{made:?}");

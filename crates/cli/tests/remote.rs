@@ -13,14 +13,14 @@ fn the_code_of_exp1_is_exchanged_and_its_speed_changed_while_the_robot_drives_to
     let mut running = Running::new("exchange");
     running.start("exp1", &EXP1);
     let plugins: Vec<Value> = serde_json::from_str(&running.done(&["plugin", "list", "--json"])).unwrap();
-    let exp1 = plugins.iter().find(|plugin| plugin["name"] == "slate-exp1").unwrap();
+    let exp1 = plugins.iter().find(|plugin| plugin["name"] == "slate-wheeled").unwrap();
     assert_eq!(exp1["file"], Value::Null);
     let modules = exp1["modules"].as_array().unwrap().len();
     assert!(running.done(&["plugin", "list"]).contains("linked in"));
 
-    let file = library("libslate_exp1.so");
+    let file = library("libslate_wheeled.so");
     for _ in 0..2 {
-        let said = running.done(&["plugin", "reload", "slate-exp1", &file]);
+        let said = running.done(&["plugin", "reload", "slate-wheeled", &file]);
         assert!(said.contains("between two ticks"), "{said}");
         assert_eq!(said.matches("goes on with its state").count(), modules, "{said}");
     }
@@ -84,10 +84,10 @@ fn what_an_agent_refuses_is_shown_with_its_place_and_its_mend() {
     running.fails(2, &["config", "set", "loop.period"], &["no `=`"]);
     running.fails(2, &["config", "set"], &["PATH=VALUE"]);
     running.fails(1, &["config", "get", "modules.planer"], &["modules.planer"]);
-    running.fails(1, &["plugin", "load", "slate-exp1"], &["loaded already"]);
+    running.fails(1, &["plugin", "load", "slate-wheeled"], &["loaded already"]);
     running.fails(1, &["plugin", "load", "exp2"], &["no plugin `exp2`"]);
     running.fails(1, &["plugin", "load", "Cargo.toml"], &["Cargo.toml: can't be read"]);
-    running.fails(1, &["plugin", "reload", "slate-exp1"], &["linked in"]);
+    running.fails(1, &["plugin", "reload", "slate-wheeled"], &["linked in"]);
     running.fails(1, &["plugin", "unload", "simulation"], &["time source"]);
     running.fails(1, &["module", "enable", "planner"], &["planner"]);
     running.fails(2, &["module", "list", "--agent", "exp7"], &["no agent `exp7`", "exp1"]);
@@ -218,13 +218,13 @@ fn settings_of_this_computer_have_a_file_of_their_own() {
 #[test]
 fn a_library_says_what_it_offers_without_being_opened() {
     let running = Running::new("info");
-    let file = library("libslate_exp1.so");
+    let file = library("libslate_wheeled.so");
     let said = running.done(&["plugin", "info", &file]);
-    for words in ["slate-exp1 0.1.0", "panic unwind", "go_to_origin_planner (Think)", "needs nothing"] {
+    for words in ["slate-wheeled 0.1.0", "panic unwind", "go_to_origin_planner (Think)", "needs nothing"] {
         assert!(said.contains(words), "{words}: {said}");
     }
     let outline: Value = serde_json::from_str(&running.done(&["plugin", "info", &file, "--json"])).unwrap();
-    assert_eq!(outline["name"], "slate-exp1");
+    assert_eq!(outline["name"], "slate-wheeled");
     assert!(outline["modules"][0]["ports"][0]["schema"].is_string(), "{outline}");
     std::fs::write(running.folder().join("text.so"), "no library").unwrap();
     running.fails(2, &["plugin", "info", "text.so"], &["text.so: is no shared library"]);

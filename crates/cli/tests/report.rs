@@ -50,6 +50,7 @@ fn the_pictures_are_well_formed_and_show_the_run() {
     for (name, words) in [
         ("trajectory.svg", ["exp1, seed 1", "goal", "box", "x [m]", "deliberative"]),
         ("timeline.svg", ["exp1, seed 1", "r2", "time [s]", "deliberative", "reactive"]),
+        ("scene.svg", ["exp1, seed 1", "r1 (scripted)", "goal", "range sensors", "1 m"]),
     ] {
         let picture = read(name);
         let document = Document::parse(&picture).unwrap();
@@ -74,7 +75,7 @@ fn the_saved_summary_is_the_printed_one() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     files.sort();
-    assert_eq!(files, ["summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"]);
+    assert_eq!(files, ["scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"]);
 }
 
 #[test]

@@ -3,18 +3,8 @@
 
 mod common;
 
-use common::{Running, wait_for};
+use common::{Running, WORLD, wait_for};
 use serde_json::Value;
-
-/// Where both believe that the robot is.
-const WORLD: &str = r#"
-[world]
-arena = "rocs_arena"
-layout = "start"
-goal = [0.0, 0.0]
-robots.r2 = { model = "pioneer_p3dx" }
-layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
-"#;
 
 /// A robot in its simulator, which does not end by itself.
 const ROBOT: &str = r#"
@@ -92,8 +82,8 @@ fn two_agents_share_in_either_order_and_when_one_is_killed_and_comes_again() {
     // What tools see follows a little later.
     wait_for("the robot among the peers", || {
         let peers = running.done(&["peers", "--agent", "watcher", "--json"]);
-        let peers: Vec<Value> = serde_json::from_str(&peers).unwrap();
-        let robot = peers.iter().find(|peer| peer["agent"] == "robot").unwrap();
+        let peers: Value = serde_json::from_str(&peers).unwrap();
+        let robot = peers["peers"].as_array().unwrap().iter().find(|peer| peer["agent"] == "robot").unwrap();
         assert_eq!(robot["endpoint"], "local:robot");
         robot["connected"].as_u64() > Some(0) && robot["reads"][1]["path"] == "simulator/r2/truth"
     });
@@ -175,6 +165,7 @@ fn another_agent_is_looked_into_through_one_that_knows_it() {
     };
     refused(&["get", "slate://robt/simulator/r2/truth"], &["no agent `robt`", "nearest: robot"]);
     refused(&["get", "slate://robot/simulator/r2/trut"], &["nearest: simulator/r2/truth"]);
+    refused(&["get", "slate://robot/**"], &["is not a property's URL"]);
     refused(&["list", "slate://robot/simulatr/**"], &["nearest: simulator/"]);
     running.fails(2, &["list", "--agent", "watchr"], &["there are: watcher, robot"]);
 }
@@ -197,6 +188,26 @@ fn a_url_that_names_an_agent_leads_to_it() {
     assert!(links(&running).iter().any(|link| link["from"] == "slate://other/simulator/r2/truth"));
     let words = ["belongs to agent `watcher`", "--agent watcher"];
     running.fails(1, &[&link[..], &["--agent", "robot"]].concat(), &words);
+    // What the other agent has is seen before a link is made; whether it is there or not, the link can be made.
+    let dry =
+        |from: &str| ["link", "referee/truth", from, "--agent", "watcher", "--dry-run"].map(String::from);
+    let fails = |from: &str, words: &[&str]| {
+        let arguments = dry(from);
+        running.fails(1, &arguments.each_ref().map(String::as_str), words);
+    };
+    fails(
+        "slate://robot/simulator/r2/truht",
+        &["no property at slate://robot/simulator/r2/truht", "r2/truth"],
+    );
+    fails("slate://robot/simulator/contacts", &["Contacts"]);
+    // It can be made all the same, and it is said that it waits.
+    let made =
+        running.call(&["link", "slate://watcher/referee/clearance", "slate://robot/simulator/contacts"]);
+    let said = String::from_utf8_lossy(&made.stderr);
+    assert!(made.status.success() && said.contains("waits: `referee/clearance`"), "{said}");
+    running.done(&["unlink", "slate://watcher/referee/clearance"]);
+    let good = dry("slate://robot/simulator/r2/truth");
+    assert!(running.done(&good.each_ref().map(String::as_str)).contains("nothing is changed yet"));
     // One that has no socket here is asked through the one that knows it.
     std::fs::remove_file(running.sockets().join("slate/robot.sock")).unwrap();
     wait_for("a value", || read("slate://robot/simulator/r2/truth/x"));

@@ -84,8 +84,8 @@ fn a_running_agent_is_frozen_and_goes_back() {
     );
     running.fails(
         2,
-        &["run", "--headless", "--resume", "here.snapshot", "--set", "controller=rocs"],
-        &["`--set controller=rocs` has no effect"],
+        &["run", "--headless", "--resume", "here.snapshot", "--set", "controller = rocs"],
+        &["`--set controller = rocs` has no effect"],
     );
     running.fails(2, &["run", "--headless", "--resume", "half.snapshot"], &["half.snapshot"]);
     let state = running.done(&["module", "list"]);

@@ -36,10 +36,10 @@ fn a_switch_says_what_it_did_and_what_it_can_not_do() {
 fn a_load_says_which_code_it_took() {
     let mut running = Running::new("code");
     running.start("exp1", &EXP1);
-    let (file, list) = (library("libslate_exp1.so"), ["plugin", "list"]);
+    let (file, list) = (library("libslate_wheeled.so"), ["plugin", "list"]);
     let line = || {
         let list = running.done(&list);
-        list.lines().find(|line| line.starts_with("slate-exp1")).unwrap().to_owned()
+        list.lines().find(|line| line.starts_with("slate-wheeled")).unwrap().to_owned()
     };
     assert!(line().contains("  linked in  "), "{}", line());
     let whole = running.done(&list);
@@ -47,13 +47,13 @@ fn a_load_says_which_code_it_took() {
     let modules: Vec<_> = whole.lines().flat_map(|line| line.split([' ', ','])).collect();
     assert_eq!(modules.iter().filter(|word| **word == "r2/planner").count(), 1, "{whole}");
     assert!(running.done(&["module", "list"]).lines().next().unwrap().contains("late  crashes  plugin"));
-    running.done(&["plugin", "unload", "slate-exp1"]);
+    running.done(&["plugin", "unload", "slate-wheeled"]);
     assert!(line().contains("not loaded; linked in"), "{}", line());
-    let said = running.done(&["plugin", "load", "slate-exp1"]);
-    assert!(said.starts_with("slate-exp1 is loaded; its code: linked in\nmodules: "), "{said}");
-    running.done(&["plugin", "unload", "slate-exp1"]);
+    let said = running.done(&["plugin", "load", "slate-wheeled"]);
+    assert!(said.starts_with("slate-wheeled is loaded; its code: linked in\nmodules: "), "{said}");
+    running.done(&["plugin", "unload", "slate-wheeled"]);
     let said = running.done(&["plugin", "load", &file]);
-    assert!(said.starts_with(&format!("slate-exp1 is loaded; its code: {file}\nmodules: ")), "{said}");
+    assert!(said.starts_with(&format!("slate-wheeled is loaded; its code: {file}\nmodules: ")), "{said}");
     assert!(line().contains(&file), "{}", line());
 }
 
@@ -61,18 +61,26 @@ fn a_load_says_which_code_it_took() {
 fn new_code_is_tried_beside_the_old_and_takes_over() {
     let mut running = Running::new("beside");
     running.start("exp1", &EXP1);
-    let file = library("libslate_exp1.so");
-    running.fails(1, &["plugin", "shadow", "slate-exp2", &file], &["no plugin `slate-exp2`", "slate-exp1"]);
+    let file = library("libslate_wheeled.so");
+    running.fails(
+        1,
+        &["plugin", "shadow", "slate-weeled", &file],
+        &["no plugin `slate-weeled`", "slate-wheeled"],
+    );
     running.fails(
         2,
-        &["plugin", "shadow", "slate-exp2"],
-        &["no plugin `slate-exp2` is loaded", "plugin list"],
+        &["plugin", "shadow", "slate-weeled"],
+        &["no plugin `slate-weeled` is loaded", "plugin list"],
     );
-    running.fails(1, &["plugin", "promote", "slate-exp1"], &["no new code runs beside it"]);
-    running.fails(1, &["plugin", "shadow", "slate-exp1", "--end"], &["no new code runs beside it"]);
-    assert!(running.done(&["plugin", "shadow", "slate-exp1"]).contains("no new code runs beside slate-exp1"));
+    running.fails(1, &["plugin", "promote", "slate-wheeled"], &["no new code runs beside it"]);
+    running.fails(1, &["plugin", "shadow", "slate-wheeled", "--end"], &["no new code runs beside it"]);
+    assert!(
+        running
+            .done(&["plugin", "shadow", "slate-wheeled"])
+            .contains("no new code runs beside slate-wheeled")
+    );
 
-    let said = running.done(&["plugin", "shadow", "slate-exp1", &file]);
+    let said = running.done(&["plugin", "shadow", "slate-wheeled", &file]);
     assert!(said.contains("r2/planner: new code runs beside it, see /r2/planner/shadow"), "{said}");
     let lines = |arguments: &[&str], word: &str| {
         let said = running.done(arguments);
@@ -86,16 +94,16 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
         std::thread::sleep(std::time::Duration::from_millis(10));
         steps() > 5
     }));
-    let shown = running.done(&["plugin", "shadow", "slate-exp1"]);
+    let shown = running.done(&["plugin", "shadow", "slate-wheeled"]);
     let planner: Vec<_> =
         shown.lines().find(|line| line.starts_with("r2/planner")).unwrap().split_whitespace().collect();
     assert_eq!((planner[2], planner[4]), ("0", "0"), "the same code makes no difference: {shown}");
 
-    running.done(&["plugin", "shadow", "slate-exp1", "--end"]);
+    running.done(&["plugin", "shadow", "slate-wheeled", "--end"]);
     assert_eq!(lines(&["module", "list"], "new code beside it"), 0);
-    running.done(&["plugin", "shadow", "slate-exp1", &file]);
-    let said = running.done(&["plugin", "promote", "slate-exp1"]);
-    assert!(said.contains("slate-exp1 is exchanged between two ticks"), "{said}");
+    running.done(&["plugin", "shadow", "slate-wheeled", &file]);
+    let said = running.done(&["plugin", "promote", "slate-wheeled"]);
+    assert!(said.contains("slate-wheeled is exchanged between two ticks"), "{said}");
     assert_eq!(said.matches("goes on with its state").count(), modules, "{said}");
     assert_eq!(lines(&["module", "list"], "new code beside it"), 0);
     assert_eq!(lines(&["plugin", "list"], &file), 1, "it is its code now");
@@ -117,7 +125,14 @@ fn copies_of_libraries_are_swept_when_their_agent_was_killed_and_not_before() {
         let mut command = running.command(&EXP1);
         command.env("TMPDIR", &temporary);
         running.launch(agent, command);
-        running.done(&["plugin", "reload", "slate-exp1", &library("libslate_exp1.so"), "--agent", agent]);
+        running.done(&[
+            "plugin",
+            "reload",
+            "slate-wheeled",
+            &library("libslate_wheeled.so"),
+            "--agent",
+            agent,
+        ]);
     };
     let copies = || {
         let entries = std::fs::read_dir(&temporary).unwrap().map(|entry| entry.unwrap().file_name());

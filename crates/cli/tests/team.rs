@@ -22,14 +22,15 @@ impl Drop for Team {
     }
 }
 
-fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
-    for _ in 0..600 {
-        if is_so() {
-            return;
+/// Whether that is so within 60 s.
+fn comes(mut is_so: impl FnMut() -> bool) -> bool {
+    (0..600).any(|_| {
+        let so = is_so();
+        if !so {
+            std::thread::sleep(Duration::from_millis(100));
         }
-        std::thread::sleep(Duration::from_millis(100));
-    }
-    panic!("{what}: not within 60 s");
+        so
+    })
 }
 
 /// The newest value of a property of an agent; null when it can't be read.
@@ -47,17 +48,57 @@ fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look
     let names: Vec<String> = (1..=8).map(|robot| format!("r{robot}")).collect();
     let wanted: BTreeSet<String> = names.iter().cloned().collect();
     for agent in &names {
-        wait_for("what all have found", || {
-            let facts = read(&running, agent, "/team/obstacles/facts");
+        let mut last = BTreeSet::new();
+        let knows_all = || {
+            let facts = read(&running, agent, "slate://team/obstacles/facts");
             let facts = facts.as_array().cloned().unwrap_or_default();
             let robots = facts.iter().filter_map(|fact| Some(fact["robot"].as_str()?.to_owned()));
-            robots.collect::<BTreeSet<_>>() == wanted
-        });
+            last = robots.collect();
+            last == wanted
+        };
+        if !comes(knows_all) {
+            let knowledge = read(&running, agent, "/share/knowledge");
+            let peers = running.call(&["peers", "--agent", agent]);
+            panic!(
+                "{agent} knows facts of {last:?}: {knowledge}\n{}",
+                String::from_utf8_lossy(&peers.stdout)
+            );
+        }
     }
-    wait_for("a robot to have told another one", || {
+    let listed = running.done(&["list", "slate://team/**", "--agent", "r1"]);
+    assert!(listed.contains("slate://team/obstacles "), "{listed}");
+    let typo = ["get", "slate://team/obstacle/facts", "--agent", "r1"];
+    running.fails(1, &typo, &["no property at /team/obstacle", "team/obstacles"]);
+    running.fails(2, &["get", "slate://team/obstacles/facts"], &["several agents run here"]);
+    // What is wrong with a link is seen before it is made.
+    for (to, from, words) in [
+        (
+            "scout/execute/look",
+            "slate://r2/scout/finder/found",
+            "sends messages, and `slate://r2/scout/finder/found`",
+        ),
+        ("scout/finder/range", "slate://team/obstacles", "FactTable has no field"),
+        ("scout/atlas/obstacles", "slate://team/obstacels", "no property at /team/obstacels"),
+        (
+            "scout/atlas/obstacles",
+            "slate://r22/scout/finder/found",
+            "no agent `r22` is known here; nearest: r2",
+        ),
+        ("scout/atlas/obstacles", "slate://r5/scuot/finder/fuond", "no property at slate://r5/"),
+    ] {
+        running.fails(1, &["link", to, from, "--agent", "r1", "--dry-run"], &[words]);
+    }
+    for (to, from) in [
+        ("scout/atlas/obstacles", "slate://r5/scout/finder/found"),
+        ("scout/execute/look", "slate://r5/scout/explorer/orders"),
+    ] {
+        running.done(&["link", to, from, "--agent", "r1", "--dry-run"]);
+    }
+    let told = comes(|| {
         let ended = read(&running, "r1", "/scout/execute/status/ended");
         let ended = ended.as_array().cloned().unwrap_or_default();
         ended.iter().any(|ended| ended["kind"] == "SendToLook" && ended["ending"] == "COMPLETED")
     });
+    assert!(told, "no robot has told another one");
     drop(team);
 }

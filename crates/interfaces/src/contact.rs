@@ -2,7 +2,6 @@ use slate_module::{Bool, Sequence, Text, interface};
 
 /// Two bodies that began to touch.
 #[interface]
-
 pub struct Contact {
     /// Virtual time.
     #[unit("ns")]
@@ -24,4 +23,21 @@ pub struct Contact {
 pub struct Contacts {
     /// One after the other.
     pub list: Sequence<Contact, 8>,
+}
+
+/// What a robot's bumpers feel now.
+#[interface]
+#[derive(PartialEq)]
+pub struct Bumper {
+    /// Whether something presses on the front half.
+    pub front: Bool,
+    /// Whether something presses on the back half.
+    pub back: Bool,
+}
+
+impl Bumper {
+    /// Whether anything presses anywhere.
+    pub fn pressed(&self) -> bool {
+        self.front.get() || self.back.get()
+    }
 }

@@ -33,3 +33,26 @@ impl WheelSpeeds {
     /// Standing still.
     pub const ZERO: Self = Self { left: 0.0, right: 0.0 };
 }
+
+/// The speeds of the wheels of a robot with four driven wheels, such as one that steers by skidding.
+#[interface]
+#[derive(PartialEq)]
+pub struct FourWheelSpeeds {
+    /// Front left wheel, forward.
+    #[unit("rad/s")]
+    pub front_left: f64,
+    /// Front right wheel, forward.
+    #[unit("rad/s")]
+    pub front_right: f64,
+    /// Back left wheel, forward.
+    #[unit("rad/s")]
+    pub back_left: f64,
+    /// Back right wheel, forward.
+    #[unit("rad/s")]
+    pub back_right: f64,
+}
+
+impl FourWheelSpeeds {
+    /// Standing still.
+    pub const ZERO: Self = Self { front_left: 0.0, front_right: 0.0, back_left: 0.0, back_right: 0.0 };
+}

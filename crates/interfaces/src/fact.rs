@@ -4,7 +4,8 @@ use slate_module::{Bool, Text, interface};
 #[interface]
 #[derive(PartialEq)]
 pub struct FactTableHead {
-    /// Another number whenever the table has changed.
+    /// Another number whenever the table has changed. In what the team states it is a hash of all else, and so another one
+    /// for the tables of other runs and robots, too.
     pub revision: u64,
     /// Facts that have no room in the table.
     pub left_out: u32,
@@ -18,13 +19,14 @@ pub struct FactTableHead {
 pub struct FactHead {
     /// Which life of its origin stated it.
     pub epoch: u64,
-    /// Counts the statements of that life.
+    /// Counts the statements of that life; in a robot's own table it is the time instead.
     pub sequence: u64,
     /// When it was stated: since 1970 by its origin's clock in what the team states, which may be hours off, and by this
     /// agent's time in what it states itself.
     #[unit("ns")]
     pub time: u64,
-    /// By what "newest" goes: the time, but later than all that its origin knew about the key.
+    /// By what "newest" goes: the time, but later than all that its origin knew about the key; in a robot's own table the
+    /// time alone.
     #[unit("ns")]
     pub order: u64,
     /// When this robot came to know it, by this agent's time.

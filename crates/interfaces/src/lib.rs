@@ -3,6 +3,7 @@
 //! SI units and the frames of ROS's REP-103: metres, radians, x forward, y left, counter-clockwise.
 //! A module that speaks these can be linked to any other that does.
 
+mod chassis;
 mod contact;
 mod drive;
 mod fact;
@@ -10,13 +11,16 @@ mod image;
 mod mission;
 mod pose;
 mod range;
+mod sighting;
 mod transform;
 
-pub use contact::{Contact, Contacts};
-pub use drive::{Twist2, WheelSpeeds};
+pub use chassis::Chassis;
+pub use contact::{Bumper, Contact, Contacts};
+pub use drive::{FourWheelSpeeds, Twist2, WheelSpeeds};
 pub use fact::{FactHead, FactTableHead};
 pub use image::{Image, ImageFormat};
 pub use mission::{MissionState, Verdict};
 pub use pose::{Odometry, Orientation, Point2, Pose2, Position};
 pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};
+pub use sighting::{Sighting, Sightings};
 pub use transform::{FrameName, Quaternion, Transform};

@@ -167,7 +167,7 @@ impl Module for Warden {
                 own.state(now.now(), &key, 1.0, Room { warmth: say.y });
             }
         }
-        let written = f64::from(u8::from(own.write(&io.stated)));
+        let written = f64::from(u8::from(own.write(now.now(), &io.stated)));
         io.changes.set(Point2 { x: world.learn(&io.rooms).len() as f64, y: written });
         Outcome::Ok
     }
@@ -228,6 +228,10 @@ fn what_is_stated_is_written_when_it_changes_and_when_it_has_room() {
     assert!(!wrote(&warden), "it says the same again");
     told(&mut warden, &[(1.0, -1.0)]);
     assert!(wrote(&warden), "it takes something back");
-    assert_eq!(told(&mut warden, &[(3.0, 1.0), (4.0, 1.0)]).y, 0.0, "there is room for three");
+    assert_eq!(told(&mut warden, &[(3.0, 1.0), (4.0, 1.0)]).y, 0.0, "that has to be seen first");
+    assert!(!wrote(&warden));
+    warden.advance(1_000_000_000);
+    assert_eq!(told(&mut warden, &[]).y, 1.0, "now it makes room");
+    assert_eq!(told(&mut warden, &[(5.0, 1.0)]).y, 0.0, "there is room for three");
     assert!(!wrote(&warden));
 }

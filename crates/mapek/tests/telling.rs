@@ -37,8 +37,28 @@ impl Action<Body> for SendThere {
     }
 }
 
+/// As [`SendThere`], where others fill the outbox in every cycle.
+#[derive(Serialize, Deserialize)]
+pub struct SendInCrowd(Telling);
+
+impl ActionKind for SendInCrowd {
+    const KIND: &'static str = "SendInCrowd";
+    type Arguments = ();
+
+    fn start((): ()) -> Self {
+        Self(Telling::within(0.1))
+    }
+}
+
+impl Action<Body> for SendInCrowd {
+    fn act(&mut self, acting: &Acting<'_, Body>) -> Step {
+        while acting.body.go.send(Point2::default()) {}
+        self.0.tell(&acting.body.go, Point2 { x: 9.0, y: 0.0 }, acting.now)
+    }
+}
+
 repertoire! {
-    pub enum Actions for Body { SendThere }
+    pub enum Actions for Body { SendThere, SendInCrowd }
 }
 
 type Execute = Fixture<ExecuteBlock<Actions>>;
@@ -83,6 +103,16 @@ fn it_fails_when_the_message_was_refused_lost_or_not_answered_in_time() {
         }
         assert_eq!(step(&mut execute).1, Some(Ending::FAILED), "nobody answered");
     }
+}
+
+#[test]
+fn it_fails_when_the_outbox_has_no_room_in_time() {
+    let mut execute = Execute::new();
+    execute.push("plan", Planned { action: SendInCrowd::request(()), ..planned(0.0, 1) });
+    for _ in 0..6 {
+        assert_eq!(step(&mut execute), (vec![0.0, 0.0], None));
+    }
+    assert_eq!(step(&mut execute), (vec![0.0, 0.0], Some(Ending::FAILED)));
 }
 
 #[test]

@@ -1,9 +1,13 @@
+//! Statistics over many runs.
+
+mod text;
+
 use crate::{
     Error, Summary,
-    statistics::{percentile, sum, wilson_interval},
+    statistics::{percentile, poisson_bound, sum, wilson_interval},
 };
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, fmt};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Statistics over the summaries of many runs, independent of the order in which they come. Statistics of nothing are
 /// none (`null` in JSON).
@@ -21,12 +25,9 @@ pub struct Batch {
     pub success_rate: Option<f64>,
     /// 95 % Wilson interval of the success rate.
     pub success_interval: [f64; 2],
-    /// Contacts of the robot with anything, over all runs.
-    pub collisions: u64,
-    /// Contacts where the robot was the one moving in, over all runs.
-    pub collisions_caused: u64,
-    /// The latter per kilometre of all ways together.
-    pub collisions_caused_per_km: Option<f64>,
+    /// What the robot collided with, and how far it went for it.
+    #[serde(flatten)]
+    pub collisions: Collisions,
     /// Success weighted by path length: the mean over all runs of 0 for a failure and else the shortest way divided by
     /// the way that was gone, at most 1.
     pub spl: Option<f64>,
@@ -42,6 +43,77 @@ pub struct Batch {
     pub route_switches: Option<Spread>,
     /// Reflexes per run.
     pub reflexes: Option<Spread>,
+    /// What was measured beside all this, over the runs where it was: [`Summary::figures`].
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub figures: BTreeMap<String, Spread>,
+    /// The same of further robots, by name: [`Summary::robots`].
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub robots: BTreeMap<String, Companion>,
+    /// The units of figures, by name; none for pure numbers.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub units: BTreeMap<String, String>,
+}
+
+/// The collisions of a robot over all runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Collisions {
+    /// All ways together.
+    pub kilometres: f64,
+    /// Contacts of the robot with anything.
+    pub collisions: u64,
+    /// Contacts where the robot was the one moving in.
+    pub collisions_caused: u64,
+    /// The latter per kilometre.
+    pub collisions_caused_per_km: Option<f64>,
+    /// What their rate is below with a confidence of 95 %: the exact bound for events that come independently of each
+    /// other (Poisson). Without a collision it is about 3 divided by the kilometres.
+    pub collisions_caused_per_km_bound: Option<f64>,
+}
+
+/// The statistics of a further robot that was judged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Companion {
+    /// What it collided with, and how far it went for it.
+    #[serde(flatten)]
+    pub collisions: Collisions,
+    /// What was measured of it, over the runs where it was.
+    pub figures: BTreeMap<String, Spread>,
+}
+
+impl Collisions {
+    fn of(lengths: impl Iterator<Item = f64>, collisions: u64, collisions_caused: u64) -> Self {
+        let kilometres = sum(lengths) / 1000.0;
+        let per_km = |count: f64| (kilometres > 0.0).then(|| count / kilometres);
+        Self {
+            kilometres,
+            collisions,
+            collisions_caused,
+            collisions_caused_per_km: per_km(collisions_caused as f64),
+            collisions_caused_per_km_bound: per_km(poisson_bound(collisions_caused)),
+        }
+    }
+}
+
+impl Companion {
+    /// The statistics of the runs in which there was that robot.
+    fn of(runs: &[&BTreeMap<String, f64>]) -> Self {
+        let count = |name: &str| values(runs, name).map(|value| value as u64).sum();
+        let lengths = values(runs, "path_length");
+        Self {
+            collisions: Collisions::of(lengths, count("collisions"), count("collisions_caused")),
+            figures: spreads(runs),
+        }
+    }
+}
+
+/// The spread of each figure.
+fn spreads(runs: &[&BTreeMap<String, f64>]) -> BTreeMap<String, Spread> {
+    let names: BTreeSet<&String> = runs.iter().flat_map(|figures| figures.keys()).collect();
+    names.into_iter().filter_map(|name| Some((name.clone(), Spread::of(values(runs, name))?))).collect()
+}
+
+fn values(runs: &[&BTreeMap<String, f64>], name: &str) -> impl Iterator<Item = f64> {
+    runs.iter().filter_map(move |figures| figures.get(name)).copied()
 }
 
 /// How the values of a figure are spread over the runs. Percentiles are interpolated linearly between the two nearest
@@ -82,8 +154,13 @@ impl Batch {
         let mut failed_seeds: Vec<u64> =
             summaries.iter().filter(|summary| !summary.succeeded()).map(|summary| summary.seed).collect();
         failed_seeds.sort_unstable();
-        let collisions_caused = summaries.iter().map(|summary| summary.collisions_caused).sum();
-        let kilometres = sum(summaries.iter().map(|summary| summary.path_length_m)) / 1000.0;
+        let total = |count: fn(&Summary) -> u64| summaries.iter().map(count).sum();
+        let companions: BTreeSet<&String> =
+            summaries.iter().flat_map(|summary| summary.robots.keys()).collect();
+        let companion = |name: &String| {
+            let runs: Vec<_> = summaries.iter().filter_map(|summary| summary.robots.get(name)).collect();
+            (name.clone(), Companion::of(&runs))
+        };
         let spread = |figure: fn(&Summary) -> f64| Spread::of(summaries.iter().map(figure));
         Batch {
             example: shared(summaries.iter().map(|summary| summary.example.as_str())),
@@ -92,9 +169,11 @@ impl Batch {
             runs,
             success_rate: per_run(successes as f64),
             success_interval: wilson_interval(successes, runs),
-            collisions: summaries.iter().map(|summary| summary.collisions).sum(),
-            collisions_caused,
-            collisions_caused_per_km: (kilometres > 0.0).then(|| collisions_caused as f64 / kilometres),
+            collisions: Collisions::of(
+                summaries.iter().map(|summary| summary.path_length_m),
+                total(|summary| summary.collisions),
+                total(|summary| summary.collisions_caused),
+            ),
             spl: per_run(sum(summaries.iter().map(weighted_success))),
             failed_seeds,
             sim_time_s: spread(|summary| summary.sim_time_s),
@@ -102,6 +181,9 @@ impl Batch {
             min_clearance_m: Spread::of(summaries.iter().filter_map(|summary| summary.min_clearance_m)),
             route_switches: spread(|summary| summary.route_switches as f64),
             reflexes: spread(|summary| summary.reflexes as f64),
+            figures: spreads(&summaries.iter().map(|summary| &summary.figures).collect::<Vec<_>>()),
+            robots: companions.into_iter().map(companion).collect(),
+            units: summaries.iter().flat_map(|summary| summary.units.clone()).collect(),
         }
     }
 
@@ -140,60 +222,4 @@ fn shared_conditions(summaries: &[Summary]) -> BTreeMap<String, String> {
             (name.clone(), shared(values))
         })
         .collect()
-}
-
-/// For the terminal: what happened in one line, then the figures with their units.
-impl fmt::Display for Batch {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(rate) = self.success_rate else {
-            return writeln!(formatter, "no runs");
-        };
-        let [low, high] = self.success_interval.map(|bound| bound * 100.0);
-        let reached = self.runs - self.failed_seeds.len() as u64;
-        writeln!(
-            formatter,
-            "{}: {reached} of {} runs reached the goal, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
-            self.example,
-            self.runs,
-            rate * 100.0
-        )?;
-        let mut line = |name: &str, value: String| writeln!(formatter, "  {name:<23} {value}");
-        let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
-        line("SPL", number(self.spl))?;
-        let caused = number(self.collisions_caused_per_km);
-        line("collisions", self.collisions.to_string())?;
-        line("caused by the robot", format!("{}  ({caused} per km)", self.collisions_caused))?;
-        if !self.failed_seeds.is_empty() {
-            let seeds: Vec<String> = self.failed_seeds.iter().map(u64::to_string).collect();
-            line("failed seeds", seeds.join(", "))?;
-        }
-        line("mode", self.mode.clone())?;
-        for (name, value) in &self.conditions {
-            line(&name.replace('_', " "), value.clone())?;
-        }
-        writeln!(
-            formatter,
-            "\n  {:<24}{:>10}{:>10}{:>10}{:>10}",
-            "", "minimum", "median", "95th %", "maximum"
-        )?;
-        for (name, decimals, spread) in [
-            ("simulated time [s]", 2, self.sim_time_s),
-            ("path length [m]", 2, self.path_length_m),
-            ("least clearance [m]", 3, self.min_clearance_m),
-            ("route switches", 1, self.route_switches),
-            ("reflexes", 1, self.reflexes),
-        ] {
-            write!(formatter, "  {name:<24}")?;
-            match spread {
-                Some(Spread { minimum, median, p95, maximum }) => {
-                    for value in [minimum, median, p95, maximum] {
-                        write!(formatter, "{value:>10.decimals$}")?;
-                    }
-                    writeln!(formatter)?;
-                }
-                None => writeln!(formatter, "{0:>10}{0:>10}{0:>10}{0:>10}", "-")?,
-            }
-        }
-        Ok(())
-    }
 }

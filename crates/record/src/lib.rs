@@ -1,7 +1,7 @@
 //! Run reports: trajectories, timelines, summaries, statistics of batches.
 //!
-//! Plain data in, files out. A [`Report`] of one run is a folder of four files: `trajectory.csv`, `trajectory.svg`,
-//! `timeline.svg` and `summary.json`. A [`Batch`] is the statistics over the summaries of many runs.
+//! Plain data in, files out. A [`Report`] of one run is a folder of five files: `scene.svg`, `trajectory.csv`,
+//! `trajectory.svg`, `timeline.svg` and `summary.json`. A [`Batch`] is the statistics over the summaries of many runs.
 //!
 //! The same data gives the same bytes. Of everything that is written, only [`Summary::wall_time_s`] differs between
 //! two runs of the same configuration and seed.
@@ -15,9 +15,9 @@ mod statistics;
 mod summary;
 mod trajectory;
 
-pub use batch::{Batch, Spread};
+pub use batch::{Batch, Collisions, Companion, Spread};
 pub use error::Error;
 pub use report::Report;
-pub use scene::{Bounds, Circle, Goal, Polygon, Scene};
+pub use scene::{Bounds, Circle, Cone, Goal, Polygon, Robot, Scene};
 pub use summary::{Outcome, Summary};
 pub use trajectory::{Route, Sample, Trajectory};

@@ -2,13 +2,18 @@
 
 mod canvas;
 mod map;
+mod scene;
+mod sight;
 mod timeline;
+mod view;
 
 pub(crate) use map::map;
+pub(crate) use scene::scene;
 pub(crate) use timeline::timeline;
 
-use crate::{Route, Sample};
+use crate::{Report, Route, Sample};
 use plotters::style::RGBColor;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Red and blue as in the paper, in tones that people with any common colour blindness tell apart.
 fn color(route: Option<Route>) -> RGBColor {
@@ -17,6 +22,24 @@ fn color(route: Option<Route>) -> RGBColor {
         Some(Route::Reactive) => RGBColor(0, 119, 187),
         None => RGBColor(153, 153, 153),
     }
+}
+
+/// A colour for each robot, the same in all plots; black and grey for those that are scripted.
+fn palette<'a>(report: &Report<'a>) -> BTreeMap<&'a str, RGBColor> {
+    const CONTROLLED: [RGBColor; 5] = [
+        RGBColor(136, 34, 136),
+        RGBColor(0, 136, 136),
+        RGBColor(119, 85, 34),
+        RGBColor(119, 119, 17),
+        RGBColor(204, 102, 153),
+    ];
+    const SCRIPTED: [RGBColor; 2] = [RGBColor(0, 0, 0), RGBColor(119, 119, 119)];
+    let placed = report.scene.robots.iter().map(|robot| robot.name.as_str());
+    let names: BTreeSet<&str> = report.trajectory.robots().into_iter().chain(placed).collect();
+    let is_scripted = |name: &&str| report.scene.scripted.iter().any(|scripted| scripted == name);
+    let (scripted, controlled): (Vec<&str>, Vec<&str>) = names.into_iter().partition(is_scripted);
+    let scripted = scripted.into_iter().zip(SCRIPTED.into_iter().cycle());
+    scripted.chain(controlled.into_iter().zip(CONTROLLED.into_iter().cycle())).collect()
 }
 
 fn has_route(samples: &[&Sample], route: Option<Route>) -> bool {

@@ -9,13 +9,22 @@ use std::{
 pub struct Report<'a> {
     /// The figures.
     pub summary: &'a Summary,
-    /// The background of the plots.
+    /// The world at the start.
     pub scene: &'a Scene,
     /// Where the robots were.
     pub trajectory: &'a Trajectory,
 }
 
 impl Report<'_> {
+    /// The picture of the start: the world from above with its obstacles and goals, and the robots with their wheels,
+    /// their headings, and what their range sensors cover as far as no obstacle is in the way.
+    ///
+    /// # Errors
+    /// If the picture cannot be drawn.
+    pub fn scene_svg(&self) -> Result<String, Error> {
+        plot::scene(self)
+    }
+
     /// The plot of the way of each robot: scripted robots in black, the others red where the deliberative route
     /// commands them and blue where the reactive route does, with a square where the route changes and a dot where
     /// another action begins. Samples that are not finite or further than 1000 km from the origin are left out.
@@ -26,7 +35,8 @@ impl Report<'_> {
         plot::map(self)
     }
 
-    /// The plot over time: x, y and the route of each robot, with a square where the route changes.
+    /// The plot over time: x of all robots, y of all robots, and a strip with the route of each robot that is not
+    /// scripted, with a square where the route changes.
     ///
     /// # Errors
     /// If the plot cannot be drawn.
@@ -34,7 +44,7 @@ impl Report<'_> {
         plot::timeline(self)
     }
 
-    /// Writes `trajectory.csv`, `trajectory.svg`, `timeline.svg` and `summary.json`. The directory is made if it is
+    /// Writes `scene.svg`, `trajectory.csv`, `trajectory.svg`, `timeline.svg` and `summary.json`. The directory is made if it is
     /// missing; files from an earlier run are replaced, and only once all the new ones are on the disk.
     ///
     /// # Errors
@@ -43,6 +53,7 @@ impl Report<'_> {
         let summary = serde_json::to_string_pretty(self.summary)? + "\n";
         let files = [
             ("trajectory.csv", self.trajectory.csv()),
+            ("scene.svg", self.scene_svg()?),
             ("trajectory.svg", self.trajectory_svg()?),
             ("timeline.svg", self.timeline_svg()?),
             ("summary.json", summary),

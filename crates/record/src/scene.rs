@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-/// What stands still in the world, for the background of a trajectory plot. Metres, x forward, y left.
+/// The world at the start of a run: a picture of its own, and the background of the trajectories. Metres, x forward,
+/// y left.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// The part of the world that is shown at least. It grows to hold all that is drawn.
@@ -11,6 +12,9 @@ pub struct Scene {
     pub circles: Vec<Circle>,
     /// Where the robots shall go.
     pub goals: Vec<Goal>,
+    /// The robots where they begin.
+    #[serde(default)]
+    pub robots: Vec<Robot>,
     /// Names of the robots that follow a script and have no routes; they are drawn in black.
     pub scripted: Vec<String>,
 }
@@ -53,4 +57,38 @@ pub struct Goal {
     pub x: f64,
     /// Metres.
     pub y: f64,
+}
+
+/// A robot as it is seen from above.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Robot {
+    /// Shown beside the robot.
+    pub name: String,
+    /// Where it stands, metres.
+    pub x: f64,
+    /// Metres.
+    pub y: f64,
+    /// Radians, counter-clockwise from the x axis.
+    pub theta: f64,
+    /// Corners of its body in order, from where it stands, as if it headed along the x axis; metres.
+    pub outline: Vec<[f64; 2]>,
+    /// Opposite corners of each wheel, in the same frame.
+    pub wheels: Vec<[[f64; 2]; 2]>,
+    /// What its range sensors cover, in the same frame.
+    pub cones: Vec<Cone>,
+}
+
+/// What a range sensor covers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cone {
+    /// Where the sensor is, metres.
+    pub x: f64,
+    /// Metres.
+    pub y: f64,
+    /// Middle of the cone, radians counter-clockwise from the front.
+    pub direction: f64,
+    /// The full angle, radians.
+    pub opening: f64,
+    /// Metres.
+    pub range: f64,
 }

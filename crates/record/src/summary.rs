@@ -62,6 +62,15 @@ pub struct Summary {
     pub route_switches: u64,
     /// Actions pushed by reactive models.
     pub reflexes: u64,
+    /// What was measured beside all this, by the name that the judge gives it: `gap_in_band`, ...
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub figures: BTreeMap<String, f64>,
+    /// What was measured of further robots, by robot and by the name that the judge gives it: `path_length`, ...
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub robots: BTreeMap<String, BTreeMap<String, f64>>,
+    /// The units of `figures` and of those in `robots`, by name; none for pure numbers.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub units: BTreeMap<String, String>,
     /// Steps of the main loop.
     pub ticks: u64,
     /// Digest of all that the run computed; equal runs have equal digests.
@@ -87,6 +96,13 @@ impl Summary {
         // What only repeats the outcome is left out.
         let message = self.message.as_ref().filter(|message| **message != self.outcome.to_string());
         self.title() + &message.map_or(String::new(), |message| format!(": {message}"))
+    }
+
+    /// A figure with its unit; whole numbers, such as counts, have no decimals.
+    fn measured(&self, name: &str, value: f64) -> String {
+        let decimals = if value.fract() == 0.0 { 0 } else { 3 };
+        let unit = self.units.get(name).map_or("", String::as_str);
+        format!("{value:.decimals$} {unit}").trim_end().to_owned()
     }
 
     /// The headline without the message, which may be long.
@@ -120,6 +136,14 @@ impl fmt::Display for Summary {
         line("least clearance", clearance)?;
         line("route switches", self.route_switches.to_string())?;
         line("reflexes", self.reflexes.to_string())?;
+        for (name, value) in &self.figures {
+            line(&name.replace('_', " "), self.measured(name, *value))?;
+        }
+        for (robot, figures) in &self.robots {
+            for (name, value) in figures {
+                line(&format!("{robot}: {}", name.replace('_', " ")), self.measured(name, *value))?;
+            }
+        }
         line("simulated time", format!("{:.2} s  ({} ticks)", self.sim_time_s, self.ticks))?;
         let speed = if self.wall_time_s > 0.0 {
             format!("  ({:.1} times real time)", self.sim_time_s / self.wall_time_s)

@@ -58,9 +58,61 @@ fn collisions_are_counted_per_kilometre_of_way() {
         path_length_m,
         ..summary(1)
     };
-    let batch = Batch::of(&[run(3, 1, 300.0), run(1, 0, 200.0)]);
-    assert_eq!((batch.collisions, batch.collisions_caused), (4, 1));
-    assert_eq!(batch.collisions_caused_per_km, Some(2.0));
+    let collisions = Batch::of(&[run(3, 1, 300.0), run(1, 0, 200.0)]).collisions;
+    assert_eq!((collisions.collisions, collisions.collisions_caused), (4, 1));
+    assert_eq!((collisions.kilometres, collisions.collisions_caused_per_km), (0.5, Some(2.0)));
+    let standing = Batch::of(&[run(1, 0, 0.0)]).collisions;
+    assert_eq!((standing.collisions_caused_per_km, standing.collisions_caused_per_km_bound), (None, None));
+}
+
+#[test]
+fn collisions_per_kilometre_have_the_bound_of_poisson() {
+    // Half the critical values of the chi-squared distribution, upper tail 0.05, at 2 (n + 1) degrees of freedom: NIST
+    // Engineering Statistics Handbook, table 1.3.6.7.4.
+    for (collisions_caused, chi_squared) in [
+        (0, 5.991),
+        (1, 9.488),
+        (2, 12.592),
+        (3, 15.507),
+        (4, 18.307),
+        (9, 31.410),
+        (19, 55.758),
+        (29, 79.082),
+        (49, 124.342),
+    ] {
+        let run = Summary { collisions_caused, path_length_m: 2000.0, ..summary(1) };
+        let bound = Batch::of(&[run]).collisions.collisions_caused_per_km_bound.unwrap();
+        let expected = chi_squared / 2.0 / 2.0;
+        assert!((bound - expected).abs() < 0.0003, "{collisions_caused}: {bound} and not {expected}");
+    }
+}
+
+#[test]
+fn other_figures_are_spread_by_name_and_robot() {
+    let run = |seed, gap: f64, lap: Option<f64>| Summary {
+        figures: [("gap_in_band".to_owned(), gap)].into(),
+        robots: [("r3".to_owned(), {
+            let mut figures: std::collections::BTreeMap<String, f64> =
+                [("path_length".to_owned(), 500.0), ("collisions_caused".to_owned(), 1.0)].into();
+            figures.extend(lap.map(|lap| ("time_to_goal".to_owned(), lap)));
+            figures
+        })]
+        .into(),
+        units: [("time_to_goal".to_owned(), "s".to_owned())].into(),
+        ..summary(seed)
+    };
+    let batch = Batch::of(&[run(1, 0.5, None), run(2, 1.0, Some(12.0)), summary(3)]);
+    assert_eq!(batch.figures["gap_in_band"].median, 0.75);
+    let other = &batch.robots["r3"];
+    assert_eq!((other.collisions.kilometres, other.collisions.collisions_caused_per_km), (1.0, Some(2.0)));
+    assert_eq!((other.figures["time_to_goal"].minimum, other.figures["time_to_goal"].maximum), (12.0, 12.0));
+    assert_eq!(batch.collisions.collisions_caused, 0, "those of the first robot alone");
+    let text = batch.to_string();
+    for label in ["gap in band ", "r3: time to goal [s] ", "r3: caused by the robot "] {
+        assert!(text.contains(label), "{label} is missing: {text}");
+    }
+    let read: Batch = serde_json::from_str(&batch.json_line().unwrap()).unwrap();
+    assert_eq!(read, batch);
 }
 
 #[test]
@@ -100,7 +152,15 @@ fn json_is_one_line_with_the_promised_fields() {
     assert_eq!(value["runs"], 4);
     assert_eq!(value["success_rate"], 0.75);
     assert_eq!(value["failed_seeds"], serde_json::json!([3]));
-    for field in ["success_interval", "collisions", "collisions_caused", "collisions_caused_per_km", "spl"] {
+    for field in [
+        "success_interval",
+        "kilometres",
+        "collisions",
+        "collisions_caused",
+        "collisions_caused_per_km",
+        "collisions_caused_per_km_bound",
+        "spl",
+    ] {
         assert!(!value[field].is_null(), "{field}");
     }
     for figure in ["sim_time_s", "path_length_m", "min_clearance_m", "route_switches", "reflexes"] {
@@ -134,6 +194,20 @@ proptest! {
         runs.rotate_left(middle);
         runs[middle..].reverse();
         prop_assert_eq!(Batch::of(&runs).json_line().unwrap(), line);
+    }
+
+    #[test]
+    fn the_bound_grows_with_the_collisions_and_stays_above_them(collisions_caused in 0_u64..1_000_000) {
+        let bound = |collisions_caused| {
+            let run = Summary { collisions_caused, path_length_m: 1000.0, ..summary(1) };
+            Batch::of(&[run]).collisions.collisions_caused_per_km_bound.unwrap()
+        };
+        let (own, next) = (bound(collisions_caused), bound(collisions_caused + 1));
+        prop_assert!(collisions_caused as f64 + 1.0 < own && own < next, "{own}, {next}");
+        // The normal approximation of Wilson and Hilferty is that good from some collisions on.
+        let events = collisions_caused as f64 + 1.0;
+        let cube = 1.0 - 1.0 / (9.0 * events) + 1.644_853_626_951_472 / (3.0 * libm::sqrt(events));
+        prop_assert!((own / (events * cube * cube * cube) - 1.0).abs() < 0.01, "{own}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! `trajectory.svg` and `timeline.svg`.
+//! `scene.svg`, `trajectory.svg` and `timeline.svg`.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
 mod common;
@@ -6,7 +6,7 @@ mod common;
 use common::{sample, scene, square, summary, trajectory};
 use proptest::prelude::*;
 use roxmltree::{Document, Node};
-use slate_record::{Bounds, Circle, Goal, Polygon, Report, Route, Scene, Trajectory};
+use slate_record::{Bounds, Circle, Cone, Goal, Polygon, Report, Robot, Route, Scene, Trajectory};
 
 const DELIBERATIVE: Option<Route> = Some(Route::Deliberative);
 const REACTIVE: Option<Route> = Some(Route::Reactive);
@@ -15,6 +15,39 @@ fn plots(scene: &Scene, trajectory: &Trajectory) -> [String; 2] {
     let summary = summary(1);
     let report = Report { summary: &summary, scene, trajectory };
     [report.trajectory_svg().unwrap(), report.timeline_svg().unwrap()]
+}
+
+fn picture(scene: &Scene) -> String {
+    let (summary, trajectory) = (summary(1), Trajectory::default());
+    Report { summary: &summary, scene, trajectory: &trajectory }.scene_svg().unwrap()
+}
+
+/// The corners of all filled polygons.
+fn polygons(svg: &str) -> Vec<Vec<(i32, i32)>> {
+    let document = Document::parse(svg).unwrap();
+    let polygons = document.descendants().filter(|node| node.has_tag_name("polygon"));
+    polygons
+        .map(|polygon| {
+            let pairs = polygon.attribute("points").unwrap().split_whitespace();
+            pairs
+                .map(|pair| pair.split_once(',').unwrap())
+                .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
+                .collect()
+        })
+        .collect()
+}
+
+/// A robot of 0.4 m by 0.2 m with two wheels and one sensor at its front.
+fn robot(name: &str, x: f64, y: f64, theta: f64) -> Robot {
+    Robot {
+        name: name.to_owned(),
+        x,
+        y,
+        theta,
+        outline: vec![[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]],
+        wheels: vec![[[-0.1, 0.08], [0.1, 0.1]], [[-0.1, -0.1], [0.1, -0.08]]],
+        cones: vec![Cone { x: 0.2, y: 0.0, direction: 0.0, opening: 0.5, range: 1.0 }],
+    }
 }
 
 fn number(node: Node, attribute: &str) -> i32 {
@@ -38,8 +71,8 @@ fn each_change_of_the_route_has_a_square() {
     // A pause on one route is no change, a pause between the two is one.
     let routes = [None, DELIBERATIVE, REACTIVE, None, REACTIVE, DELIBERATIVE, None, REACTIVE];
     let changing = plots(&scene(), &trajectory(&routes)).map(|svg| squares(&svg));
-    assert_eq!(steady, [1, 0], "the legend's");
-    assert_eq!(changing, [4, 3]);
+    assert_eq!(steady, [1, 1], "the legend's");
+    assert_eq!(changing, [4, 4]);
 }
 
 #[test]
@@ -59,21 +92,71 @@ fn scripted_robots_are_black_and_the_others_have_the_colour_of_their_route() {
 }
 
 #[test]
+fn each_controlled_robot_has_a_strip_and_all_share_the_panels() {
+    let routes = [DELIBERATIVE, REACTIVE, DELIBERATIVE];
+    let mut run = trajectory(&routes);
+    run.samples.extend((0..3).map(|step| sample(step * 100, "R3", 0.5, 0.5, routes[1], "")));
+    run.samples.extend((0..3).map(|step| sample(step * 100, "R1", 0.2, -1.0, None, "")));
+    let [map, timeline] = plots(&scene(), &run);
+    let document = Document::parse(&timeline).unwrap();
+    let texts: Vec<&str> =
+        document.descendants().filter(Node::is_text).filter_map(|node| node.text()).map(str::trim).collect();
+    let count = |wanted: &str| texts.iter().filter(|text| **text == wanted).count();
+    assert_eq!([count("x [m]"), count("y [m]"), count("time [s]")], [1, 1, 1]);
+    assert_eq!(
+        [count("R1 (scripted)"), count("R2"), count("R3")],
+        [1, 2, 2],
+        "in the legend, and at a strip"
+    );
+    let width_of = |line: &Node| line.attribute("stroke-width").map(str::to_owned);
+    let document = Document::parse(&map).unwrap();
+    let is_white = |node: &Node| node.has_tag_name("polyline") && node.attribute("stroke") == Some("#FFFFFF");
+    let hollow: Vec<_> = document.descendants().filter(is_white).map(|line| width_of(&line)).collect();
+    assert_eq!(hollow.len(), 2, "the line of the second robot and its sample in the legend: {hollow:?}");
+}
+
+#[test]
+fn the_scene_shows_the_robots_as_they_stand() {
+    let scene = Scene {
+        polygons: vec![square("box", 1.0, -0.5, 1.0)],
+        goals: vec![Goal { label: "goal 1".into(), x: -1.0, y: 0.0 }],
+        robots: vec![robot("R2", 0.0, 0.0, 0.0), robot("R3", 0.0, 1.0, std::f64::consts::FRAC_PI_2)],
+        ..self::scene()
+    };
+    let svg = picture(&scene);
+    for word in ["exp1, seed 1", "noise: none", "R2", "R3", "goal 1", "box", "range sensors", "1 m"] {
+        assert!(svg.contains(word), "{word}");
+    }
+    let polygons = polygons(&svg);
+    let span = |part: fn(&(i32, i32)) -> i32, polygon: &[(i32, i32)]| {
+        let values = || polygon.iter().map(part);
+        (values().min().unwrap(), values().max().unwrap())
+    };
+    let size = |polygon: &[(i32, i32)]| {
+        let ((left, right), (top, bottom)) = (span(|point| point.0, polygon), span(|point| point.1, polygon));
+        (right - left, bottom - top)
+    };
+    // Cones first, then the box, then of each robot its ground, its body, two wheels and an arrow.
+    let [cone, other_cone, obstacle] = [0, 1, 2].map(|index| &polygons[index]);
+    let metre = size(obstacle).0;
+    let (body, other) = (&polygons[3], &polygons[8]);
+    assert_eq!(polygons.len(), 13);
+    let is_near = |pixels: i32, metres: f64| (f64::from(pixels) - metres * f64::from(metre)).abs() < 3.0;
+    assert!(is_near(size(body).0, 0.4) && is_near(size(body).1, 0.2), "{:?}", size(body));
+    assert!(is_near(size(other).0, 0.2) && is_near(size(other).1, 0.4), "one that heads north");
+    let box_begins = span(|point| point.0, obstacle).0;
+    assert!((span(|point| point.0, cone).1 - box_begins).abs() <= 2, "what is behind the box is not seen");
+    assert!(is_near(size(other_cone).1, 1.0), "nothing is in the way of the other one");
+}
+
+#[test]
 fn both_axes_have_the_same_scale() {
     for maximum in [[2.0, 2.0], [9.0, 2.0], [1.0, 30.0], [300.0, 1.0]] {
         let side = 0.5 * if maximum[0] < maximum[1] { maximum[0] } else { maximum[1] };
         let bounds = Bounds { minimum: [0.0, 0.0], maximum };
         let scene = Scene { bounds, polygons: vec![square("", 0.1, 0.1, side)], ..Scene::default() };
         let [map, _] = plots(&scene, &Trajectory::default());
-        let document = Document::parse(&map).unwrap();
-        let polygon = document.descendants().find(|node| node.has_tag_name("polygon")).unwrap();
-        let corners: Vec<(i32, i32)> = polygon
-            .attribute("points")
-            .unwrap()
-            .split_whitespace()
-            .map(|pair| pair.split_once(',').unwrap())
-            .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
-            .collect();
+        let corners = &polygons(&map)[0];
         let (width, height) = (corners[1].0 - corners[0].0, corners[0].1 - corners[2].1);
         assert!(width > 0 && (width - height).abs() <= 2, "{maximum:?}: {width} by {height}");
     }
@@ -93,7 +176,8 @@ fn the_legend_tells_what_is_drawn() {
 #[test]
 fn a_run_without_samples_is_drawn() {
     for scene in [scene(), Scene::default()] {
-        for svg in plots(&scene, &Trajectory::default()) {
+        let [map, timeline] = plots(&scene, &Trajectory::default());
+        for svg in [map, timeline, picture(&scene)] {
             let document = Document::parse(&svg).unwrap();
             for side in ["width", "height"] {
                 assert!((100..2000).contains(&number(document.root_element(), side)), "a size for a screen");
@@ -128,6 +212,7 @@ proptest! {
         points in proptest::collection::vec([coordinate(), coordinate()], 0..5),
         center in [coordinate(), coordinate()],
         radius in coordinate(),
+        pose in [coordinate(), coordinate(), coordinate()],
         name in any::<String>(),
     ) {
         let samples = samples.into_iter().map(|(time, robot, x, y, route)| sample(time, robot, x, y, route, &name));
@@ -136,9 +221,15 @@ proptest! {
             polygons: vec![Polygon { name: name.clone(), points }],
             circles: vec![Circle { name: name.clone(), center, radius }],
             goals: vec![Goal { label: name.clone(), x: radius, y: radius }],
+            robots: vec![Robot {
+                name: name.clone(),
+                cones: vec![Cone { x: radius, y: 0.1, direction: pose[2], opening: pose[1], range: pose[0] }],
+                ..robot("R2", pose[0], pose[1], pose[2])
+            }],
             scripted: vec!["R1".to_owned()],
         };
-        for svg in plots(&scene, &Trajectory { samples: samples.collect() }) {
+        let [map, timeline] = plots(&scene, &Trajectory { samples: samples.collect() });
+        for svg in [map, timeline, picture(&scene)] {
             prop_assert!(Document::parse(&svg).is_ok());
         }
     }

@@ -7,7 +7,7 @@ use common::{scene, summary, trajectory};
 use slate_record::{Error, Outcome, Report, Route, Summary};
 use std::{fs, path::PathBuf};
 
-const FILES: [&str; 4] = ["summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"];
+const FILES: [&str; 5] = ["scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"];
 
 /// An empty place for one test.
 fn place(name: &str) -> PathBuf {
@@ -119,4 +119,21 @@ fn summary_tells_what_happened_first_then_figures_with_units() {
     assert!(text.contains("2.00 m") && text.contains("0.200 m") && text.contains("400.0 times real time"));
     // Aligned: every value starts in the same column.
     assert!(text.lines().skip(1).all(|line| &line[17..18] == " " && &line[18..19] != " "), "{text}");
+}
+
+#[test]
+fn a_summary_shows_each_figure_with_its_unit() {
+    let run = Summary {
+        figures: [("gap_in_band".to_owned(), 0.9714), ("corners_reached".to_owned(), 4.0)].into(),
+        robots: [("r3".to_owned(), [("path_length".to_owned(), 12.5)].into())].into(),
+        units: [("path_length".to_owned(), "m".to_owned())].into(),
+        ..summary(1)
+    };
+    let text = run.to_string();
+    for line in ["gap in band     0.971", "corners reached 4", "r3: path length 12.500 m"] {
+        assert!(text.lines().any(|shown| shown.trim() == line), "{line} is missing: {text}");
+    }
+    let read: Summary = serde_json::from_str(&run.json_line().unwrap()).unwrap();
+    assert_eq!(read, run);
+    assert!(!summary(1).json_line().unwrap().contains("figures"), "there is nothing to say of none");
 }

@@ -19,6 +19,7 @@ mod main_loop;
 pub mod plugin;
 mod printable;
 pub mod remote;
+pub mod replacement;
 mod runner;
 pub mod sharing;
 pub mod snapshot;
@@ -34,5 +35,5 @@ pub use main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
     ScheduledStage,
 };
-pub use printable::printable;
+pub use printable::{printable, printable_text};
 pub use slate_module::Stage;

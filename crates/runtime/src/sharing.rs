@@ -18,6 +18,14 @@ use crate::configuration::{ShareSecurity, SharedKnowledge};
 /// The authority of URLs that mean all robots of the team: `slate://team/victims` is what is known about a topic.
 pub const TEAM: &str = "team";
 
+/// Whether a name may be that of a topic of the team's knowledge: at most 48 small letters, digits and `_`, in parts
+/// that `/` separates.
+pub fn is_topic(name: &str) -> bool {
+    let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    let is_part = |part: &str| !part.is_empty() && part.chars().all(letter);
+    name.len() <= 48 && name.split('/').all(is_part)
+}
+
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
 /// and dropping it ends them.
 pub trait Sharing: Send {
@@ -33,6 +41,11 @@ pub trait Sharing: Send {
     /// What can carry values, as endpoints begin; any name unless something is among them.
     fn carriers(&self) -> BTreeSet<String> {
         BTreeSet::new()
+    }
+
+    /// Whether values can be compressed as JPEG.
+    fn has_jpeg(&self) -> bool {
+        true
     }
 
     /// What looks into other agents for tools, where that is possible.
@@ -74,22 +87,58 @@ pub struct RemoteProperty {
     pub depth: u32,
     /// Whether it has a writer now.
     pub has_writer: bool,
-    /// Its newest value, if that was asked for and there is one: its bytes, how many items its tail has, and the other
-    /// agent's stamp. They are as they came, as what can be read of them takes far more memory.
-    pub newest: Option<(Vec<u8>, usize, Stamp)>,
+    /// Its newest value, if that was asked for.
+    pub newest: Newest,
+}
+
+/// What another agent tells of the newest value of a property.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Newest {
+    /// There is none, or it was not asked for.
+    Unwritten,
+    /// Its bytes, how many items its tail has, and the other agent's stamp. They are as they came, as what can be read of
+    /// them takes far more memory.
+    Value(Vec<u8>, usize, Stamp),
+    /// It has so many bytes, which are too many for an answer.
+    TooLarge(u64),
+    /// This agent may not read it.
+    NotAllowed,
+}
+
+/// Why a value of another agent can't be read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unread {
+    /// There is no such field.
+    #[error("{0}")]
+    Field(#[from] AccessError),
+    /// It is a mailbox.
+    #[error("it takes messages, and has no value")]
+    Messages,
+    /// It is too large for an answer.
+    #[error("its newest value has {0} bytes, too many for an answer; links carry it")]
+    TooLarge(u64),
+    /// The other agent does not allow it.
+    #[error("the other agent does not let this one read it")]
+    NotAllowed,
 }
 
 impl RemoteProperty {
-    /// The newest value, or a field of it.
+    /// The newest value, or a field of it; nothing before the first write.
     ///
     /// # Errors
-    /// When there is no such field.
-    pub fn value(&self, field: &str) -> Result<Option<(Value, Stamp)>, AccessError> {
+    /// When there is no such field, or the other agent does not tell the value.
+    pub fn value(&self, field: &str) -> Result<Option<(Value, Stamp)>, Unread> {
         let place = match field {
             "" => None,
             field => Some(find(self.descriptor, field)?),
         };
-        let Some((bytes, items, stamp)) = &self.newest else { return Ok(None) };
+        let (bytes, items, stamp) = match &self.newest {
+            _ if self.access == Access::Messages => return Err(Unread::Messages),
+            Newest::Unwritten => return Ok(None),
+            Newest::Value(bytes, items, stamp) => (bytes, items, stamp),
+            Newest::TooLarge(size) => return Err(Unread::TooLarge(*size)),
+            Newest::NotAllowed => return Err(Unread::NotAllowed),
+        };
         let view = View::new(self.descriptor, bytes, *items);
         let value = view.and_then(|view| place.map_or_else(|| Some(view.value()), |place| view.at(&place)));
         Ok(value.map(|value| (value, *stamp)))
@@ -143,7 +192,8 @@ pub struct RemotePath {
 }
 
 impl RemotePath {
-    /// The path on this agent's board of what stands for it.
+    /// The path on this agent's board of what stands for it: `team/TOPIC` for what the team knows, and
+    /// `agents/AGENT/PROPERTY` for all else.
     pub fn place(&self) -> String {
         if self.agent == TEAM {
             return format!("{TEAM}/{}", self.path);
@@ -161,7 +211,8 @@ impl std::fmt::Display for RemotePath {
 /// What is wanted of another agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Want {
-    /// The values of a property: a property of the same interface is to be at `agents/AGENT/PROPERTY` of the board.
+    /// The values of a property: a property of the same interface is to be at [`RemotePath::place`] of the board, with the
+    /// path of the whole property.
     Values {
         /// Whether losses on the way are made good.
         reliable: bool,

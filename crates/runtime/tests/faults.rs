@@ -117,12 +117,49 @@ impl Module for Bomb {
     }
 }
 
+/// Ports of [`Poster`].
+#[ports]
+pub struct PosterIo {
+    #[window(4)]
+    notes: Outbox<Number>,
+    fares: Output<Pair>,
+}
+
+/// Posts a message a tick, takes 300 ms for the third one, and shows how that message fares: 1 when it is done, 2 when it is
+/// lost.
+pub struct Poster;
+
+#[module(stage = Think)]
+impl Module for Poster {
+    type Io = PosterIo;
+    type Params = ();
+    type State = (u32, u64);
+
+    fn tick((ticks, third): &mut (u32, u64), io: &PosterIo, _: &(), _: &Tick) -> Outcome {
+        *ticks += 1;
+        let posted = io.notes.post(Number { value: f64::from(*ticks) }).unwrap_or(0);
+        if *ticks == 3 {
+            *third = posted;
+            std::thread::sleep(Duration::from_millis(300));
+        } else if *ticks == 5 {
+            let fares = match io.notes.delivery(*third) {
+                slate_module::Delivery::Done => 1.0,
+                slate_module::Delivery::Lost => 2.0,
+                _ => 0.0,
+            };
+            io.fares.set(Pair { first: fares, second: f64::from(*ticks) });
+        }
+        Outcome::Ok
+    }
+}
+
 fn agent(text: &str, options: Options) -> Agent {
     let more = [
         Plugin::linked::<Watcher>(),
         Plugin::linked::<Slow>(),
         Plugin::linked::<Player>(),
         Plugin::linked::<Bomb>(),
+        Plugin::linked::<Poster>(),
     ];
     load(text, &more, options).unwrap()
 }
@@ -290,6 +327,50 @@ fn a_hang_in_lockstep_ends_the_run_by_name() {
     assert_eq!(end, End::Hung { module: "counter".into() });
     assert!(start.elapsed() < Duration::from_millis(1400), "it does not wait for the module");
     assert_eq!(count(&agent, "other"), 4, "nothing goes on without it");
+}
+
+#[test]
+fn a_late_step_that_panics_is_followed_by_a_fresh_state() {
+    for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"")] {
+        let text = format!(
+            "loop.period = \"5ms\"\nloop.hang = \"50ms\"\n[modules.counter]\n{trigger}\n\
+             params = {{ hang_at = 3, hang_ms = 300, panic_at = 3 }}\n[modules.other]\nplugin = \"counter\"\n"
+        );
+        let mut agent = agent(&text, Options { mode, ..Options::default() });
+        let start = Instant::now();
+        let end = agent.run(Box::new(move |cycle| {
+            let goes_on = value(cycle, "counter/number").is_some_and(|count| count > 5.0);
+            let late = start.elapsed() > Duration::from_secs(20);
+            if goes_on || late { Control::Stop } else { Control::Continue }
+        }));
+        assert_eq!(end.unwrap(), End::Stopped);
+        let (ticks, _, panics) = agent.counts("counter").unwrap();
+        assert_eq!(panics, 1, "{mode:?}");
+        assert!(number(&agent, "counter/number/value") < ticks as f64, "it began anew");
+    }
+}
+
+#[test]
+fn what_a_late_step_posts_is_lost_and_its_number_is_not_given_again() {
+    let text = r#"
+loop.period = "5ms"
+loop.hang = "50ms"
+[modules.poster]
+[modules.receiver]
+[links]
+"poster/notes" = "receiver/notes"
+"#;
+    let mut agent = agent(text, Options::default());
+    let start = Instant::now();
+    let end = agent.run(Box::new(move |cycle| {
+        let done = value(cycle, "poster/fares/second").is_some() || start.elapsed() > Duration::from_secs(20);
+        if done { Control::Stop } else { Control::Continue }
+    }));
+    assert_eq!(end.unwrap(), End::Stopped);
+    assert_eq!(number(&agent, "poster/fares/first"), 2.0);
+    // The fifth may have come behind the receiver's last step.
+    let sum = number(&agent, "receiver/sum/first");
+    assert!([7.0, 12.0].contains(&sum), "the third is lost: {sum}");
 }
 
 #[test]

@@ -8,11 +8,12 @@
 #[path = "../tests/agents/mod.rs"]
 mod agents;
 
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
+use agents::process::Process;
 use agents::{Agent, Blob, Folder, add, output, setup, wait_for, write};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::interface::Interface;
 use slate_share::peers::Want;
@@ -67,9 +68,9 @@ fn measure(endpoint: &str) {
     let (mut well, mut ill) = (Phase::default(), Phase::default());
     for _ in 0..ROUNDS {
         well.run(&hub, &mut writer, &mut readers);
-        readers[2].signal(Signal::STOP);
+        readers[2].process.signal(Signal::STOP);
         ill.run(&hub, &mut writer, &mut readers);
-        readers[2].signal(Signal::CONT);
+        readers[2].process.signal(Signal::CONT);
         wait_for("the stopped reader", || hub.peers.is_connected(READERS[2]));
     }
     println!("{:<34}{:>10}{:>10}{:>10}{:>22}", "over", "p50", "p99.9", "most", "worst gap of others");
@@ -78,7 +79,7 @@ fn measure(endpoint: &str) {
 }
 
 struct Reader {
-    process: Child,
+    process: Process,
     seen: Latest,
     heard: Instant,
 }
@@ -86,24 +87,13 @@ struct Reader {
 impl Reader {
     fn start(hub: &Agent, name: &str, endpoint: &str) -> Self {
         let mut command = Command::new(std::env::current_exe().unwrap());
-        let process = command.args(["reader", name, endpoint]).stdin(Stdio::null()).spawn().unwrap();
+        let process = Process::start(command.args(["reader", name, endpoint]));
         wait_for("a reader", || hub.peers.is_connected(name));
         hub.peers
             .subscribe(name, Want::new("out/seen", Options::default()).expect(agents::Number::DESCRIPTOR, 0))
             .unwrap();
         let (mirror, _) = hub.board.find(&format!("agents/{name}/out/seen")).unwrap();
         Self { process, seen: mirror.channel().unwrap().latest().unwrap(), heard: Instant::now() }
-    }
-
-    fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.process), signal).unwrap();
-    }
-}
-
-impl Drop for Reader {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }
 
@@ -133,8 +123,9 @@ impl Phase {
             notifier.notify();
             self.writes.push(start.elapsed().as_nanos() as u64);
             for reader in &mut readers[..2] {
+                // Also of those that are not heard of again.
+                self.gap = self.gap.max(reader.heard.elapsed());
                 if reader.seen.refresh() {
-                    self.gap = self.gap.max(reader.heard.elapsed());
                     reader.heard = Instant::now();
                 }
             }

@@ -23,7 +23,7 @@ fn a_value_has_its_time_from_the_first_one_on_however_far_the_clocks_are_apart()
         let ahead = Setup { clock: Arc::new(|| clock()() + HOURS), ..setup("arm") };
         let arm = Agent::start(ahead);
         let mut own = output(&arm.board, "out/number", 1);
-        own.write(View::of(&Number { value: 2 }).bytes(), 0, clock()() + HOURS).unwrap();
+        own.write(View::of(&Number { value: round + 2 }).bytes(), 0, clock()() + HOURS).unwrap();
         let own_time = own.last().time - HOURS;
         arm.peers.connect("base", &folder.endpoint("base")).unwrap();
         arm.peers.subscribe("base", Want::new("out/number", Options::default())).unwrap();
@@ -39,8 +39,9 @@ fn a_value_has_its_time_from_the_first_one_on_however_far_the_clocks_are_apart()
         wait_for("the value here", || arm.number("agents/base/out/number") == Some(1));
         let seen = time(&arm, "agents/base/out/number").unwrap();
         assert!(near(seen, written + HOURS), "round {round}: {seen}, not {}", written + HOURS);
-        let arrived = || time(&base, "agents/arm/out/number").is_some_and(|time| near(time, own_time));
-        wait_for("the value there", arrived);
+        wait_for("the value there", || base.number("agents/arm/out/number") == Some(round + 2));
+        let seen = time(&base, "agents/arm/out/number").unwrap();
+        assert!(near(seen, own_time), "round {round}: {seen}, not {own_time}");
         wait_for("who reads it", || base.peers.is_connected("arm"));
         drop(arm);
         wait_for("its end", || !base.peers.is_connected("arm"));

@@ -1,5 +1,5 @@
 //! Robots whose blocks state facts, and what the others see of them.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test that fails panics")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 
 mod agents;
 
@@ -13,7 +13,9 @@ use slate_blackboard::interface::Value;
 use slate_mapek::{FactTable, MostCertain, Newest, Statements, Union, WorldModel};
 use slate_module::Plugin;
 use slate_module::prelude::*;
+use slate_module::testing::Fixture;
 use slate_runtime::configuration::{Configuration, Options as Reading};
+use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Control, Options, Rate, Stopper};
 use slate_share::agent::AgentSharing;
 use slate_share::team::robot_number;
@@ -48,7 +50,7 @@ impl Module for Stranger {
 
     fn tick(state: &mut Statements<other::Victim>, io: &StrangerIo, _: &(), now: &Tick) -> Outcome {
         state.state(now.now(), "9", 1.0, other::Victim { x: 9.0 });
-        state.write(&io.found);
+        state.write(now.now(), &io.found);
         Outcome::Ok
     }
 }
@@ -104,6 +106,7 @@ impl Module for Rescuer {
 /// A robot that runs until this is dropped.
 struct Robot {
     board: Arc<Board>,
+    log: MemoryTarget,
     stopper: Stopper,
     thread: Option<JoinHandle<()>>,
 }
@@ -112,12 +115,17 @@ fn plugins() -> [Plugin; 3] {
     [Plugin::linked::<Scout>(), Plugin::linked::<Stranger>(), Plugin::linked::<Rescuer>()]
 }
 
-fn load(name: &str, text: &str) -> Result<Agent, String> {
+fn load(name: &str, text: &str, log: &MemoryTarget) -> Result<Agent, String> {
     let configuration = Configuration::from_text(&format!("{name}.toml"), text, &Reading::default());
     let configuration = configuration.map_err(|report| report.to_string())?;
     let mut sharing = AgentSharing::default();
     sharing.limits = agents::limits();
-    let options = Options { rate: Rate::REALTIME, sharing: Some(Box::new(sharing)), ..Options::default() };
+    let options = Options {
+        rate: Rate::REALTIME,
+        sharing: Some(Box::new(sharing)),
+        log: vec![Box::new(log.clone())],
+        ..Options::default()
+    };
     Agent::load(&configuration, &plugins(), options).map_err(|error| error.to_string())
 }
 
@@ -135,12 +143,18 @@ fn text(folder: &Folder, name: &str, knows: &[&str], more: &str) -> String {
 
 impl Robot {
     fn start(name: &str, text: &str) -> Self {
-        let mut agent = load(name, text).unwrap();
+        let log = MemoryTarget::default();
+        let mut agent = load(name, text, &log).unwrap();
         let (board, stopper) = (Arc::clone(agent.board()), agent.stopper());
         let thread = std::thread::spawn(move || {
             agent.run(Box::new(|_| Control::Continue)).unwrap();
         });
-        Self { board, stopper, thread: Some(thread) }
+        Self { board, log, stopper, thread: Some(thread) }
+    }
+
+    /// Whether a line of its log has all of these words.
+    fn logs(&self, words: &[&str]) -> bool {
+        self.log.lines().iter().any(|record| words.iter().all(|word| record.text.contains(word)))
     }
 
     fn say(&self, victim: u32, x: f64, certainty: f64, retract: bool) {
@@ -229,6 +243,11 @@ fn what_does_not_fit_is_named_kept_out_and_passed_on() {
         wait_for("both facts", || robot.read("team/victims/facts/1/value/x") == Some(Value::Float(9.0)));
         wait_for("the other kind", || robot.number("team/victims/unfit") == 1.0);
     }
+    for (robot, here, there) in [(&middle, "m", "cm"), (&strange, "cm", "m"), (&alike, "cm", "m")] {
+        let difference = format!("`facts/value/x` is f64 in {here} here and f64 in {there} there");
+        let words = ["facts about `victims` don't fit and are only passed on", &difference];
+        wait_for("the difference", || robot.logs(&words));
+    }
 }
 
 #[test]
@@ -271,6 +290,72 @@ fn what_is_known_is_saved_and_a_damaged_file_is_set_aside() {
     assert_eq!(std::fs::read(folder.path("known/one.knowledge.damaged")).unwrap(), bytes);
 }
 
+#[test]
+fn an_agent_that_is_not_of_the_team_is_told_nothing() {
+    let folder = Folder::new();
+    let own = text(&folder, "one", &[], "[share.security]\nallow.two.read = [\"**\"]\n");
+    let (one, two) = (Robot::start("one", &own), Robot::start("two", &text(&folder, "two", &["one"], "")));
+    one.say(1, 1.0, 1.0, false);
+    two.say(2, 2.0, 1.0, false);
+    wait_for("its own facts", || one.sees("facts", 1.0) && two.sees("facts", 1.0));
+    wait_for("the connection", || two.number("share/knowledge/sent") > 10.0);
+    for field in ["neighbours", "dropped", "sent", "received"] {
+        assert_eq!(one.number(&format!("share/knowledge/{field}")), 0.0, "{field}");
+    }
+}
+
+#[test]
+fn a_topic_that_nobody_reads_keeps_its_layout_while_facts_fit() {
+    let folder = Folder::new();
+    let plain = |name: &str, knows: &str, more: &str| {
+        format!(
+            "[agent]\nname = \"{name}\"\n[loop]\nperiod = \"10ms\"\n{more}[share]\nlisten = \"{}\"\n\
+             agents.{knows}.at = \"{}\"\n[share.knowledge]\n",
+            folder.endpoint(name),
+            folder.endpoint(knows),
+        )
+    };
+    let one = Robot::start("one", &text(&folder, "one", &[], ""));
+    let onlooker = Robot::start("onlooker", &plain("onlooker", "one", ""));
+    one.say(99, 7.0, 1.0, false);
+    let shown = || onlooker.read("team/victims/facts/0/value/x");
+    wait_for("the fact", || shown() == Some(Value::Float(7.0)));
+    let (property, _) = onlooker.board.get("team/victims").unwrap();
+    // What this one states comes first in the table, and is of another kind.
+    let strange = plain("strange", "onlooker", "[modules.stranger]\n");
+    let strange = Robot::start("strange", &format!("{strange}facts.victims = \"stranger/found\"\n"));
+    wait_for("the other kind", || onlooker.number("team/victims/unfit") == 1.0);
+    assert!(Arc::ptr_eq(&property, &onlooker.board.get("team/victims").unwrap().0));
+    assert_eq!(shown(), Some(Value::Float(7.0)));
+    // When nothing of its kind is left, the other one is shown.
+    one.say(99, 0.0, 0.0, true);
+    wait_for("what is left", || shown() == Some(Value::Float(9.0)));
+    drop(strange);
+}
+
+#[test]
+fn tables_of_different_facts_have_different_numbers() {
+    let folder = Folder::new();
+    let robots = ["one", "two"].map(|name| Robot::start(name, &text(&folder, name, &[], "")));
+    let mut rescuer = Fixture::<Rescuer>::new();
+    for (robot, x) in robots.iter().zip([1.5, 2.5]) {
+        robot.say(3, x, 1.0, false);
+        wait_for("its fact", || robot.sees("newest", x));
+        // What is saved with the one table learns the other one.
+        let saved = rescuer.save().unwrap();
+        rescuer = Fixture::new();
+        rescuer.restore(&saved).unwrap();
+        let Some(Value::Integer(revision)) = robot.read("team/victims/revision") else { panic!("a number") };
+        rescuer.write::<FactTable<Victim>>("victims", 1, |table| {
+            table.head.revision = revision as u64;
+            table.facts[0].head.key = "3".into();
+            table.facts[0].value = Victim { x };
+        });
+        assert_eq!(rescuer.tick(), Outcome::Ok);
+        assert_eq!(rescuer.output::<Seen>("seen").unwrap().newest, x);
+    }
+}
+
 /// Two names that have the same number.
 fn alike() -> (String, String) {
     let mut known = std::collections::BTreeMap::new();
@@ -281,10 +366,21 @@ fn alike() -> (String, String) {
 }
 
 #[test]
+fn robots_of_one_number_are_told_of_when_they_meet() {
+    let folder = Folder::new();
+    let (first, second) = alike();
+    let middle = Robot::start("middle", &text(&folder, "middle", &[], ""));
+    let _team = [&first, &second].map(|name| Robot::start(name, &text(&folder, name, &["middle"], "")));
+    wait_for("what is wrong", || {
+        middle.logs(&["have the same number", &first, &second, "rename one of them"])
+    });
+}
+
+#[test]
 fn mistakes_are_said_when_the_agent_is_loaded() {
     let folder = Folder::new();
     let own = text(&folder, "one", &[], "");
-    let refused = |text: &str| load("one", text).err().unwrap_or_default();
+    let refused = |text: &str| load("one", text, &MemoryTarget::default()).err().unwrap_or_default();
     let typo = refused(&own.replace("facts.victims = \"scout/found\"", "facts.victims = \"scout/fund\""));
     assert!(typo.contains("scout/fund") && typo.contains("scout/found"), "{typo}");
     let alone = refused(own.split("[share.knowledge]").next().unwrap());

@@ -3,10 +3,10 @@
 #![allow(unsafe_code, reason = "memory is counted where it is allocated")]
 
 mod agents;
+#[path = "../../../fuzz/src/memory.rs"]
+mod memory;
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use agents::{Blob, Number, add, output};
 use proptest::prelude::*;
@@ -19,31 +19,6 @@ use slate_share::session::{
     Application, Compression, Event, Identity, Limits, Options, Sample, Session, VERSION,
 };
 
-/// Counts what is allocated.
-struct Counting;
-
-static LIVE: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: the system's allocator does the work.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let live = LIVE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        MOST.fetch_max(live, Ordering::Relaxed);
-        // SAFETY: as the caller says.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: as the caller says.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
 /// What the agents of these tests may take together: each has an interface, a few streams and values of at most 64 KiB.
 const BOUND: usize = 64 << 20;
 
@@ -55,13 +30,6 @@ struct Nothing;
 
 impl Application for Nothing {
     fn event(&mut self, _: Event) {}
-    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
-    fn has_news(&mut self, _: u32) -> bool {
-        false
-    }
-    fn take(&mut self, _: u32, _: &mut Vec<u8>) -> Option<Sample> {
-        None
-    }
 }
 
 /// Two agents, each of which reads from the other.
@@ -207,13 +175,15 @@ proptest! {
         }
         // Both see that the other one is silent, so nothing of what was damaged is left.
         (0..400).for_each(|_| pair.step(|_| None));
-        pair.write();
         (0..400).for_each(|_| pair.step(Some));
+        // A number that was damaged may say that a value was seen which was not, but not one that is written from now on.
+        pair.write();
+        (0..50).for_each(|_| pair.step(Some));
         for own in [0, 1] {
             prop_assert_eq!(pair.shown(own, "out/value"), Some(pair.written));
             prop_assert_eq!(pair.shown(own, "out/blob"), Some(pair.written));
         }
-        prop_assert!(MOST.load(Ordering::Relaxed) < BOUND, "{} bytes", MOST.load(Ordering::Relaxed));
+        prop_assert!(memory::most() < BOUND, "{} bytes", memory::most());
     }
 }
 
@@ -229,9 +199,10 @@ fn another_version_is_refused_in_words() {
     let mut refusal = Vec::new();
     assert!(other.outgoing(1, 1200, &mut refusal, &mut Nothing));
     session.receive(2, &refusal, &mut Nothing);
-    let reason = "agent `arm` speaks version 3 of the sharing protocol and got version 9: let both agents run the same \
-                  release";
-    assert_eq!(session.refused(), Some(reason));
+    let reason = format!(
+        "agent `arm` speaks version {VERSION} of the sharing protocol and got version 9: let both agents run the same release"
+    );
+    assert_eq!(session.refused(), Some(&*reason));
 }
 
 /// An agent that is connected and says what no honest one does. Tuples stand for frames and messages, as they are written

@@ -72,9 +72,11 @@ pub struct ReaderIo {
     note: Outbox<Number>,
     fresh: Output<Number>,
     gaps: Output<Number>,
+    last: Output<Number>,
 }
 
-/// Says whether its input is fresh, counts the gaps in its queue and the changes of its other input, and sends the numbers from 1 to 10.
+/// Says whether its input is fresh, counts the gaps in its queue and says what came of it last, counts the changes of its
+/// other input, and sends the numbers from 1 to 10.
 pub struct Reader;
 
 #[module(stage = Act)]
@@ -93,6 +95,7 @@ impl Module for Reader {
             state.0 = number.value;
         }
         io.gaps.set(Number { value: if state.0 == 0.0 { -1.0 } else { state.1 } });
+        io.last.set(Number { value: state.0 });
         if io.other.value != state.3 {
             (state.3, state.4) = (io.other.value, state.4 + 1.0);
         }
@@ -151,7 +154,7 @@ impl Running {
 
     /// Its queue misses nothing. (A busy machine may cost some values before, as the output keeps one.)
     fn hears_all(&self) {
-        let look = || (self.number("reader/gaps"), self.number("agents/base/counter/number"));
+        let look = || (self.number("reader/gaps"), self.number("reader/last"));
         let mut before = look();
         wait_for("values without a gap", || {
             let now = look();
@@ -223,6 +226,23 @@ fn values_queues_and_messages_cross_and_absence_shows() {
         wait_for("fresh values of the next one", || reader.number("reader/fresh") > 3.0);
         drop((reader, counter));
     }
+}
+
+#[test]
+fn messages_that_nobody_was_there_for_trouble_a_link_no_longer_than_that() {
+    let folder = Folder::new();
+    let text = arm(&folder, "")
+        .replace("{ from = \"slate://base/counter/number\", stale = \"5s\" }", "\"counter/number\"")
+        .replace("\"reader/all\" = \"slate://base/counter/number\"\n", "")
+        .replace("[links]", "[modules.counter]\n[links]");
+    let sender = Running::start("arm", &text, Mode::Staged);
+    wait_for("all messages to be sent", || sender.number("reader/fresh") > 20.0);
+    wait_for("the trouble", || {
+        sender.trouble("reader/note").is_some_and(|trouble| trouble.contains("agent `base` is not there"))
+    });
+    let counter = Running::start("base", &base(&folder), Mode::Staged);
+    wait_for("its end", || sender.trouble("reader/note").is_none());
+    assert_eq!(counter.number("counter/sum"), 0.0, "nobody sends them again");
 }
 
 #[test]
@@ -424,4 +444,15 @@ fn an_endpoint_that_nobody_wrote_and_that_is_in_use_has_no_place_in_the_file() {
     let in_use = format!("`local:{name}` is in use by another agent, process {}", std::process::id());
     assert!(report.contains(&in_use) && !report.contains("share.agents"), "{report}");
     drop(first);
+}
+
+#[cfg(not(feature = "jpeg"))]
+#[test]
+fn what_needs_jpeg_says_how_to_get_it() {
+    let folder = Folder::new();
+    let links = "\"reader/number\" = { from = \"slate://base/counter/number\", compression = \"jpeg:80\" }\n";
+    let error = try_load("arm", &reading(&folder, links), Mode::Staged).unwrap_err();
+    let StartError::Configuration(report) = error else { panic!("{error}") };
+    let report = report.render(false);
+    assert!(report.contains("was built without JPEG") && report.contains("the feature `jpeg`"), "{report}");
 }

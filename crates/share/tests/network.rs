@@ -1,132 +1,22 @@
-//! Cables that are cut and mended, and agents that fall silent without a word.
+//! Cables that are cut, and agents that fall silent without a word.
 #![cfg(all(feature = "tls", feature = "zenoh"))]
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(clippy::disallowed_methods, reason = "what real agents do takes real time")]
 
 mod agents;
 
-use std::io::{Read, Write};
-use std::net::{Shutdown, TcpListener, TcpStream};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::net::TcpListener;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use agents::cable::{CUT, Cable, SWALLOWS};
 use agents::net::port;
-use agents::{Agent, Blob, Folder, Number, add, output, setup, wait_for, write};
-use slate_blackboard::channel::{Policy, Start};
+use agents::{Agent, Blob, Folder, add, output, setup, wait_for, write};
 use slate_blackboard::interface::Interface;
 use slate_share::carrier::zenoh::Zenoh;
 use slate_share::carrier::{Carrier, CarrierError};
 use slate_share::peers::{Setup, Want};
 use slate_share::session::{Compression, Limits, Options};
-
-const CARRIES: u8 = 0;
-/// Takes nothing and closes nothing.
-const SWALLOWS: u8 = 1;
-const CUT: u8 = 2;
-
-/// A cable to a port of this machine.
-struct Cable {
-    port: u16,
-    state: Arc<AtomicU8>,
-}
-
-impl Cable {
-    fn to(endpoint: &str) -> Self {
-        let target: u16 = endpoint.rsplit(':').next().unwrap().parse().unwrap();
-        let (port, state) = (port(), Arc::new(AtomicU8::new(CARRIES)));
-        let listener = TcpListener::bind(("127.0.0.1", port)).unwrap();
-        let shared = Arc::clone(&state);
-        thread::spawn(move || {
-            for near in listener.incoming() {
-                let near = near.unwrap();
-                let far = TcpStream::connect(("127.0.0.1", target));
-                let (Ok(far), CARRIES) = (far, shared.load(Ordering::Relaxed)) else { continue };
-                for (from, to) in [(&near, &far), (&far, &near)] {
-                    let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
-                    let state = Arc::clone(&shared);
-                    thread::spawn(move || carry(from, to, &state));
-                }
-            }
-        });
-        Self { port, state }
-    }
-
-    fn endpoint(&self) -> String {
-        format!("zenoh:tcp/127.0.0.1:{}", self.port)
-    }
-
-    fn set(&self, state: u8) {
-        self.state.store(state, Ordering::Relaxed);
-    }
-}
-
-fn carry(mut from: TcpStream, mut to: TcpStream, state: &AtomicU8) {
-    from.set_read_timeout(Some(Duration::from_millis(5))).unwrap();
-    let mut bytes = [0; 16 << 10];
-    loop {
-        match state.load(Ordering::Relaxed) {
-            CARRIES => match from.read(&mut bytes) {
-                Ok(0) => break,
-                Ok(length) if to.write_all(&bytes[..length]).is_err() => break,
-                Ok(_) => {}
-                Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
-                Err(_) => break,
-            },
-            SWALLOWS => thread::sleep(Duration::from_millis(5)),
-            _ => break,
-        }
-    }
-    // One of both ends may be closed already.
-    let _ = (from.shutdown(Shutdown::Both), to.shutdown(Shutdown::Both));
-}
-
-fn count(folder: &str) -> usize {
-    std::fs::read_dir(folder).unwrap().count()
-}
-
-#[test]
-fn a_cut_cable_costs_nothing_once_it_is_mended() {
-    let folder = Folder::over("tcp");
-    let base = Agent::listening("base", &folder);
-    let cable = Cable::to(&folder.endpoint("base"));
-    let arm = Agent::start(folder.setup("arm"));
-    arm.peers.connect("base", &cable.endpoint()).unwrap();
-    let mut writer = output(&base.board, "scan/points", 8192);
-    let want = Want::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(8192);
-    arm.peers.subscribe("base", want).unwrap();
-    let (mirror, _) = arm.board.find("agents/base/scan/points").unwrap();
-    let mut reader = mirror.channel().unwrap().queue(Policy::Skip, Start::Oldest).unwrap();
-    let (mut written, mut next) = (0, 1);
-    let mut write_some = |count: u64| {
-        (1..=count).for_each(|i| write(&mut writer, written + i));
-        written += count;
-        written
-    };
-    let mut read_to = |last: u64| {
-        wait_for("what was written", || {
-            reader.pull().unwrap();
-            for loan in reader.window() {
-                assert_eq!(u64::from_ne_bytes(loan.bytes()[..8].try_into().unwrap()), next);
-                next += 1;
-            }
-            next > last
-        });
-    };
-    read_to(write_some(100));
-    let (files, threads) = (count("/proc/self/fd"), count("/proc/self/task"));
-    for _ in 0..8 {
-        cable.set(CUT);
-        wait_for("the cut", || !arm.peers.is_connected("base") && !base.peers.is_connected("arm"));
-        let last = write_some(100);
-        cable.set(CARRIES);
-        read_to(last);
-    }
-    wait_for("as many files and threads as before", || {
-        count("/proc/self/fd") <= files && count("/proc/self/task") <= threads
-    });
-}
 
 #[test]
 fn an_address_that_swallows_holds_nobody_else() {
@@ -203,7 +93,7 @@ fn a_swallowed_agent_disturbs_nobody() {
     let growth = |_| {
         let cable = Cable::to(&folder.endpoint("base"));
         let ill = Agent::start(Setup { limits, ..setup("ill") });
-        ill.peers.connect("base", &cable.endpoint()).unwrap();
+        ill.peers.connect("base", cable.endpoint()).unwrap();
         let want = Want::new("out/blob", Options::default().compression(Compression::None));
         ill.peers.subscribe("base", want).unwrap();
         wait_for("the ill one", || blobs.readers() == 1);

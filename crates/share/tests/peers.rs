@@ -7,6 +7,7 @@ mod exchange;
 use std::os::unix::fs::PermissionsExt;
 
 use agents::{Agent, Folder, setup};
+use slate_blackboard::interface::Value;
 use slate_share::carrier::local::Local;
 use slate_share::carrier::{Carrier, CarrierError};
 use slate_share::peers::Peers;
@@ -47,4 +48,17 @@ fn an_endpoint_is_for_one_agent_and_its_user_alone() {
     let board = std::sync::Arc::new(slate_blackboard::Board::new("x"));
     let error = Peers::start(&board, setup("x").listen("tcp:7447")).unwrap_err();
     assert!(error.to_string().contains("it begins with the name of a carrier"));
+}
+
+#[test]
+fn where_an_agent_is_dialled_is_shown_from_the_start() {
+    let (folder, base) = (Folder::new(), Agent::start(setup("base")));
+    for number in 0..100 {
+        let (name, endpoint) = (format!("n{number}"), folder.endpoint("nobody"));
+        base.peers.connect(&name, &endpoint).unwrap();
+        let path = format!("peers/{name}/link/endpoint");
+        let shown = || base.board.read(&path).ok().flatten();
+        agents::wait_for("what is shown first", || shown().is_some());
+        assert_eq!(shown().unwrap().0, Value::Text(endpoint));
+    }
 }

@@ -4,14 +4,18 @@
 mod agents;
 
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use agents::{Agent, Folder, Number, output, setup, wait_for, write};
+use agents::{Agent, Blob, Folder, Number, add, clock, limits, output, setup, wait_for, write};
 use slate_blackboard::Pattern;
 use slate_blackboard::interface::{Interface, Value, View};
 use slate_blackboard::message::Mailbox;
-use slate_share::peers::{Allowance, Rights, Setup, Status, Want};
-use slate_share::session::{Answer, Options};
+use slate_runtime::sharing::Unread;
+use slate_share::carrier::Carrier;
+use slate_share::carrier::local::Local;
+use slate_share::peers::{Allowance, Happening, Notice, Rights, Setup, Status, Want};
+use slate_share::session::{Answer, Application, Event, Identity, Limits, Options, Session};
 
 fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
     let patterns = |texts: &[&str]| texts.iter().map(|text| Pattern::parse(text).unwrap()).collect();
@@ -65,6 +69,37 @@ fn an_agent_may_do_what_is_said_and_nothing_else() {
 }
 
 #[test]
+fn a_value_that_is_not_told_says_why() {
+    let folder = Folder::new();
+    let rights = rights(&[("arm", &["camera/*"], &["drive/*"])]);
+    let base = Agent::start(Setup { rights, ..setup("base") }.listen(&folder.endpoint("base")));
+    write(&mut output(&base.board, "drive/speed", 1), 3);
+    write(&mut output(&base.board, "camera/gain", 1), 7);
+    let _ = output(&base.board, "camera/focus", 1);
+    let mailbox = Mailbox::new(Number::DESCRIPTOR.shape(0), 4, 2);
+    base.board.add_mailbox("drive/commands", "Commands.", Number::DESCRIPTOR, mailbox).unwrap();
+    let large = limits().value / 2;
+    let image = add(&base.board, "camera/image", Blob::DESCRIPTOR, large, 1);
+    let mut image = image.channel().unwrap().writer().unwrap();
+    image.write(&1_u64.to_ne_bytes(), large, clock()()).unwrap();
+
+    let arm = Agent::start(setup("arm"));
+    arm.peers.connect("base", &folder.endpoint("base")).unwrap();
+    let listed = || arm.peers.list("base", "**", true, Duration::from_secs(20)).unwrap_or_default();
+    wait_for("the agent", || !listed().is_empty());
+    let listed = listed();
+    let told = |path: &str| {
+        let property = listed.iter().find(|property| property.path == path).unwrap();
+        property.value("").map(|value| value.is_some())
+    };
+    assert_eq!(told("camera/gain"), Ok(true));
+    assert_eq!(told("camera/focus"), Ok(false), "it was never written");
+    assert_eq!(told("camera/image"), Err(Unread::TooLarge(large as u64 + 8)));
+    assert_eq!(told("drive/speed"), Err(Unread::NotAllowed));
+    assert_eq!(told("drive/commands"), Err(Unread::Messages));
+}
+
+#[test]
 fn who_is_not_named_may_not_connect() {
     let folder = Folder::new();
     let setup_base = Setup { rights: rights(&[("arm", &[], &[])]), ..setup("base") };
@@ -79,4 +114,42 @@ fn who_is_not_named_may_not_connect() {
     let error = base.peers.connect("leg", &folder.endpoint("leg")).unwrap_err();
     assert_eq!(error.to_string(), format!("endpoint `{}`: {reason}", folder.endpoint("leg")));
     assert!(base.peers.agents().is_empty());
+}
+
+/// Serves nothing and takes nothing.
+struct Nothing;
+
+impl Application for Nothing {
+    fn event(&mut self, _: Event) {}
+}
+
+#[test]
+fn whoever_knocks_under_ever_other_names_fills_neither_the_log_nor_the_board() {
+    let folder = Folder::new();
+    let told: Arc<Mutex<Vec<String>>> = Arc::default();
+    let notice: Notice = {
+        let told = Arc::clone(&told);
+        Arc::new(move |_, happening| {
+            if let Happening::Rejected { reason } = happening {
+                told.lock().unwrap().push(reason.clone());
+            }
+        })
+    };
+    let base = Setup { rights: rights(&[("arm", &[], &[])]), notice: Some(notice), ..setup("base") };
+    let base = Agent::start(base.listen(&folder.endpoint("base")));
+    let (mut greeting, mut answer) = (Vec::new(), vec![0; 1 << 16]);
+    for number in 0..20 {
+        let link = Local.dial(&folder.endpoint("base")).unwrap();
+        let identity = Identity { agent: format!("stranger-{number}"), instance: number + 1 };
+        let mut session = Session::new(identity, None, Limits::default());
+        assert!(session.outgoing(1, link.largest(), &mut greeting, &mut Nothing));
+        assert!(link.send(&greeting).unwrap());
+        let length = link.receive(&mut answer, Duration::from_secs(20)).unwrap().unwrap();
+        session.receive(2, &answer[..length], &mut Nothing);
+        assert!(session.refused().unwrap().contains(&format!("agent `stranger-{number}` is not in")));
+    }
+    let told = told.lock().unwrap();
+    assert_eq!(told.len(), 16, "{told:?}");
+    assert!(told.iter().enumerate().all(|(at, line)| line.contains(&format!("`stranger-{at}`"))), "{told:?}");
+    assert!(base.board.get("share/rejected/8").is_some() && base.board.get("share/rejected/9").is_none());
 }

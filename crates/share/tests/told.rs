@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use slate_mapek::FactTable;
 use slate_module::{Interface, interface};
-use slate_share::session::{Application, Event, Identity, LONGEST_KNOWLEDGE, Limits, Sample, Session};
+use slate_share::session::{Application, Event, Identity, LONGEST_KNOWLEDGE, Limits, Session};
 use slate_share::team::{Layout, Member, SavedKnowledge, robot_number};
 
 /// A place.
@@ -23,16 +23,6 @@ impl Application for Heard {
         if let Event::Told { bytes } = event {
             self.0.push(bytes);
         }
-    }
-
-    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
-
-    fn has_news(&mut self, _: u32) -> bool {
-        false
-    }
-
-    fn take(&mut self, _: u32, _: &mut Vec<u8>) -> Option<Sample> {
-        None
     }
 }
 
@@ -200,13 +190,150 @@ fn a_robot_that_takes_no_part_is_told_less_and_less_but_never_given_up() {
     assert!(told(200) > 0, "it may have begun to take part");
 }
 
+/// A stream of random numbers (xorshift), of which so many in a hundred are lost.
+struct Loss {
+    state: u64,
+    percent: u64,
+}
+
+impl Loss {
+    fn loses(&mut self) -> bool {
+        self.state ^= self.state << 13;
+        self.state ^= self.state >> 7;
+        self.state ^= self.state << 17;
+        (self.state >> 32) % 100 < self.percent
+    }
+}
+
+/// A team of those that state something and then say nothing new, and how many neighbours the first and the others have at
+/// least from then on.
+fn quiet(robots: usize, knows: impl Fn(usize, usize) -> bool, percent: u64) -> (usize, usize) {
+    let names: Vec<String> = (0..robots).map(|robot| format!("r{robot}")).collect();
+    let mut team: Vec<Member> =
+        names.iter().map(|name| Member::new(name, robot_number(name), None).unwrap()).collect();
+    let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
+    for (robot, member) in team.iter_mut().enumerate() {
+        let others = (0..robots).filter(|other| *other != robot && knows(robot, *other));
+        others.for_each(|other| member.meet(&names[other]).unwrap());
+        member.state(1, ("places", "here"), &layout, 1.0, &[0; 8]).unwrap();
+    }
+    let mut loss = Loss { state: 0x9e37_79b9_7f4a_7c15, percent };
+    let mut least = (robots, robots);
+    for _ in 0..500 {
+        for from in 0..robots {
+            team[from].tick();
+            let mut speaking = vec![from];
+            while let Some(from) = speaking.pop() {
+                while let Some((to, message)) = team[from].outgoing() {
+                    let to = to[1..].parse::<usize>().unwrap();
+                    if !loss.loses() {
+                        team[to].hear(&names[from], &message).unwrap();
+                        speaking.push(to);
+                    }
+                }
+            }
+        }
+        let others = team[1..].iter().map(Member::neighbours).min().unwrap();
+        least = (least.0.min(team[0].neighbours()), least.1.min(others));
+    }
+    least
+}
+
+#[test]
+fn nobody_drops_out_of_a_large_team_because_it_is_quiet() {
+    for percent in [0, 30] {
+        assert_eq!(quiet(32, |_, _| true, percent), (31, 31), "all know all, {percent} % are lost");
+        let star = quiet(32, |one, other| one == 0 || other == 0, percent);
+        assert_eq!(star, (31, 1), "all know one, {percent} % are lost");
+    }
+}
+
+/// Beside the interface of places, so that another one has to be told.
+#[interface]
+#[derive(PartialEq)]
+pub struct Colour {
+    /// How red.
+    pub red: f64,
+}
+
+#[test]
+fn an_interface_that_had_no_room_is_told_when_there_is_some() {
+    let mut member = Member::new("a", 1, None).unwrap();
+    let places = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
+    let colours = Layout::of(FactTable::<Colour>::DESCRIPTOR).unwrap();
+    let value = |length: usize| vec![0; length];
+    for length in [4096, 1024, 64] {
+        let mut key = 0;
+        while member.state(1, ("places", &format!("{length} {key}")), &places, 1.0, &value(length)).is_ok() {
+            key += 1;
+        }
+        assert!(key > 0 || length < 4096);
+    }
+    let mut state = || member.state(2, ("colours", "sky"), &colours, 1.0, &[0; 8]);
+    assert!(state().is_err() && state().is_err(), "there is no room");
+    for key in 0..8 {
+        member.retract(3, "places", &format!("4096 {key}")).unwrap();
+    }
+    member.state(4, ("colours", "sky"), &colours, 1.0, &[0; 8]).unwrap();
+    assert!(member.interface(FactTable::<Colour>::DESCRIPTOR.hash).is_some());
+}
+
+#[test]
+fn who_is_heard_is_met_until_it_is_silent() {
+    let mut team = [Member::new("a", 1, None).unwrap(), Member::new("b", 2, None).unwrap()];
+    let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
+    team[1].meet("a").unwrap();
+    team[1].state(1, ("places", "here"), &layout, 1.0, &[0; 8]).unwrap();
+    // It was said to be gone, after it had come.
+    team[0].meet("b").unwrap();
+    team[0].part("b");
+    rounds(&mut team, 3);
+    assert_eq!((team[0].neighbours(), team[1].neighbours()), (1, 1));
+    assert!(team[0].known().contains_key("places"));
+    // What came last of one that is really gone.
+    team[1].tick();
+    let (_, last) = team[1].outgoing().unwrap();
+    team[0].part("b");
+    team[0].hear("b", &last).unwrap();
+    let mut told = 0;
+    for _ in 0..1000 {
+        team[0].tick();
+        told += std::iter::from_fn(|| team[0].outgoing().map(drop)).count();
+    }
+    assert_eq!(team[0].neighbours(), 0);
+    assert!(told < 30, "it is not tried again: {told}");
+}
+
+#[test]
+fn a_file_that_cant_be_read_is_kept() {
+    let folder = std::env::temp_dir().join(format!("slate-kept-{}", std::process::id()));
+    let member = Member::new("a", 1, None).unwrap();
+    let mut saved = SavedKnowledge::new(&folder, "a");
+    // A folder can't be read as a file.
+    std::fs::create_dir_all(saved.file()).unwrap();
+    std::fs::write(saved.file().join("memory"), "dear").unwrap();
+    let aside = saved.file().with_extension("knowledge.damaged");
+    let (restored, trouble) = saved.restore("a", 2);
+    assert!(restored.is_some());
+    let trouble = trouble.unwrap();
+    assert!(trouble.contains("set aside"), "{trouble}");
+    assert_eq!(std::fs::read_to_string(aside.join("memory")).unwrap(), "dear");
+    saved.save(&member).unwrap();
+    // What can't be set aside stays, and nothing takes its place.
+    std::fs::write(saved.file(), "damaged").unwrap();
+    assert!(saved.restore("a", 3).1.unwrap().contains("can't be set aside"));
+    assert!(saved.save(&member).is_err());
+    assert_eq!(std::fs::read_to_string(saved.file()).unwrap(), "damaged");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 #[test]
 fn another_robots_file_is_set_aside() {
     let folder = std::env::temp_dir().join(format!("slate-told-{}", std::process::id()));
     let mut member = Member::new("a", 1, None).unwrap();
     let layout = Layout::of(FactTable::<Place>::DESCRIPTOR).unwrap();
     member.state(1, ("places", "here"), &layout, 1.0, &1.0_f64.to_ne_bytes()).unwrap();
-    let (a, b) = (SavedKnowledge::new(&folder, "a"), SavedKnowledge::new(&folder, "b"));
+    let (mut a, mut b) = (SavedKnowledge::new(&folder, "a"), SavedKnowledge::new(&folder, "b"));
     a.save(&member).unwrap();
     let (again, trouble) = a.restore("a", 2);
     assert!(trouble.is_none());

@@ -62,6 +62,14 @@ impl DescriptionError {
         Self::at(source_name, text, span, message)
     }
 
+    /// Where the description was asked for comes first, unless the error is in a file and says where.
+    pub(crate) fn of(self, asked: &str) -> Self {
+        match self.position {
+            Some(_) => self,
+            None => Self { source_name: format!("{asked}, {}", self.source_name), ..self },
+        }
+    }
+
     pub(crate) fn parse<T: serde::de::DeserializeOwned>(source_name: &str, text: &str) -> Result<T, Self> {
         toml_edit::de::from_str(text)
             .map_err(|error| Self::at(source_name, text, error.span(), error.message()))
@@ -74,7 +82,8 @@ pub(crate) enum Step<'a> {
     Index(usize),
 }
 
-/// The text of a description: what comes with the simulator under that name, or else the file at that path.
+/// The text of a description: what comes with the simulator under that name, or else the file at that path, which is
+/// relative to the working directory.
 pub(crate) fn text_of(
     kind: &str,
     name: &str,
@@ -85,10 +94,15 @@ pub(crate) fn text_of(
     }
     if !name.ends_with(".toml") {
         let known: Vec<_> = embedded.iter().map(|(name, _)| *name).collect();
-        let message = format!("no such {kind}; there is {}, or the path of a .toml file", known.join(", "));
+        let message = format!(
+            "no {kind} of that name comes with the simulator; there is {}, or the path of a .toml file",
+            known.join(", ")
+        );
         return Err(DescriptionError::new(name, message));
     }
-    let text =
-        std::fs::read_to_string(name).map_err(|error| DescriptionError::new(name, error.to_string()))?;
+    let text = std::fs::read_to_string(name).map_err(|error| {
+        let tried = std::path::absolute(name).unwrap_or_else(|_| name.into());
+        DescriptionError::new(name, format!("can't read {}: {error}", tried.display()))
+    })?;
     Ok((name.into(), text))
 }

@@ -68,7 +68,7 @@ impl Pose {
 }
 
 /// A pose whose cosine and sine are known.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// The place.
     pub origin: Point,
@@ -87,6 +87,16 @@ impl Frame {
     /// A direction of the frame, in the world.
     pub fn rotate(&self, p: Point) -> Point {
         Point::new(p.x * self.cos - p.y * self.sin, p.x * self.sin + p.y * self.cos)
+    }
+
+    /// A point of the world, in the frame.
+    pub fn local(&self, p: Point) -> Point {
+        self.turn_back(p.minus(self.origin))
+    }
+
+    /// A direction of the world, in the frame.
+    pub fn turn_back(&self, p: Point) -> Point {
+        Point::new(p.x * self.cos + p.y * self.sin, p.y * self.cos - p.x * self.sin)
     }
 }
 
@@ -117,7 +127,7 @@ impl Polygon {
     /// The edges, from corner to corner.
     pub fn edges(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
         let n = self.points.len();
-        (0..n).map(move |i| (self.points[i], self.points[(i + 1) % n]))
+        (0..n).map(move |i| (self.points[i], self.points[if i + 1 == n { 0 } else { i + 1 }]))
     }
 
     /// Moves it by a pose, into memory that is there already.
@@ -179,6 +189,19 @@ pub struct Extent {
 }
 
 impl Extent {
+    /// A square around a point, `reach` metres to each side.
+    pub fn around(center: Point, reach: f64) -> Self {
+        let reach = Point::new(reach, reach);
+        Self { minimum: center.minus(reach), maximum: center.plus(reach, 1.0) }
+    }
+
+    /// The rectangle around both.
+    pub fn with(&self, other: &Self) -> Self {
+        let least = |a: Point, b: Point| Point::new(min(a.x, b.x), min(a.y, b.y));
+        let greatest = |a: Point, b: Point| Point::new(max(a.x, b.x), max(a.y, b.y));
+        Self { minimum: least(self.minimum, other.minimum), maximum: greatest(self.maximum, other.maximum) }
+    }
+
     /// How far a point is from it, metres; 0 inside.
     pub fn distance(&self, point: Point) -> f64 {
         let beyond = |low: f64, value: f64, high: f64| max(max(low - value, value - high), 0.0);

@@ -1,4 +1,4 @@
-//! Random layouts of the first experiment: a box near the straight way of a robot, another robot that wanders between.
+//! Random layouts: a box near the straight way of a robot and another robot that wanders between, or robots anywhere.
 
 use std::collections::BTreeMap;
 
@@ -34,25 +34,95 @@ pub struct ObstructedWay {
 /// How often a layout is drawn before its rules count as impossible.
 const TRIES: usize = 10_000;
 
+/// Robots begin anywhere in areas of their own, apart from each other and from what stands.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scattered {
+    /// Where each robot begins: least x, greatest x, least y, greatest y, metres.
+    pub robots: BTreeMap<String, [f64; 4]>,
+    /// Free space between a robot and what stands at the start, metres.
+    pub clearance: f64,
+    /// Free space between two robots at the start, metres.
+    pub apart: f64,
+    /// Robots that have a goal begin at least this far from their first one, metres.
+    #[serde(default)]
+    pub from_goal: f64,
+}
+
+impl Scattered {
+    /// Whether the areas are ones.
+    ///
+    /// # Errors
+    /// The setting with a least value above the greatest, and both.
+    pub fn check(&self) -> Result<(), DescriptionError> {
+        self.robots.iter().try_for_each(|(name, area)| check(&format!("world.scattered.robots.{name}"), area))
+    }
+
+    /// Draws a layout.
+    ///
+    /// # Errors
+    /// When the rules leave no room, or name a robot that is not there.
+    pub fn lay_out(
+        &self,
+        world: &World,
+        outlines: &BTreeMap<String, Polygon>,
+        goals: &BTreeMap<String, Vec<Point>>,
+        random: &mut Random,
+    ) -> Result<Layout, String> {
+        if let Some(unknown) = self.robots.keys().find(|name| !outlines.contains_key(*name)) {
+            return Err(format!("[world.scattered] names `{unknown}`, which is no robot of the world"));
+        }
+        let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
+        for _ in 0..TRIES {
+            let mut robots = BTreeMap::new();
+            let mut bodies: Vec<Polygon> = Vec::new();
+            for (name, [west, east, south, north]) in &self.robots {
+                let pose = Pose {
+                    x: random.uniform(*west, *east),
+                    y: random.uniform(*south, *north),
+                    theta: heading(random),
+                };
+                let own = placed(&outlines[name], &pose);
+                let goal = goals.get(name).and_then(|goals| goals.first());
+                let fits = walls.iter().all(|wall| own.gap(wall).distance >= self.clearance)
+                    && bodies.iter().all(|other| own.gap(other).distance >= self.apart)
+                    && goal.is_none_or(|goal| goal.minus(pose.point()).norm() >= self.from_goal);
+                if !fits {
+                    break;
+                }
+                robots.insert(name.clone(), pose);
+                bodies.push(own);
+            }
+            if robots.len() == self.robots.len() {
+                return Ok(Layout { robots, bodies: Vec::new() });
+            }
+        }
+        Err("[world.scattered] leaves no room for the robots".into())
+    }
+}
+
+/// Whether an area is one.
+fn check(setting: &str, [west, east, south, north]: &[f64; 4]) -> Result<(), DescriptionError> {
+    for (axis, least, greatest) in [("x", west, east), ("y", south, north)] {
+        if least.is_nan() || greatest.is_nan() || least > greatest {
+            let message = format!(
+                "the least {axis}, {least}, is above the greatest, {greatest}; write least x, greatest x, least y, \
+                 greatest y"
+            );
+            return Err(DescriptionError::new(setting, message));
+        }
+    }
+    Ok(())
+}
+
 impl ObstructedWay {
     /// Whether the strips are ones.
     ///
     /// # Errors
     /// The setting with a least value above the greatest, and both.
     pub fn check(&self) -> Result<(), DescriptionError> {
-        let strips = [("start", self.start), ("disturber_start", self.disturber_start)];
-        for (name, [west, east, south, north]) in strips {
-            for (axis, least, greatest) in [("x", west, east), ("y", south, north)] {
-                if least.is_nan() || greatest.is_nan() || least > greatest {
-                    let message = format!(
-                        "the least {axis}, {least}, is above the greatest, {greatest}; write least x, greatest x, \
-                         least y, greatest y"
-                    );
-                    return Err(DescriptionError::new(&format!("world.random.{name}"), message));
-                }
-            }
-        }
-        Ok(())
+        check("world.random.start", &self.start)?;
+        check("world.random.disturber_start", &self.disturber_start)
     }
 
     /// Draws a layout.

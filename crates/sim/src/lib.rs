@@ -1,4 +1,4 @@
-//! The embedded simulator: worlds and robots as data, physics, sonars, contacts; a time source.
+//! The embedded simulator: worlds and robots as data, physics, sensors, contacts; a time source.
 //!
 //! Everything depends on the seed alone: the same seed gives the same bytes in every build and on every machine.
 
@@ -6,21 +6,28 @@ pub mod contact;
 pub mod drive;
 mod error;
 pub mod geometry;
+pub mod grid;
 pub mod layout;
+mod rate;
 mod referee;
 pub mod robot;
+pub mod robot_sensor;
 pub mod scenario;
 pub mod script;
+mod sensors;
 pub mod shortest_path;
 pub mod simulation;
 mod simulator;
 pub mod sonar;
+pub mod surroundings;
+pub mod touching;
+mod workers;
 pub mod world;
 
 use slate_module::{ModuleKind, Plugin};
 
 pub use error::DescriptionError;
-pub use referee::{Metrics, Referee};
+pub use referee::{Metrics, Pursuit, PursuitReferee, Referee, Stay};
 pub use scenario::Scenario;
 pub use simulation::{Placement, Simulation};
 pub use simulator::Simulator;
@@ -34,7 +41,8 @@ pub fn plugin() -> Plugin {
                 "simulator",
                 "Lets a world go on, and shows what its robots' sensors measure.",
             ),
-            ModuleKind::instance::<Referee>("referee", "Judges whether a robot reaches its goal in time."),
+            ModuleKind::instance::<Referee>("referee", "Judges whether a robot reaches its goals in time."),
+            ModuleKind::linked::<PursuitReferee>(),
         ],
     )
 }

@@ -17,20 +17,30 @@ use crate::world::{Body, DescriptionError, World};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Section {
-    /// A world that comes with the simulator.
+    /// A world that comes with the simulator, or the path of a file.
     pub arena: String,
-    /// One of `layouts`, or `random`.
+    /// One of `layouts`, or `random`, or `scattered`.
     #[serde(default = "random_layout")]
     pub layout: String,
     /// Physics steps per second.
     #[serde(default = "steps_per_second")]
     pub steps_per_second: u32,
-    /// Which sonar profile the robots have.
+    /// Which sonar profile the robots have; empty for none.
     #[serde(default)]
     pub sonar: String,
+    /// Which profile of the sensor that sees other robots those have that have one. Unless said it is that with the
+    /// sonars' name, or the only one.
+    #[serde(default)]
+    pub robot_sensor: Option<String>,
+    /// In how many threads the robots measure, which changes nothing but the time that it takes.
+    #[serde(default = "one")]
+    pub threads: usize,
     /// Where the robot shall go, metres.
     #[serde(default)]
     pub goal: [f64; 2],
+    /// Where single robots shall go instead, one place after the other, metres.
+    #[serde(default)]
+    pub goals: BTreeMap<String, Vec<[f64; 2]>>,
     /// The robots, by name.
     pub robots: BTreeMap<String, RobotEntry>,
     /// Where things stand, by layout.
@@ -39,6 +49,9 @@ pub struct Section {
     /// How `random` places things.
     #[serde(default)]
     pub random: Option<layout::ObstructedWay>,
+    /// How `scattered` places things.
+    #[serde(default)]
+    pub scattered: Option<layout::Scattered>,
 }
 
 fn random_layout() -> String {
@@ -49,12 +62,22 @@ fn steps_per_second() -> u32 {
     100
 }
 
+fn one() -> usize {
+    1
+}
+
 /// A robot of the world.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotEntry {
-    /// A type that comes with the simulator.
+    /// A type that comes with the simulator, or the path of a file.
     pub model: String,
+    /// Its sonar profile, if it is not the world's; empty for none.
+    #[serde(default)]
+    pub sonar: Option<String>,
+    /// Its profile of the sensor that sees other robots, if it is not the world's; empty for none.
+    #[serde(default)]
+    pub robot_sensor: Option<String>,
     /// Its script, if it does not obey commands.
     #[serde(default)]
     pub script: Option<RandomWalk>,
@@ -78,12 +101,16 @@ pub struct Scenario {
     pub world: World,
     /// The robots where they begin.
     pub placements: Vec<Placement>,
-    /// Where the robot shall go, metres.
+    /// Where robots shall go that have no goals of their own, metres.
     pub goal: Point,
+    /// Where single robots shall go, one place after the other, metres.
+    pub goals: BTreeMap<String, Vec<Point>>,
     /// The physics step, nanoseconds.
     pub step: u64,
-    /// Which sonar profile the robots have.
+    /// Which sonar profile the robots have that have none of their own.
     pub sonar: String,
+    /// In how many threads the robots measure.
+    pub threads: usize,
 }
 
 impl Scenario {
@@ -96,16 +123,30 @@ impl Scenario {
         // JSON's numbers are whole or not as they like, as people write them.
         let table = serde_json::to_value(table).map_err(|error| wrong(error.to_string()))?;
         let section: Section = serde_json::from_value(table).map_err(|error| wrong(error.to_string()))?;
-        let mut world = World::named(&section.arena)
-            .unwrap_or_else(|| Err(wrong(format!("no arena `{}`; there is rocs_arena", section.arena))))?;
+        let mut world = World::load(&section.arena).map_err(|error| error.of("[world] arena"))?;
         let mut descriptions = BTreeMap::new();
         for (name, entry) in &section.robots {
-            let description = RobotDescription::named(&entry.model).unwrap_or_else(|| {
-                Err(wrong(format!("no robot model `{}`; there is pioneer_p3dx", entry.model)))
-            })?;
+            let mut description = RobotDescription::load(&entry.model)
+                .map_err(|error| error.of(&format!("[world] robots.{name}")))?;
+            let own = entry.robot_sensor.as_ref();
+            if let Some(profile) = own.or(section.robot_sensor.as_ref()) {
+                choose(&mut description, profile, own.is_some())?;
+            }
             descriptions.insert(name.clone(), description);
         }
         section.random.as_ref().map_or(Ok(()), layout::ObstructedWay::check)?;
+        section.scattered.as_ref().map_or(Ok(()), layout::Scattered::check)?;
+        let goals: BTreeMap<String, Vec<Point>> = section
+            .goals
+            .iter()
+            .map(|(name, goals)| (name.clone(), goals.iter().copied().map(point).collect()))
+            .collect();
+        if let Some(name) = goals.keys().find(|name| !section.robots.contains_key(*name)) {
+            return Err(wrong(format!("[world.goals] names `{name}`, which is no robot of the world")));
+        }
+        let outlines: BTreeMap<_, _> =
+            descriptions.iter().map(|(name, description)| (name.clone(), description.outline())).collect();
+        let mut random = Random::new(seed, "layout");
         let layout = match section.layouts.get(&section.layout) {
             Some(layout) => layout.clone(),
             None if section.layout == "random" => {
@@ -113,17 +154,18 @@ impl Scenario {
                     .random
                     .as_ref()
                     .ok_or_else(|| wrong("layout `random` needs a [world.random] table".into()))?;
-                let outlines = descriptions
-                    .iter()
-                    .map(|(name, description)| (name.clone(), description.outline()))
-                    .collect();
-                rules
-                    .lay_out(&world, &outlines, point(section.goal), &mut Random::new(seed, "layout"))
-                    .map_err(wrong)?
+                rules.lay_out(&world, &outlines, point(section.goal), &mut random).map_err(wrong)?
+            }
+            None if section.layout == "scattered" => {
+                let rules = section
+                    .scattered
+                    .as_ref()
+                    .ok_or_else(|| wrong("layout `scattered` needs a [world.scattered] table".into()))?;
+                rules.lay_out(&world, &outlines, &goals, &mut random).map_err(wrong)?
             }
             None => {
                 let mut known: Vec<_> = section.layouts.keys().map(String::as_str).collect();
-                known.push("random");
+                known.extend(["random", "scattered"]);
                 return Err(wrong(format!("no layout `{}`; there are {}", section.layout, known.join(", "))));
             }
         };
@@ -137,7 +179,7 @@ impl Scenario {
             placements.push(Placement {
                 name: name.clone(),
                 description: descriptions[name].clone(),
-                sonar: section.sonar.clone(),
+                sonar: sonar_of(entry, &descriptions[name], &section.sonar),
                 pose: *pose,
                 script: entry.script,
             });
@@ -145,14 +187,55 @@ impl Scenario {
         if !(1..=10_000).contains(&section.steps_per_second) {
             return Err(wrong("steps_per_second is from 1 to 10000".into()));
         }
+        if !(1..=256).contains(&section.threads) {
+            return Err(wrong("threads is from 1 to 256".into()));
+        }
         let step = 1_000_000_000 / u64::from(section.steps_per_second);
-        Ok(Self { world, placements, goal: point(section.goal), step, sonar: section.sonar })
+        Ok(Self {
+            world,
+            placements,
+            goal: point(section.goal),
+            goals,
+            step,
+            sonar: section.sonar,
+            threads: section.threads,
+        })
+    }
+
+    /// Where a robot shall go, one place after the other.
+    pub fn goals_of(&self, robot: &str) -> Vec<Point> {
+        self.goals.get(robot).cloned().unwrap_or_else(|| vec![self.goal])
     }
 
     /// The outlines of what does not move.
     pub fn static_outlines(&self) -> Vec<Polygon> {
         self.world.bodies.iter().filter_map(Body::polygon).collect()
     }
+}
+
+/// The sonar profile of a robot. That of the world is none for robots without sonars.
+fn sonar_of(entry: &RobotEntry, description: &RobotDescription, of_world: &str) -> String {
+    match &entry.sonar {
+        Some(own) => own.clone(),
+        None if description.sonar.is_empty() => String::new(),
+        None => of_world.into(),
+    }
+}
+
+/// Leaves a robot the one profile of the sensor that sees other robots that it shall have. What is said for the whole
+/// world is not said to robots without such a sensor.
+fn choose(description: &mut RobotDescription, profile: &str, own: bool) -> Result<(), DescriptionError> {
+    let profiles = &mut description.robot_sensor;
+    if !profile.is_empty() && !profiles.contains_key(profile) && (own || !profiles.is_empty()) {
+        let known: Vec<_> = profiles.keys().map(String::as_str).collect();
+        let message = match known[..] {
+            [] => format!("no robot_sensor profile `{profile}`: it has no sensor that sees other robots"),
+            _ => format!("no robot_sensor profile `{profile}`; there are {}", known.join(", ")),
+        };
+        return Err(DescriptionError::new(&description.name, message));
+    }
+    profiles.retain(|name, _| name == profile);
+    Ok(())
 }
 
 fn point([x, y]: [f64; 2]) -> Point {

@@ -1,10 +1,17 @@
 //! Robots that follow a script: the disturbers of the experiments.
 
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
+use slate_module::math::min;
 
 use crate::drive::Wheels;
+use crate::robot::SonarDescription;
 use crate::sonar::Echo;
+
+/// A sonar looks ahead when it looks at most so many degrees to the side.
+const AHEAD: f64 = 60.0;
 
 /// Wanders: straight on, a new heading now and then, away from what its front sonars hear.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +38,8 @@ impl Default for RandomWalk {
 pub struct Wanderer {
     walk: RandomWalk,
     random: Random,
+    /// The sonars that look ahead, to either side: a bit for each.
+    ahead: (u16, u16),
     /// Seconds until the present leg ends.
     left: f64,
     /// The present leg: 1 turns left, -1 right, 0 goes straight.
@@ -38,25 +47,40 @@ pub struct Wanderer {
 }
 
 impl Wanderer {
-    /// A wanderer that decides by that stream.
-    pub fn new(walk: RandomWalk, random: Random) -> Self {
-        Self { walk, random, left: 0.0, turn: 0.0 }
+    /// A wanderer that decides by that stream and listens to that ring.
+    ///
+    /// # Errors
+    /// When it shall listen and no sonar looks ahead.
+    pub fn new(walk: RandomWalk, ring: Option<&SonarDescription>, random: Random) -> Result<Self, String> {
+        let placements = ring.map_or(&[][..], |ring| &ring.placements);
+        let among = |range: RangeInclusive<f64>| {
+            let directions = placements.iter().enumerate().map(|(i, [_, _, degrees])| (i, degrees));
+            directions.filter(|(_, degrees)| range.contains(*degrees)).fold(0, |mask, (i, _)| mask | 1 << i)
+        };
+        // One that looks straight ahead looks to both sides.
+        let ahead = (among(0.0..=AHEAD), among(-AHEAD..=0.0));
+        if !walk.blind && (ahead.0 == 0 || ahead.1 == 0) {
+            return Err(format!(
+                "its script listens for what is ahead, and its sonars do not look to both sides within {AHEAD} \
+                 degrees; choose a sonar profile that does, or say script = {{ blind = true }}"
+            ));
+        }
+        Ok(Self { walk, random, ahead, left: 0.0, turn: 0.0 })
     }
 
     /// What it does for the next `step` seconds.
     pub fn decide(&mut self, sonar: &[Echo], step: f64) -> Wheels {
         let speed = self.walk.wheel_speed;
-        let near = |range: std::ops::Range<usize>| {
-            sonar
-                .get(range)
-                .into_iter()
-                .flatten()
-                .filter(|echo| echo.heard)
-                .map(|echo| echo.range)
-                .fold(f64::INFINITY, slate_module::math::min)
+        let near = |mut sonars: u16| {
+            let mut nearest = f64::INFINITY;
+            while sonars != 0 {
+                let echo = sonar.get(sonars.trailing_zeros() as usize).filter(|echo| echo.heard);
+                nearest = echo.map_or(nearest, |echo| min(nearest, echo.range));
+                sonars &= sonars - 1;
+            }
+            nearest
         };
-        // The front half of the ring: the first four look left, the next four right.
-        let (on_left, on_right) = (near(1..4), near(4..7));
+        let (on_left, on_right) = (near(self.ahead.0), near(self.ahead.1));
         self.left -= step;
         if !self.walk.blind && (on_left < self.walk.clearance || on_right < self.walk.clearance) {
             if self.turn == 0.0 {

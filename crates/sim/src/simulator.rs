@@ -2,22 +2,39 @@
 //! actuators got in the last one, and shows what the robots' sensors measure.
 
 use slate_interfaces::{
-    Clearance, Contact, Contacts, Echo, Odometry, Orientation, Pose2, Position, SonarPlacement, SonarScan,
-    Twist2, WheelSpeeds,
+    Bumper, Chassis, Clearance, Contact, Contacts, Echo, FourWheelSpeeds, Odometry, Orientation, Pose2,
+    Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_module::prelude::*;
-use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
+use slate_module::{
+    Description, Instance, Params as _, PortCursor, PortDescription, Stage, Trigger, decode, encode,
+};
 
-use crate::drive::Wheels;
+use crate::drive::{FourWheels, Wheels};
 use crate::geometry::Pose;
+use crate::robot::DriveKind;
 use crate::scenario::Scenario;
-use crate::simulation::Simulation;
+use crate::simulation::{Placement, Simulation};
 
-/// What a robot of the world offers; each port's name begins with the robot's.
+/// What the two wheels of a robot of the world are told; each port's name begins with the robot's.
 #[ports]
-struct RobotIo {
+struct TwoWheelsIo {
     /// What the wheels are told.
     wheels: Input<WheelSpeeds>,
+}
+
+/// What the four wheels of a robot are told.
+#[ports]
+struct FourWheelsIo {
+    /// What the wheels are told.
+    wheels: Input<FourWheelSpeeds>,
+}
+
+/// What every robot of the world offers.
+#[ports]
+struct RobotIo {
+    /// How it is made.
+    chassis: Output<Chassis>,
     /// What the sonars heard.
     sonar: Output<SonarScan>,
     /// What the positioning system says.
@@ -30,6 +47,20 @@ struct RobotIo {
     truth: Output<Pose2>,
     /// How far the nearest other body really is; for judges and reports, not for the robot.
     clearance: Output<Clearance>,
+}
+
+/// What a robot with bumpers offers.
+#[ports]
+struct BumperIo {
+    /// What presses on the robot.
+    bumper: Output<Bumper>,
+}
+
+/// What a robot offers that sees others.
+#[ports]
+struct SightingsIo {
+    /// The robots that it sees.
+    sightings: Output<Sightings>,
 }
 
 /// What the world offers beside its robots.
@@ -45,7 +76,45 @@ pub struct Simulator {
     simulation: Simulation,
     /// Rings as their interface shows them, made once.
     rings: Vec<SonarScan>,
+    /// The bodies, which never change.
+    chassis: Vec<Chassis>,
+    /// Which ports the robots have.
+    abilities: Vec<Abilities>,
+    threads: usize,
     started: bool,
+}
+
+/// Which ports a robot has.
+#[derive(Clone, Copy, Debug)]
+struct Abilities {
+    drive: DriveKind,
+    bumper: bool,
+    robot_sensor: bool,
+}
+
+impl Abilities {
+    fn of(placement: &Placement) -> Self {
+        Self {
+            drive: placement.description.drive.kind,
+            bumper: placement.description.bumper.is_some(),
+            robot_sensor: placement.robot_sensor().is_some(),
+        }
+    }
+
+    fn ports(self) -> Vec<PortDescription> {
+        let mut ports = match self.drive {
+            DriveKind::Differential => TwoWheelsIo::describe(),
+            DriveKind::SkidSteer => FourWheelsIo::describe(),
+        };
+        ports.extend(RobotIo::describe());
+        if self.bumper {
+            ports.extend(BumperIo::describe());
+        }
+        if self.robot_sensor {
+            ports.extend(SightingsIo::describe());
+        }
+        ports
+    }
 }
 
 impl Instance for Simulator {
@@ -55,7 +124,7 @@ impl Instance for Simulator {
         let scenario = scenario(setup)?;
         let mut ports = WorldIo::describe();
         for placement in &scenario.placements {
-            for mut port in RobotIo::describe() {
+            for mut port in Abilities::of(placement).ports() {
                 port.name = format!("{}/{}", placement.name, port.name);
                 ports.push(port);
             }
@@ -80,10 +149,14 @@ impl Instance for Simulator {
             )
             .into());
         }
-        let simulation = Simulation::new(&scenario.world, &scenario.placements, setup.seed, scenario.step)
-            .map_err(|error| Refusal(error.to_string()))?;
+        let mut simulation =
+            Simulation::new(&scenario.world, &scenario.placements, setup.seed, scenario.step)
+                .map_err(|error| Refusal(error.to_string()))?;
+        simulation.set_threads(scenario.threads);
         let rings = (0..simulation.robot_count()).map(|robot| ring(&simulation, robot)).collect();
-        Ok(Self { simulation, rings, started: false })
+        let chassis = scenario.placements.iter().map(|placement| placement.description.chassis()).collect();
+        let abilities = scenario.placements.iter().map(Abilities::of).collect();
+        Ok(Self { simulation, rings, chassis, abilities, threads: scenario.threads, started: false })
     }
 
     fn tick(&mut self, ports: &mut PortCursor, _: &[u8], now: &Tick) -> Outcome {
@@ -99,7 +172,20 @@ impl Instance for Simulator {
             }
         });
         for robot in 0..self.simulation.robot_count() {
+            let Abilities { drive, bumper, robot_sensor } = self.abilities[robot];
+            // What the wheels are told now takes effect in the next cycle.
+            let wheels = match drive {
+                DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(&io.wheels)),
+                DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(&io.wheels)),
+            };
+            self.simulation.command(robot, wheels);
             ports.with(|io: &RobotIo| self.show(robot, io));
+            if bumper {
+                ports.with(|io: &BumperIo| self.feel(robot, io));
+            }
+            if robot_sensor {
+                ports.with(|io: &SightingsIo| self.see(robot, io));
+            }
         }
         Outcome::Ok
     }
@@ -110,6 +196,7 @@ impl Instance for Simulator {
 
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
         (self.started, self.simulation) = decode(state)?;
+        self.simulation.set_threads(self.threads);
         Ok(())
     }
 }
@@ -128,8 +215,7 @@ impl Simulator {
     }
 
     fn show(&mut self, robot: usize, io: &RobotIo) {
-        // What the wheels are told now takes effect in the next cycle.
-        self.simulation.command(robot, Wheels { left: io.wheels.left, right: io.wheels.right });
+        io.chassis.set(self.chassis[robot]);
         if let Some((echoes, _)) = self.simulation.sonar(robot) {
             let mut heard = [Echo::default(); 16];
             for (slot, echo) in heard.iter_mut().zip(echoes) {
@@ -147,6 +233,35 @@ impl Simulator {
         io.truth.set(pose2(self.simulation.pose(robot)));
         io.clearance.set(Clearance { distance: self.simulation.clearance(robot) });
     }
+
+    fn feel(&self, robot: usize, io: &BumperIo) {
+        let felt = self.simulation.felt(robot);
+        io.bumper.set(Bumper { front: felt.front.into(), back: felt.back.into() });
+    }
+
+    fn see(&self, robot: usize, io: &SightingsIo) {
+        let Some(sensor) = self.simulation.robot_sensor(robot) else { return };
+        // What it saw before is there already.
+        if sensor.last() != Some(self.simulation.now()) {
+            return;
+        }
+        let mut list = [Sighting::default(); 8];
+        let seen = sensor.sightings();
+        for (slot, sighting) in list.iter_mut().zip(seen) {
+            let name = Text::new(self.simulation.name(sighting.robot));
+            *slot = Sighting { range: sighting.range, bearing: sighting.bearing, name };
+        }
+        io.sightings.set(Sightings { list: Sequence::new(&list[..seen.len().min(8)]) });
+    }
+}
+
+fn two_wheels(wheels: &WheelSpeeds) -> FourWheels {
+    Wheels { left: wheels.left, right: wheels.right }.into()
+}
+
+fn four_wheels(wheels: &FourWheelSpeeds) -> FourWheels {
+    let FourWheelSpeeds { front_left, front_right, back_left, back_right } = *wheels;
+    FourWheels { front_left, front_right, back_left, back_right }
 }
 
 fn pose2(pose: Pose) -> Pose2 {

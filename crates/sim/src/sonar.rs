@@ -5,7 +5,9 @@ use slate_module::Random;
 use slate_module::math::{clamp, cos, max, min, sin, tan};
 
 use crate::geometry::{Frame, Point};
+use crate::rate::due;
 use crate::robot::SonarDescription;
+use crate::surroundings::{NearBody, Nearby};
 
 /// What a sonar heard.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,6 +27,17 @@ struct Cone {
     right: Point,
 }
 
+/// Bodies are left out only when they are farther away than this, so that rounding leaves out none that is heard; metres.
+const SLACK: f64 = 1e-9;
+
+impl Cone {
+    /// Whether a body is behind it or beyond one of its borders.
+    fn misses(&self, body: &NearBody) -> bool {
+        let (to, radius) = (body.center.minus(self.origin), body.radius + SLACK);
+        self.axis.dot(to) < -radius || self.left.cross(to) > radius || self.right.cross(to) < -radius
+    }
+}
+
 /// A ring of sonars with what does not change from sweep to sweep.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SonarRing {
@@ -36,6 +49,8 @@ pub struct SonarRing {
     /// Tangent of the greatest incidence.
     incidence: f64,
     random: Random,
+    /// When the last sweep was, nanoseconds.
+    last: Option<u64>,
 }
 
 impl SonarRing {
@@ -56,6 +71,7 @@ impl SonarRing {
             description: description.clone(),
             mounts,
             random,
+            last: None,
         }
     }
 
@@ -64,18 +80,29 @@ impl SonarRing {
         &self.description
     }
 
-    /// How far from the robot's reference point anything can be heard, metres.
-    pub fn reach(&self) -> f64 {
-        self.description.range_max + self.mounts.iter().map(|(place, _)| place.norm()).fold(0.0, max)
+    /// How far from the robot's reference point the sonars are at most, metres.
+    pub fn aside(&self) -> f64 {
+        self.mounts.iter().map(|(place, _)| place.norm()).fold(0.0, max) + SLACK
     }
 
-    /// What all sonars hear from a robot there. The edges are those of bodies counter-clockwise, at least all within
-    /// [`reach`](Self::reach).
-    pub fn sweep(&mut self, robot: &Frame, edges: &[(Point, Point)], into: &mut Vec<Echo>) {
-        into.clear();
+    /// Which sonars sound at a time, in nanoseconds: a bit for each. The ring counts that time as that of a sweep.
+    pub fn sound(&mut self, now: u64) -> u16 {
+        let last = self.last.replace(now);
+        let Some(rate) = self.description.rate else { return u16::MAX };
+        let count = self.mounts.len();
+        let sounds = |sonar: &usize| due(rate, *sonar as f64 / count as f64, last, now);
+        (0..count).filter(sounds).fold(0, |mask, sonar| mask | 1 << sonar)
+    }
+
+    /// What the sonars of those bits hear from a robot there; the others keep what they heard.
+    pub fn sweep(&mut self, mask: u16, robot: &Frame, nearby: &Nearby, echoes: &mut Vec<Echo>) {
         let reach = self.description.range_max;
+        echoes.resize(self.mounts.len(), Echo { range: reach, heard: false });
         let (cos_half, sin_half) = self.half;
-        for i in 0..self.mounts.len() {
+        for (i, echo) in echoes.iter_mut().enumerate() {
+            if mask & 1 << i == 0 {
+                continue;
+            }
             let (place, direction) = self.mounts[i];
             let (origin, axis) = (robot.apply(place), robot.rotate(direction));
             // Both borders of the cone are half-planes through the origin.
@@ -92,17 +119,24 @@ impl SonarRing {
                 ),
             };
             let mut nearest = f64::INFINITY;
-            for (a, b) in edges {
-                if let Some(distance) = self.hear(&cone, *a, *b) {
-                    nearest = min(nearest, distance);
+            let aside = place.norm() + SLACK;
+            for (body, edges) in nearby.bodies() {
+                if body.distance - aside > nearest {
+                    break;
+                }
+                if cone.misses(body) {
+                    continue;
+                }
+                for (a, b) in edges {
+                    if let Some(distance) = self.hear(&cone, *a, *b) {
+                        nearest = min(nearest, distance);
+                    }
                 }
             }
             let measured = self.measure(nearest);
-            into.push(
-                measured
-                    .filter(|range| *range < reach)
-                    .map_or(Echo { range: reach, heard: false }, |range| Echo { range, heard: true }),
-            );
+            *echo = measured
+                .filter(|range| *range < reach)
+                .map_or(Echo { range: reach, heard: false }, |range| Echo { range, heard: true });
         }
     }
 

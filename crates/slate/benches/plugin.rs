@@ -19,7 +19,7 @@ use slate::module::blackboard::Stamp;
 use slate::module::{
     Direction, Frame, Host, Interface, Module, ModuleKind, PortCursor, PortSlot, Random, Setup, Tick,
 };
-use slate_exp1::monitors::PositionMonitor;
+use slate_wheeled::monitors::PositionMonitor;
 
 /// The module that is called: it reads a position and writes it.
 type Called = MonitorBlock<PositionMonitor>;
@@ -34,11 +34,11 @@ fn main() {
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let built = Command::new(env!("CARGO"))
-        .args(["build", "--release", "-p", "slate-exp1"])
+        .args(["build", "--release", "-p", "slate-wheeled"])
         .current_dir(&root)
         .status();
     assert!(built.unwrap().success(), "the library is built");
-    let library = root.join("target/release/libslate_exp1.so");
+    let library = root.join("target/release/libslate_wheeled.so");
     let (plugin, ..) = slate::runtime::plugin::load(&library).unwrap();
     let loaded = plugin.kinds().iter().find(|kind| kind.name() == Called::NAME).unwrap();
     let linked = ModuleKind::linked::<Called>();

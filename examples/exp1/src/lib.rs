@@ -1,29 +1,5 @@
 //! The first experiment of RoCS (section 6.3): a Pioneer P3-DX goes to the origin. Its plan knows no obstacle; the box
-//! beside its way and the robot that wanders there are met by reflexes alone.
-//!
-//! | block | class of the paper | here |
-//! |---|---|---|
-//! | Monitor | `RangeVREPMonitor`, `PositionVREPMonitor`, `OrientationVREPMonitor` | [`monitors`] |
-//! | Analyze | `PassRange`, `PassPosition`, `PassOrientation` | [`analyzes`] |
-//! | Plan | `GoToOriginPlanner` | [`planner`] |
-//! | Execute | actions of Table 2 | [`actions`] |
-//! | Knowledge | `PioneerKnowledge`, `PionerP3DXModel` | [`knowledge`] |
-//! | ReactiveModel | `AvoidObstacleModel` | [`avoid_obstacle`] |
-//!
-//! [`rocs`] has the reactive law that the authors ran, as the baseline.
-
-pub mod actions;
-pub mod analyzes;
-pub mod avoid_obstacle;
-pub mod knowledge;
-pub mod monitors;
-pub mod planner;
-pub mod rocs;
-
-use slate_plugin::mapek::{
-    AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock,
-};
-use slate_plugin::prelude::*;
+//! beside its way and the robot that wanders there are met by reflexes alone. All its blocks come from `slate-wheeled`.
 
 /// What the example is called.
 pub const NAME: &str = "exp1";
@@ -31,6 +7,9 @@ pub const NAME: &str = "exp1";
 pub const ABOUT: &str = "RoCS EXP1: a Pioneer P3-DX reaches the origin past a box and a wandering robot";
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../exp1.toml");
+
+/// The same robot at its serial line instead of in the simulator.
+pub const PIONEER: &str = include_str!("../pioneer.toml");
 
 /// Variants of the example by the value of `controller`, and the settings that make them.
 pub const CONTROLLERS: [(&str, &[&str]); 3] = [
@@ -56,17 +35,3 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
         ],
     ),
 ];
-
-plugin!(
-    MonitorBlock<monitors::RangeMonitor>,
-    MonitorBlock<monitors::PositionMonitor>,
-    MonitorBlock<monitors::OrientationMonitor>,
-    AnalyzeBlock<analyzes::PassRange>,
-    AnalyzeBlock<analyzes::PassPosition>,
-    AnalyzeBlock<analyzes::PassOrientation>,
-    PlanBlock<planner::GoToOriginPlanner>,
-    ExecuteBlock<actions::PioneerActions>,
-    KnowledgeBlock<knowledge::PioneerKnowledge>,
-    ReactiveBlock<avoid_obstacle::AvoidObstacleModel>,
-    ReactiveBlock<rocs::AvoidWallModel>,
-);

@@ -16,10 +16,10 @@ use slate::module::testing::Fixture;
 use slate::prelude::*;
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Control, Cycle, End, Mode, Options, Rate};
-use slate_exp1::actions::GoToOrigin;
-use slate_exp1::analyzes::Surroundings;
-use slate_exp1::avoid_obstacle::{AvoidObstacleModel, AvoidObstacleSensors};
-use slate_exp1::planner::{GoToOriginPlanner, Noticing};
+use slate_wheeled::actions::GoToOrigin;
+use slate_wheeled::analyzes::Surroundings;
+use slate_wheeled::avoid_obstacle::{AvoidObstacleModel, AvoidObstacleSensors};
+use slate_wheeled::go_to_origin::{GoToOriginPlanner, Noticing};
 
 /// What stands between the simulator and the robot.
 #[ports]
@@ -176,7 +176,7 @@ fn agent_in((mode, rate): (Mode, Rate), sets: &[&str]) -> Agent {
     let configuration = Configuration::from_text("exp1.toml", &text, &options).unwrap();
     let plugins = [
         slate::sim::plugin(),
-        slate_exp1::plugin(),
+        slate_wheeled::plugin(),
         Plugin::linked::<Trouble>(),
         slate::mapek::plan::<CrashingPlanner>().into(),
         slate::mapek::reactive::<CrashingReflex>().into(),

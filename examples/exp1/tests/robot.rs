@@ -4,32 +4,42 @@
 use std::collections::BTreeSet;
 
 use slate::blackboard::interface::Value;
-use slate::interfaces::{Orientation, Point2, Position, SonarScan, WheelSpeeds};
+use slate::interfaces::{Chassis, Orientation, Point2, Position, SonarScan, WheelSpeeds};
 use slate::mapek::{self, ExecuteBlock, Planned, ReactiveBlock, Robot};
+use slate::module::math;
 use slate::module::testing::Fixture;
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
-use slate_exp1::actions::{Leg, PioneerActions};
-use slate_exp1::analyzes::{PassOrientation, PassPosition, PassRange};
-use slate_exp1::avoid_obstacle::{AvoidObstacleModel, FOOTPRINT};
-use slate_exp1::knowledge::{PioneerKnowledge, PioneerP3dxModel};
-use slate_exp1::monitors::{OrientationMonitor, PositionMonitor, RangeMonitor};
-use slate_exp1::planner::GoToOriginPlanner;
-use slate_exp1::rocs::AvoidWallModel;
+use slate_wheeled::actions::Leg;
+use slate_wheeled::analyzes::{PassOrientation, PassPosition, PassRange};
+use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
+use slate_wheeled::avoid_wall::AvoidWallModel;
+use slate_wheeled::differential::DifferentialActions;
+use slate_wheeled::go_to_origin::GoToOriginPlanner;
+use slate_wheeled::knowledge::{WheeledKnowledge, WheeledModel};
+use slate_wheeled::monitors::{OrientationMonitor, PositionMonitor, RangeMonitor};
 
 fn configuration(sets: &[&str]) -> Configuration {
+    read(slate_exp1::CONFIGURATION, sets)
+}
+
+fn read(text: &str, sets: &[&str]) -> Configuration {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
-    Configuration::from_text("exp1.toml", slate_exp1::CONFIGURATION, &options).unwrap()
+    Configuration::from_text("exp1.toml", text, &options).unwrap()
 }
 
 fn agent(sets: &[&str]) -> Agent {
-    let plugins = [slate::sim::plugin(), slate_exp1::plugin()];
+    loaded(slate_exp1::CONFIGURATION, sets)
+}
+
+fn loaded(text: &str, sets: &[&str]) -> Agent {
+    let plugins = [slate::sim::plugin(), slate_wheeled::plugin()];
     let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
-    Agent::load(&configuration(sets), &plugins, options).unwrap()
+    Agent::load(&read(text, sets), &plugins, options).unwrap()
 }
 
 fn number(agent: &Agent, path: &str) -> f64 {
@@ -46,10 +56,10 @@ fn the_configuration_says_what_the_typed_builder_says() {
     let pass_position = robot.analyze::<PassPosition>("pass_position");
     let pass_orientation = robot.analyze::<PassOrientation>("pass_orientation");
     let planner = robot.plan::<GoToOriginPlanner>("planner");
-    let execute = robot.execute::<PioneerActions>("execute");
+    let execute = robot.execute::<DifferentialActions>("execute");
     let avoid_obstacle = robot.reactive::<AvoidObstacleModel>("avoid_obstacle");
     let avoid_wall = robot.reactive::<AvoidWallModel>("avoid_wall");
-    let knowledge = robot.knowledge::<PioneerKnowledge>("knowledge");
+    let knowledge = robot.knowledge::<WheeledKnowledge>("knowledge");
     let (sonar, position, orientation) =
         ("/simulator/r2/sonar", "/simulator/r2/position", "/simulator/r2/orientation");
     range_monitor.watch("sonar", sonar);
@@ -73,6 +83,7 @@ fn the_configuration_says_what_the_typed_builder_says() {
     execute.watch("robot", "knowledge/robot");
     knowledge.watch("position", position);
     knowledge.watch("orientation", orientation);
+    knowledge.watch("chassis", "/simulator/r2/chassis");
     let built: BTreeSet<_> = robot
         .build()
         .unwrap()
@@ -92,20 +103,19 @@ fn the_configuration_says_what_the_typed_builder_says() {
     assert_eq!(built, configured);
 }
 
-#[test]
-fn the_outline_is_that_of_the_robot() {
+/// The body that the simulator tells of.
+fn chassis() -> Chassis {
     let described = slate::sim::robot::RobotDescription::named("pioneer_p3dx").unwrap().unwrap();
-    assert_eq!(described.footprint, FOOTPRINT);
+    described.chassis()
 }
 
 /// An Execute that is told to go to the origin from (1, 0), looking away from it.
-fn execute() -> Fixture<ExecuteBlock<PioneerActions>> {
+fn execute() -> Fixture<ExecuteBlock<DifferentialActions>> {
     let mut execute = Fixture::new();
     execute.set("position", Position { x: 1.0, y: 0.0, z: 0.0 });
     execute.set("orientation", Orientation { theta: 0.0 });
-    execute
-        .set("robot", PioneerP3dxModel { wheel_radius: 0.0975, track: 0.331, ..PioneerP3dxModel::default() });
-    let action = <slate_exp1::actions::GoToOrigin as mapek::ActionKind>::request(Leg {
+    execute.set("robot", WheeledModel { chassis: chassis(), ..WheeledModel::default() });
+    let action = <slate_wheeled::actions::GoToOrigin as mapek::ActionKind>::request(Leg {
         x: 0.0,
         y: 0.0,
         speed: 0.4,
@@ -152,8 +162,7 @@ fn a_scan_that_is_not_a_number_starts_no_reflex_and_ends_nothing() {
     avoid.set("position", Position { x: f64::NAN, y: 0.0, z: 0.0 });
     avoid.set("orientation", Orientation { theta: 0.0 });
     avoid.set("goal", Point2 { x: 0.0, y: 0.0 });
-    avoid
-        .set("robot", PioneerP3dxModel { wheel_radius: 0.0975, track: 0.331, ..PioneerP3dxModel::default() });
+    avoid.set("robot", WheeledModel { chassis: chassis(), ..WheeledModel::default() });
     avoid.tick();
     for reflex in avoid.sent::<mapek::Reflex>("reflex") {
         assert!(reflex.action.arguments.iter().all(|argument| argument.is_finite()), "{reflex:?}");
@@ -206,4 +215,37 @@ fn twenty_seeds_reach_the_goal_and_cause_no_contact() {
         assert_eq!(state(&agent).as_ref().and_then(Value::as_str), Some("SUCCEEDED"), "seed {seed}");
         assert_eq!(number(&agent, "referee/metrics/collisions_caused"), 0.0, "seed {seed}");
     }
+}
+
+#[test]
+fn by_its_odometry_alone_it_reaches_the_goal_with_no_block_changed() {
+    // The odometry takes the place of the positioning system and of the compass, whoever reads them.
+    let modules = "odometry_monitor = {}\nlocalize = { params = { start_x = 0.6, start_y = 0.8 } }\n";
+    let links = "\"odometry_monitor/odometry\" = \"/simulator/r2/odometry\"\n\
+                 \"localize/odometry\" = \"odometry_monitor/percept\"\n";
+    let text = slate_exp1::CONFIGURATION
+        .replace("/simulator/r2/position", "localize/position")
+        .replace("/simulator/r2/orientation", "localize/orientation")
+        .replace("[robots.r2.modules]\n", &format!("[robots.r2.modules]\n{modules}"))
+        .replace("[robots.r2.links]\n", &format!("[robots.r2.links]\n{links}"));
+    // Odometry drifts by some percent of the way.
+    let mut agent = loaded(&text, &["world.layout=authors", "modules.referee.params.tolerance=0.2"]);
+    let (mut drift, mut steps) = (0.0_f64, 0);
+    let state = |agent: &Agent| agent.board().read("referee/verdict/state").unwrap().map(|(value, _)| value);
+    while state(&agent).as_ref().and_then(Value::as_str).is_none_or(|state| state == "RUNNING") {
+        agent.step();
+        steps += 1;
+        if steps > 5 {
+            let off = |axis: &str| {
+                number(&agent, &format!("r2/localize/position/{axis}"))
+                    - number(&agent, &format!("simulator/r2/truth/{axis}"))
+            };
+            drift = math::max(drift, math::hypot(off("x"), off("y")));
+        }
+    }
+    assert_eq!(state(&agent).as_ref().and_then(Value::as_str), Some("SUCCEEDED"));
+    assert!(
+        drift > 0.001 && drift < 0.2,
+        "it is the odometry that it goes by, and that is not exact: {drift}"
+    );
 }

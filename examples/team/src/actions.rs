@@ -1,10 +1,11 @@
 //! What a scout can do: go somewhere, and tell another robot to.
 
 use serde::{Deserialize, Serialize};
-use slate_exp1::actions::{GoToOrigin, Leg, PioneerBody};
 use slate_plugin::interfaces::Point2;
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
+use slate_wheeled::actions::{GoToOrigin, Leg};
+use slate_wheeled::differential::DifferentialBody;
 
 /// The ways to other robots.
 #[ports]
@@ -13,8 +14,8 @@ pub struct Radio {
     look: Outbox<Point2>,
 }
 
-/// EXP1's robot with a radio.
-pub type ScoutBody = (PioneerBody, Radio);
+/// A robot with two driven wheels and a radio.
+pub type ScoutBody = (DifferentialBody, Radio);
 
 /// Goes near to a place.
 #[derive(Serialize, Deserialize)]

@@ -1,10 +1,10 @@
 //! How a scout explores.
 
 use serde::{Deserialize, Serialize};
-use slate_exp1::actions::Leg;
 use slate_plugin::interfaces::Point2;
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
+use slate_wheeled::actions::Leg;
 
 use crate::actions::{GoNear, SendToLook};
 use crate::atlas::Known;

@@ -75,7 +75,7 @@ impl Analyze for Finder {
                 new = Some(obstacle);
             }
         }
-        found.write(&observed.found);
+        found.write(now.now(), &observed.found);
         new
     }
 }

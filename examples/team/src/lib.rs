@@ -1,7 +1,7 @@
 //! A team of robots: each explores its part of the arena and states what stands there, all come to know all of it, and each
 //! tells another one to go and look at what it found.
 //!
-//! Monitors, knowledge and the ways to drive are those of EXP1. New are [`finder`] and [`atlas`], which state facts and see
+//! Monitors, knowledge and the ways to drive come from `slate-wheeled`. New are [`finder`] and [`atlas`], which state facts and see
 //! what the team states, [`explorer`], which plans, and [`actions`], of which one is a message to another robot.
 
 pub mod actions;

@@ -47,7 +47,8 @@ impl Writer {
     /// have here, and the last one is there already. Each value is copied once more.
     pub fn deepen(&mut self, mut deeper: Writer) {
         if let Some(own) = &mut self.deeper {
-            return own.deepen(deeper);
+            own.deepen(deeper);
+            return self.leave_unread();
         }
         deeper.set_generation(self.generation());
         let (shown, last) = (self.channel.published(), self.last().sequence);
@@ -61,5 +62,18 @@ impl Writer {
         deeper.skip(last - shown);
         self.channel.desk().deeper = Some(Arc::clone(&deeper.channel));
         self.deeper = Some(Box::new(deeper));
+    }
+
+    /// Writes no more to a deeper channel that nobody reads when there is a still deeper one, which takes its place: so
+    /// values are copied no more often than there are depths in use.
+    fn leave_unread(&mut self) {
+        let mut desk = self.channel.desk();
+        let Some(own) = self.deeper.as_mut().filter(|own| !own.channel.has_readers()) else { return };
+        let Some(next) = own.deeper.take() else { return };
+        desk.deeper = Some(Arc::clone(&next.channel));
+        let unread = self.deeper.replace(next);
+        // Not under the lock, as it tells that it leaves.
+        drop(desk);
+        drop(unread);
     }
 }

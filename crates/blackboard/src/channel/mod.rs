@@ -189,6 +189,12 @@ impl Channel {
         usize::from(desk.latest - desk.probes) + desk.queues_taken() + deeper
     }
 
+    /// Whether there is a reader of this channel itself.
+    fn has_readers(&self) -> bool {
+        let desk = self.desk();
+        desk.latest > 0 || desk.queues_taken() > 0
+    }
+
     /// The writer, with a new generation.
     ///
     /// # Errors
@@ -234,11 +240,18 @@ impl Channel {
     pub fn queue(self: &Arc<Self>, policy: Policy, start: Start) -> Result<QueueReader, LinkError> {
         let mut desk = self.desk();
         // One that holds the writer up stands where that looks.
-        if policy != Policy::Block
+        while policy != Policy::Block
             && let Some(deeper) = desk.deeper.clone()
         {
             drop(desk);
-            return deeper.queue(policy, start);
+            let reader = deeper.queue(policy, start);
+            let is_written = self.desk().deeper.as_ref().is_some_and(|own| Arc::ptr_eq(own, &deeper));
+            if is_written || reader.is_err() {
+                return reader;
+            }
+            // A still deeper one has taken its place before there was a reader.
+            drop(reader);
+            desk = self.desk();
         }
         let spent = LinkError::BudgetSpent { limit: self.budget.queues };
         let place = desk.queues.iter().position(|taken| !taken).ok_or(spent)?;

@@ -10,6 +10,16 @@ use std::time::Duration;
 
 use serde_json::Value;
 
+/// A robot's world, in which no run ends by itself.
+pub const WORLD: &str = r#"
+[world]
+arena = "rocs_arena"
+layout = "start"
+goal = [0.0, 0.0]
+robots.r2 = { model = "pioneer_p3dx" }
+layouts.start.robots.r2 = { x = 0.6, y = 0.8, theta = 0.0 }
+"#;
+
 /// A fresh folder that a test works in.
 pub fn folder(name: &str) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);

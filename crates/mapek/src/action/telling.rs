@@ -49,29 +49,36 @@ use super::Step;
 pub struct Telling {
     /// How long the answer is waited for, nanoseconds.
     patience: u64,
-    /// The message and when it was sent, once it is.
-    sent: Option<(u64, u64)>,
+    /// When it was to be sent first.
+    since: Option<u64>,
+    /// The message, once it is sent.
+    sent: Option<u64>,
 }
 
 impl Telling {
-    /// A message whose answer is waited for so many seconds.
+    /// A message whose answer is waited for so many seconds, and room for it as well.
     pub fn within(seconds: f64) -> Self {
-        // A float converts to the nearest integer in range.
-        Self { patience: (seconds * 1e9) as u64, sent: None }
+        // The cast cuts off what is below a nanosecond, and takes the nearest number for what is out of range.
+        Self { patience: (seconds * 1e9) as u64, since: None, sent: None }
     }
 
-    /// One step: sends the message in the first one, and looks for its answer in the others.
+    /// One step: sends the message in the first one that finds room, and looks for its answer in the others.
     pub fn tell<T: Interface>(&mut self, outbox: &Outbox<T>, message: T, now: &Tick) -> Step {
-        let Some((number, since)) = self.sent else {
-            self.sent = outbox.post(message).map(|number| (number, now.now()));
-            // A full outbox has room in the next cycle.
-            return Step::Running;
+        let since = *self.since.get_or_insert(now.now());
+        let is_over = now.now().saturating_sub(since) > self.patience;
+        let delivery = match self.sent {
+            Some(number) => outbox.delivery(number),
+            None if is_over => Delivery::Lost,
+            None => {
+                // A full outbox has room in the next cycle.
+                self.sent = outbox.post(message);
+                return Step::Running;
+            }
         };
-        match outbox.delivery(number) {
+        match delivery {
             Delivery::Done => Step::Done,
-            Delivery::Refused(_) | Delivery::Lost => Step::Failed,
-            Delivery::Waiting if now.now().saturating_sub(since) > self.patience => Step::Failed,
-            Delivery::Waiting => Step::Running,
+            Delivery::Waiting if !is_over => Step::Running,
+            Delivery::Refused(_) | Delivery::Lost | Delivery::Waiting => Step::Failed,
         }
     }
 }

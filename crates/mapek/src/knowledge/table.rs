@@ -5,6 +5,7 @@ use std::ops::Deref;
 
 use slate_interfaces::{FactHead, FactTableHead};
 use slate_module::blackboard::interface::{Descriptor, Field, Interface, Kind, Plain, schema_hash};
+use xxhash_rust::xxh3::xxh3_64;
 
 /// A fact in a [`FactTable`].
 #[repr(C)]
@@ -83,6 +84,13 @@ impl<T: Plain> Stated<T> {
 const _: () = assert!(HEAD.fields.len() == 11 && TABLE.fields.len() == 3, "all fields are listed");
 
 impl<T: Plain> FactTable<T> {
+    /// A hash of its facts.
+    pub(super) fn hash(&self) -> u64 {
+        let (first, size) = (self.facts.as_ptr().cast::<u8>(), size_of_val(&self.facts));
+        // SAFETY: facts are plain and without padding, so each of these bytes is initialised.
+        xxh3_64(unsafe { std::slice::from_raw_parts(first, size) })
+    }
+
     const FIELDS: &'static [Field] = &[
         same(TABLE, 0),
         same(TABLE, 1),

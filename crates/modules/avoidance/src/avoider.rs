@@ -37,7 +37,50 @@ pub struct Avoider {
     due: Option<f64>,
     /// Where the robot last made progress, and when.
     anchor: Option<[f64; 3]>,
+    /// Other robots that are seen, and when.
+    others: Vec<Other>,
+    seen: Option<f64>,
 }
+
+/// Another robot, as a disc.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Other {
+    /// In the world, metres.
+    pub x: f64,
+    /// In the world, metres.
+    pub y: f64,
+    /// Metres.
+    pub radius: f64,
+    /// How it moves in the world, m/s.
+    pub velocity: [f64; 2],
+}
+
+impl Other {
+    /// Points of its outline, near enough to each other that nothing fits between.
+    pub(crate) fn outline(&self) -> impl Iterator<Item = (f64, f64)> {
+        let Self { x, y, radius, .. } = *self;
+        ROUND.iter().map(move |(east, north)| (x + east * radius, y + north * radius))
+    }
+}
+
+/// Points of a circle of radius 1.
+const ROUND: [(f64, f64); 12] = [
+    (1.0, 0.0),
+    (0.866, 0.5),
+    (0.5, 0.866),
+    (0.0, 1.0),
+    (-0.5, 0.866),
+    (-0.866, 0.5),
+    (-1.0, 0.0),
+    (-0.866, -0.5),
+    (-0.5, -0.866),
+    (0.0, -1.0),
+    (0.5, -0.866),
+    (0.866, -0.5),
+];
+
+/// So many other robots are looked at.
+const OTHERS: usize = 8;
 
 impl Avoider {
     /// For a robot of that outline that has heard nothing yet.
@@ -49,6 +92,8 @@ impl Avoider {
             way: Vec::with_capacity(64),
             due: None,
             anchor: None,
+            others: Vec::with_capacity(OTHERS),
+            seen: None,
         }
     }
 
@@ -60,6 +105,18 @@ impl Avoider {
     /// Takes in what the sonars heard when the robot was at `pose` at `time` (seconds).
     pub fn hear(&mut self, pose: Pose2, scan: &SonarScan, parameters: &Parameters, time: f64) {
         self.map.update(pose, scan, &self.footprint, parameters, time);
+    }
+
+    /// Takes in which other robots are seen at `time` (seconds), the first eight of them: Until it sees
+    /// again, they are taken to be there.
+    pub fn see(&mut self, others: impl IntoIterator<Item = Other>, time: f64) {
+        self.others.clear();
+        let known = |other: &Other| {
+            let [east, north] = other.velocity;
+            on_the_map(other.x, other.y) && (other.radius + east + north).is_finite()
+        };
+        self.others.extend(others.into_iter().filter(known).take(OTHERS));
+        self.seen = Some(time);
     }
 
     /// Says whether the straight way from `pose` to `goal` is free at `time` (seconds), and else how to move.
@@ -82,7 +139,10 @@ impl Avoider {
         if !due && self.choice == Some([0.0, 0.0]) {
             return Decision::Avoid(Twist2::ZERO);
         }
-        let surroundings = Surroundings::new(&self.map, pose, &self.footprint, parameters, margin, time);
+        let seen = self.seen.is_some_and(|seen| time - seen <= parameters.memory);
+        let others = if seen { self.others.as_slice() } else { &[] };
+        let surroundings =
+            Surroundings::new(&self.map, others, pose, &self.footprint, parameters, margin, time);
         let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
         if !due {
             // Between two choices only: is the present one still safe?
@@ -107,7 +167,7 @@ impl Avoider {
             return Decision::Avoid(twist);
         }
         let widths = Widths { blocked: half_width + 0.02, tight: self.footprint.radius() };
-        let target = field::waypoint(&self.map, pose, goal, widths, 0.6, &mut self.way);
+        let target = field::waypoint(&self.map, others, pose, goal, widths, 0.6, &mut self.way);
         let (dx, dy) = (target.x - pose.x, target.y - pose.y);
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         let target = Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx };

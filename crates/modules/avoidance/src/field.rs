@@ -1,6 +1,7 @@
 use slate_interfaces::{Point2, Pose2};
 use slate_module::math;
 
+use crate::avoider::Other;
 use crate::map::{CELL, LocalMap, SIDE, cell_of};
 
 const CELLS: usize = SIDE * SIDE;
@@ -41,6 +42,7 @@ pub(crate) struct Widths {
 /// would waver between two ways round the same thing.
 pub(crate) fn waypoint(
     map: &LocalMap,
+    others: &[Other],
     pose: Pose2,
     goal: Point2,
     widths: Widths,
@@ -48,7 +50,8 @@ pub(crate) fn waypoint(
     way: &mut Vec<[i32; 2]>,
 ) -> Point2 {
     let mut grid = Grid::new(pose);
-    grid.measure(map);
+    grid.mark(map, others);
+    grid.measure();
     grid.weigh(widths);
     grid.prefer(way);
     grid.search(goal);
@@ -93,13 +96,18 @@ impl Grid {
         Point2 { x: coordinate(cell % SIDE, self.corner[0]), y: coordinate(cell / SIDE, self.corner[1]) }
     }
 
-    /// Distances to the marks by two passes over the cells (chamfer distance).
-    fn measure(&mut self, map: &LocalMap) {
-        for mark in map.obstacles() {
-            if let Some(cell) = self.index(mark.x, mark.y) {
+    /// Marks what was heard, and the outlines of other robots.
+    fn mark(&mut self, map: &LocalMap, others: &[Other]) {
+        let heard = map.obstacles().map(|mark| (mark.x, mark.y));
+        for (x, y) in heard.chain(others.iter().flat_map(Other::outline)) {
+            if let Some(cell) = self.index(x, y) {
                 self.clearance[cell] = 0;
             }
         }
+    }
+
+    /// Distances to the marks by two passes over the cells (chamfer distance).
+    fn measure(&mut self) {
         let distance = &mut self.clearance;
         for row in 0..SIDE {
             for column in 0..SIDE {

@@ -15,7 +15,7 @@ mod motion;
 mod parameters;
 mod rocs;
 
-pub use avoider::{Avoider, Decision};
+pub use avoider::{Avoider, Decision, Other};
 pub use footprint::{Footprint, FootprintError};
 pub use map::{LocalMap, Mark};
 pub use parameters::Parameters;

@@ -1,6 +1,7 @@
 use slate_interfaces::{Point2, Pose2, Twist2};
 use slate_module::math;
 
+use crate::avoider::Other;
 use crate::footprint::Footprint;
 use crate::map::LocalMap;
 use crate::parameters::Parameters;
@@ -23,8 +24,10 @@ struct Obstacle {
     y: f64,
     /// From the outline now.
     distance: f64,
-    /// How fast it may move.
+    /// How fast it may move, who knows where to.
     speed: f64,
+    /// How it is seen to move.
+    velocity: Option<[f64; 2]>,
 }
 
 /// The obstacles around the robot, in its frame, nearest parts only.
@@ -40,6 +43,7 @@ impl<'a> Surroundings<'a> {
     /// What is near a robot at `pose`; `margin` is the least distance to keep, metres.
     pub(crate) fn new(
         map: &LocalMap,
+        others: &[Other],
         pose: Pose2,
         footprint: &'a Footprint,
         parameters: &'a Parameters,
@@ -51,7 +55,7 @@ impl<'a> Surroundings<'a> {
         let mut reach = parameters.look_ahead + margin;
         // There is always room for the nearest.
         for _ in 0..8 {
-            if surroundings.gather(map, pose, reach, time) {
+            if surroundings.gather(map, others, pose, reach, time) {
                 break;
             }
             reach *= 0.7;
@@ -60,23 +64,34 @@ impl<'a> Surroundings<'a> {
     }
 
     /// Collects what is nearer than `reach`, unless that is too much.
-    fn gather(&mut self, map: &LocalMap, pose: Pose2, reach: f64, time: f64) -> bool {
+    fn gather(&mut self, map: &LocalMap, others: &[Other], pose: Pose2, reach: f64, time: f64) -> bool {
         self.count = 0;
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
-        for mark in map.obstacles() {
-            let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
+        let mut add = |world_x: f64, world_y: f64, speed: f64, velocity: Option<[f64; 2]>| {
+            let (dx, dy) = (world_x - pose.x, world_y - pose.y);
             let (x, y) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
             let distance = self.footprint.distance_within(x, y, reach);
             if distance >= reach {
-                continue;
+                return true;
             }
             let Some(place) = self.obstacles.get_mut(self.count) else { return false };
-            let fresh = time - mark.since < self.parameters.newcomer_time;
-            *place =
-                Obstacle { x, y, distance, speed: if fresh { self.parameters.other_speed } else { 0.0 } };
+            let velocity =
+                velocity.map(|[east, north]| [cosine * east + sine * north, cosine * north - sine * east]);
+            *place = Obstacle { x, y, distance, speed, velocity };
             self.count += 1;
+            true
+        };
+        // Robots first: of what is seen, nothing is left out.
+        for other in others {
+            if !other.outline().all(|(x, y)| add(x, y, 0.0, Some(other.velocity))) {
+                return false;
+            }
         }
-        true
+        let other_speed = self.parameters.other_speed;
+        map.obstacles().all(|mark| {
+            let fresh = time - mark.since < self.parameters.newcomer_time;
+            add(mark.x, mark.y, if fresh { other_speed } else { 0.0 }, None)
+        })
     }
 
     fn obstacles(&self) -> &[Obstacle] {
@@ -107,10 +122,20 @@ impl<'a> Surroundings<'a> {
     fn keeps_off(&self, path: Path, later: f64) -> bool {
         let reach = self.margin + self.parameters.other_speed * later;
         self.obstacles().iter().all(|obstacle| {
+            let seen_from = |x: f64, y: f64| {
+                let (dx, dy) = (x - path.x, y - path.y);
+                let (x, y) = (path.cosine * dx + path.sine * dy, path.cosine * dy - path.sine * dx);
+                self.footprint.distance_within(x, y, reach)
+            };
+            if let Some([forward, left]) = obstacle.velocity {
+                let (x, y) = (obstacle.x + forward * later, obstacle.y + left * later);
+                let distance = seen_from(x, y);
+                // Who comes nearer than the margin does so to a robot that stands, too.
+                return distance >= self.margin
+                    || distance >= self.footprint.distance_within(x, y, reach) - SLACK;
+            }
             let margin = self.margin + obstacle.speed * later;
-            let (dx, dy) = (obstacle.x - path.x, obstacle.y - path.y);
-            let (x, y) = (path.cosine * dx + path.sine * dy, path.cosine * dy - path.sine * dx);
-            let distance = self.footprint.distance_within(x, y, reach);
+            let distance = seen_from(obstacle.x, obstacle.y);
             // What may move must be left at once; along what stands the robot may drive.
             let least = if obstacle.speed > 0.0 {
                 obstacle.distance + 0.5 * obstacle.speed * later

@@ -22,18 +22,20 @@ pub struct Rocs {
 const DETECTED: f64 = 0.3;
 /// Nearer than this counts in full, metres.
 const FULL: f64 = 0.1;
-/// Speed of both wheels when nothing is near, rad/s.
-const BASE: f64 = 1.5;
-/// Effect of the front sonars on the left wheel, from the left one to the right one; on the right wheel reversed.
-const WEIGHTS: [f64; 8] = [-0.2, -0.4, -0.6, -0.8, -1.0, -1.2, -1.4, -1.6];
+/// Effect of the front sonars on the left wheel, from the left one to the right one, on the right wheel reversed, and the speed
+/// of both wheels to which that is added, rad/s: of the Pioneer.
+const PIONEER: (&[f64], f64) = (&[-0.2, -0.4, -0.6, -0.8, -1.0, -1.2, -1.4, -1.6], 1.5);
+/// And of the Summit, which has three sonars.
+const SUMMIT: (&[f64], f64) = (&[-0.5, -1.0, -3.0], 0.0);
 /// Smaller changes of the wheels' speeds are left to the planner, rad/s.
 const THRESHOLD: f64 = 0.1;
 
 impl Rocs {
     /// The wheels' speeds, or nothing while no obstacle is near.
     pub fn react(&self, scan: &SonarScan) -> Option<WheelSpeeds> {
+        let (weights, base) = if scan.echoes.len() == SUMMIT.0.len() { SUMMIT } else { PIONEER };
         let (mut left, mut right) = (0.0, 0.0);
-        for (index, echo) in scan.echoes.iter().take(WEIGHTS.len()).enumerate() {
+        for (index, echo) in scan.echoes.iter().take(weights.len()).enumerate() {
             if !echo.heard.get() || !(0.0..DETECTED).contains(&echo.range) {
                 continue;
             }
@@ -42,10 +44,10 @@ impl Rocs {
                 RocsVariant::RocsFixed if echo.range < FULL => 1.0,
                 RocsVariant::RocsFixed => 1.0 - (echo.range - FULL) / (DETECTED - FULL),
             };
-            left += WEIGHTS[index] * part;
-            right += WEIGHTS[WEIGHTS.len() - 1 - index] * part;
+            left += weights[index] * part;
+            right += weights[weights.len() - 1 - index] * part;
         }
         let fires = left.abs() > THRESHOLD || right.abs() > THRESHOLD;
-        fires.then_some(WheelSpeeds { left: BASE + left, right: BASE + right })
+        fires.then_some(WheelSpeeds { left: base + left, right: base + right })
     }
 }

@@ -1,11 +1,11 @@
 //! What the avoidance promises.
-#![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test stops where something is wrong")]
 
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use slate_avoidance::{
-    Avoider, Decision, Footprint, FootprintError, LocalMap, Parameters, Rocs, RocsVariant,
+    Avoider, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant,
 };
 use slate_interfaces::{Echo, Point2, Pose2, SonarPlacement, SonarScan, Twist2, WheelSpeeds};
 use slate_module::{Bool, Sequence, math};
@@ -299,4 +299,37 @@ fn the_repaired_law_counts_near_more_than_far() {
     assert!((speeds.left - 1.1).abs() < 1e-9 && (speeds.right - 1.0).abs() < 1e-9, "{speeds:?}");
     assert_eq!(law.react(&scan(&[(3, 0.05)])), Some(WheelSpeeds { left: 0.7, right: 0.5 }));
     assert_eq!(law.react(&scan(&[(3, 0.29)])), None, "too little to act on");
+}
+
+/// What an avoider that hears nothing does about a robot straight ahead that moves so, on the way to a goal behind it.
+fn met(ahead: f64, velocity: [f64; 2]) -> Decision {
+    let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
+    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.see([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
+    avoider.steer(HERE, Point2 { x: 3.0, y: 0.0 }, &parameters, 0.0)
+}
+
+#[test]
+fn a_robot_that_is_seen_is_avoided_as_it_moves() {
+    assert_eq!(met(2.5, [0.0, 0.0]), Decision::Clear, "far away");
+    let Decision::Avoid(round) = met(0.9, [0.0, 0.0]) else { panic!("it stands in the way") };
+    assert!(round.angular != 0.0, "there is a way round: {round:?}");
+    let Decision::Avoid(approached) = met(0.6, [-0.4, 0.0]) else { panic!("it comes") };
+    assert!(approached.linear <= 0.0, "nobody drives into who comes: {approached:?}");
+}
+
+#[test]
+fn who_is_not_seen_any_more_is_forgotten() {
+    let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
+    let goal = Point2 { x: 3.0, y: 0.0 };
+    avoider.see([Other { x: 0.7, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.0);
+    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
+    assert_ne!(avoider.steer(HERE, goal, &parameters, 0.0), Decision::Clear);
+    avoider.see([], 0.2);
+    avoider.hear(HERE, &scan(&[]), &parameters, 0.2);
+    assert_eq!(avoider.steer(HERE, goal, &parameters, 0.2), Decision::Clear);
+    // Nor is who cannot be where it is said to be.
+    avoider.see([Other { x: f64::NAN, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.4);
+    avoider.hear(HERE, &scan(&[]), &parameters, 0.4);
+    assert_eq!(avoider.steer(HERE, goal, &parameters, 0.4), Decision::Clear);
 }

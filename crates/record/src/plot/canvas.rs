@@ -16,6 +16,9 @@ pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 pub(super) const FAINT: RGBColor = RGBColor(110, 110, 110);
 pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
+/// How wide the bright part of a hollow line is.
+pub(super) const HOLLOW: u32 = 2;
+
 /// Marks that stand for something at one place.
 #[derive(Clone, Copy)]
 pub(super) enum Mark {
@@ -28,6 +31,8 @@ pub(super) enum Mark {
     Goal,
     /// A sample of a line, for legends.
     Line(RGBColor, u32),
+    /// A sample of a line that is bright inside.
+    Hollow(RGBColor, u32),
 }
 
 /// Draws in pixels on an SVG image with white background.
@@ -126,6 +131,10 @@ impl Canvas<'_> {
                 self.line(&[(x, y - HALF), (x, y + HALF)], GREEN, 2)
             }
             Mark::Line(color, width) => self.line(&[(x - HALF, y), (x + HALF, y)], color, width),
+            Mark::Hollow(color, width) => {
+                self.mark(Mark::Line(color, width), at)?;
+                self.mark(Mark::Line(WHITE, HOLLOW), at)
+            }
         }
     }
 

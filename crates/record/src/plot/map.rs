@@ -1,21 +1,20 @@
 //! The world from above with the ways of the robots.
 
 use super::{
-    Extent, axis_label,
+    axis_label,
     canvas::{
-        Canvas, FAINT, GRID, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, font, image, stroke,
-        text_width,
+        Canvas, FAINT, GRID, HOLLOW, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, font, image,
+        stroke,
     },
-    color, drawable, has_route, widened,
+    color, has_route,
+    view::{View, goals, obstacles},
 };
 use crate::{
-    Error, Report, Route, Sample, Scene,
+    Error, Report, Route, Sample,
     trajectory::{parts, switches},
 };
-use plotters::{prelude::*, style::text_anchor::HPos};
+use plotters::prelude::*;
 
-/// The longer side of the world.
-const SIDE: i32 = 1000 * PIXEL;
 const LEFT: i32 = 100 * PIXEL;
 const BOTTOM: i32 = 80 * PIXEL;
 /// Height of the numbers and the name of the x axis.
@@ -25,10 +24,10 @@ const EDGE: i32 = 16 * PIXEL;
 /// Room for each number of an axis.
 const LABEL_SPACE: usize = 80 * PIXEL as usize;
 const LEGEND: i32 = 320 * PIXEL;
-const OBSTACLE: RGBColor = RGBColor(205, 205, 205);
 
 pub(crate) fn map(report: &Report) -> Result<String, Error> {
-    let (view, legend) = (View::of(report), legend(report));
+    let places = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
+    let (view, legend) = (View::of(report.scene, places, LEFT), legend(report));
     let legend_height = i32::try_from(legend.len()).unwrap_or(0) * LEGEND_LINE;
     let plot_height = if view.size.1 > legend_height { view.size.1 } else { legend_height };
     let size = (LEFT + view.size.0 + LEGEND, TITLE_HEIGHT + plot_height + BOTTOM);
@@ -38,67 +37,10 @@ pub(crate) fn map(report: &Report) -> Result<String, Error> {
     })
 }
 
-/// The shown part of the world: metres at the edges, and the size on the canvas at one scale for both axes.
-struct View {
-    x: (f64, f64),
-    y: (f64, f64),
-    size: (i32, i32),
-}
-
-impl View {
-    fn of(report: &Report) -> View {
-        let (mut x, mut y) = (Extent::default(), Extent::default());
-        for [point_x, point_y] in outline(report.scene) {
-            x.include(point_x);
-            y.include(point_y);
-        }
-        for sample in &report.trajectory.samples {
-            x.include(sample.x);
-            y.include(sample.y);
-        }
-        let (x, y) = (x.padded(0.03, 0.1), y.padded(0.03, 0.1));
-        let (width, height) = (x.1 - x.0, y.1 - y.0);
-        let longer = if width > height { width } else { height };
-        // A corridor still gets a plot that is high enough to read.
-        let (x, y) = (widened(x, longer * 0.4), widened(y, longer * 0.4));
-        let pixels = |(low, high): (f64, f64)| ((high - low) / longer * f64::from(SIDE)).round() as i32;
-        View { x, y, size: (pixels(x), pixels(y)) }
-    }
-
-    fn pixel(&self, x: f64, y: f64) -> Option<Pixel> {
-        let share = |value: f64, (low, high): (f64, f64)| (value - low) / (high - low);
-        let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
-        (drawable(x) && drawable(y)).then(|| {
-            let right = (share(x, self.x) * width).round() as i32;
-            let up = (share(y, self.y) * height).round() as i32;
-            (LEFT + right, TITLE_HEIGHT + self.size.1 - up)
-        })
-    }
-
-    fn pixels(&self, metres: f64) -> i32 {
-        (metres / (self.x.1 - self.x.0) * f64::from(self.size.0)).round() as i32
-    }
-}
-
-/// Points that together span all of the scene.
-fn outline(scene: &Scene) -> impl Iterator<Item = [f64; 2]> {
-    let corners = [scene.bounds.minimum, scene.bounds.maximum];
-    let polygons = scene.polygons.iter().flat_map(|polygon| polygon.points.iter().copied());
-    let circles = scene.circles.iter().flat_map(edges);
-    let goals = scene.goals.iter().map(|goal| [goal.x, goal.y]);
-    corners.into_iter().chain(polygons).chain(circles).chain(goals)
-}
-
-/// Opposite corners of the square around a circle.
-fn edges(circle: &crate::Circle) -> [[f64; 2]; 2] {
-    let ([x, y], radius) = (circle.center, circle.radius);
-    [[x - radius, y - radius], [x + radius, y + radius]]
-}
-
 fn draw(canvas: &Canvas, report: &Report, view: &View) -> Result<(), Error> {
     canvas.title(&report.summary.title(), &report.summary.caption())?;
     axes(canvas, view)?;
-    scene(canvas, view, report.scene)?;
+    obstacles(canvas, view, report.scene)?;
 
     let robots = report.trajectory.robots();
     let is_scripted = |robot: &&str| report.scene.scripted.iter().any(|name| name == robot);
@@ -106,19 +48,13 @@ fn draw(canvas: &Canvas, report: &Report, view: &View) -> Result<(), Error> {
     for robot in &scripted {
         path(canvas, view, &report.trajectory.of(robot), BLACK, 2)?;
     }
-    for robot in &framework {
-        routes(canvas, view, &report.trajectory.of(robot))?;
+    for (index, robot) in framework.iter().enumerate() {
+        routes(canvas, view, &report.trajectory.of(robot), index > 0)?;
     }
     for robot in scripted.iter().chain(&framework) {
         ends(canvas, view, robot, &report.trajectory.of(robot))?;
     }
-    for goal in &report.scene.goals {
-        if let Some(at) = view.pixel(goal.x, goal.y) {
-            canvas.mark(Mark::Goal, at)?;
-            canvas.label(&goal.label, (at.0 + 6 * PIXEL, at.1 + 30 * PIXEL))?;
-        }
-    }
-    Ok(())
+    goals(canvas, view, report.scene)
 }
 
 fn axes(canvas: &Canvas, view: &View) -> Result<(), Error> {
@@ -148,55 +84,18 @@ fn axes(canvas: &Canvas, view: &View) -> Result<(), Error> {
         .map_err(failed)
 }
 
-fn scene(canvas: &Canvas, view: &View, scene: &Scene) -> Result<(), Error> {
-    for polygon in &scene.polygons {
-        let corners: Option<Vec<Pixel>> = polygon.points.iter().map(|[x, y]| view.pixel(*x, *y)).collect();
-        let Some(mut corners) = corners.filter(|corners| corners.len() > 1) else { continue };
-        canvas.polygon(&corners, OBSTACLE)?;
-        let across = |part: fn(&Pixel) -> i32| {
-            let (low, high) = (corners.iter().map(part).min(), corners.iter().map(part).max());
-            (low.unwrap_or(0), high.unwrap_or(0))
-        };
-        name(canvas, &polygon.name, across(|pixel| pixel.0), across(|pixel| pixel.1))?;
-        corners.push(corners[0]);
-        canvas.line(&corners, FAINT, 2)?;
-    }
-    for circle in &scene.circles {
-        if let Some((x, y)) = view.pixel(circle.center[0], circle.center[1])
-            && edges(circle).into_iter().flatten().all(drawable)
-            && circle.radius > 0.0
-        {
-            let radius = view.pixels(circle.radius);
-            canvas.circle((x, y), radius, OBSTACLE.filled())?;
-            canvas.circle((x, y), radius, stroke(FAINT, 2))?;
-            name(canvas, &circle.name, (x - radius, x + radius), (y - radius, y + radius))?;
-        }
-    }
-    Ok(())
-}
-
-/// The name of an obstacle, where it fits.
-fn name(
-    canvas: &Canvas,
-    name: &str,
-    (left, right): (i32, i32),
-    (top, bottom): (i32, i32),
-) -> Result<(), Error> {
-    const SIZE: i32 = 20;
-    if text_width(name, SIZE) > right - left || SIZE * PIXEL > bottom - top {
-        return Ok(());
-    }
-    canvas.text(name, ((left + right) / 2, (top + bottom) / 2), SIZE, FAINT, HPos::Center)
-}
-
 fn path(canvas: &Canvas, view: &View, samples: &[&Sample], color: RGBColor, width: u32) -> Result<(), Error> {
     let points: Vec<Option<Pixel>> = samples.iter().map(|sample| view.pixel(sample.x, sample.y)).collect();
     canvas.trace(&points, color, width)
 }
 
-fn routes(canvas: &Canvas, view: &View, samples: &[&Sample]) -> Result<(), Error> {
+/// The way of a robot in the colours of its routes; hollow lines tell the others from the first.
+fn routes(canvas: &Canvas, view: &View, samples: &[&Sample], is_hollow: bool) -> Result<(), Error> {
     for (route, samples) in parts(samples) {
         path(canvas, view, samples, color(route), 5)?;
+    }
+    if is_hollow {
+        path(canvas, view, samples, WHITE, HOLLOW)?;
     }
     for (before, sample) in samples.iter().zip(samples.iter().skip(1)) {
         if sample.action != before.action
@@ -228,13 +127,18 @@ fn ends(canvas: &Canvas, view: &View, robot: &str, samples: &[&Sample]) -> Resul
 
 fn legend(report: &Report) -> Vec<(Mark, String)> {
     let mut entries = Vec::new();
-    let mut framework = Vec::new();
+    let (mut framework, mut names) = (Vec::new(), Vec::new());
     for robot in report.trajectory.robots() {
         if report.scene.scripted.iter().any(|name| name == robot) {
             entries.push((Mark::Line(BLACK, 2), format!("{robot} (scripted)")));
         } else {
             framework.extend(report.trajectory.of(robot));
+            names.push(robot);
         }
+    }
+    if names.len() > 1 {
+        let line = |index| if index == 0 { Mark::Line(INK, 5) } else { Mark::Hollow(INK, 5) };
+        entries.extend(names.into_iter().enumerate().map(|(index, name)| (line(index), name.to_owned())));
     }
     if !framework.is_empty() {
         for route in [Route::Deliberative, Route::Reactive] {

@@ -1,11 +1,11 @@
-//! Position and route of each robot over time.
+//! Positions and routes of all robots over time.
 
 use super::{
     Extent, axis_label,
     canvas::{
         Canvas, FAINT, GRID, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, font, image, stroke,
     },
-    color, drawable, has_route, widened,
+    color, drawable, has_route, palette, widened,
 };
 use crate::{
     Error, Report, Route, Sample,
@@ -16,42 +16,40 @@ use plotters::{prelude::*, style::text_anchor::HPos};
 const WIDTH: i32 = 1200 * PIXEL;
 const LEFT: i32 = 100 * PIXEL;
 const LEGEND: i32 = 240 * PIXEL;
-const PANEL: i32 = 240 * PIXEL;
-const STRIP: i32 = 32 * PIXEL;
-/// Room for the name above each panel.
-const NAME: i32 = 44 * PIXEL;
+const PANEL: i32 = 260 * PIXEL;
+const STRIP: i32 = 40 * PIXEL;
+/// Room between panels.
+const GAP: i32 = 24 * PIXEL;
 const AXIS: i32 = 58 * PIXEL;
 /// Free space around the outer names of axes.
 const EDGE: i32 = 16 * PIXEL;
-const X: RGBColor = RGBColor(17, 119, 51);
-const Y: RGBColor = RGBColor(136, 34, 136);
 
 pub(crate) fn timeline(report: &Report) -> Result<String, Error> {
+    let colors = palette(report);
     let robots: Vec<Robot> = report
         .trajectory
         .robots()
         .into_iter()
-        .map(|name| {
-            let is_scripted = report.scene.scripted.iter().any(|scripted| scripted == name);
-            Robot { name, is_scripted, samples: report.trajectory.of(name) }
+        .map(|name| Robot {
+            name,
+            color: colors.get(name).copied().unwrap_or(INK),
+            is_scripted: report.scene.scripted.iter().any(|scripted| scripted == name),
+            samples: report.trajectory.of(name),
         })
         .collect();
-    let heights: i32 = robots.iter().map(Robot::height).sum();
-    image((LEFT + WIDTH + LEGEND, TITLE_HEIGHT + heights + AXIS + EDGE), |canvas| {
-        draw(canvas, report, &robots)
-    })
+    let controlled = robots.iter().filter(|robot| !robot.is_scripted).count();
+    let strips = i32::try_from(controlled).unwrap_or(0) * STRIP;
+    // Many robots have a legend that is higher than their panels; the routes have the last lines of it.
+    let lines = i32::try_from(robots.len()).unwrap_or(0) + 5;
+    let panels = (2 * (PANEL + GAP) + strips + AXIS).max(lines * LEGEND_LINE);
+    image((LEFT + WIDTH + LEGEND, TITLE_HEIGHT + panels + EDGE), |canvas| draw(canvas, report, &robots))
 }
 
 struct Robot<'a> {
     name: &'a str,
+    color: RGBColor,
     is_scripted: bool,
     samples: Vec<&'a Sample>,
-}
-
-impl Robot<'_> {
-    fn height(&self) -> i32 {
-        NAME + PANEL + if self.is_scripted { 0 } else { STRIP }
-    }
 }
 
 fn draw(canvas: &Canvas, report: &Report, robots: &[Robot]) -> Result<(), Error> {
@@ -68,23 +66,28 @@ fn draw(canvas: &Canvas, report: &Report, robots: &[Robot]) -> Result<(), Error>
         return canvas.text("no samples", (20 * PIXEL, TITLE_HEIGHT), 22, FAINT, HPos::Left);
     }
     let mut top = TITLE_HEIGHT;
-    for robot in robots {
-        panel(canvas, robot, time, top + NAME)?;
-        if !robot.is_scripted {
-            strip(canvas, robot, time, top + NAME + PANEL)?;
-        }
-        top += robot.height();
+    panel(canvas, robots, ("x [m]", |sample| sample.x), time, top)?;
+    top += PANEL + GAP;
+    panel(canvas, robots, ("y [m]", |sample| sample.y), time, top)?;
+    top += PANEL + GAP;
+    for robot in robots.iter().filter(|robot| !robot.is_scripted) {
+        strip(canvas, robot, time, top)?;
+        top += STRIP;
     }
+    legends(canvas, robots)?;
     time_axis(canvas, time, top)
 }
 
-/// x and y of one robot.
-fn panel(canvas: &Canvas, robot: &Robot, time: (f64, f64), top: i32) -> Result<(), Error> {
+/// One coordinate of all robots.
+fn panel(
+    canvas: &Canvas,
+    robots: &[Robot],
+    (name, value): (&str, fn(&Sample) -> f64),
+    time: (f64, f64),
+    top: i32,
+) -> Result<(), Error> {
     let mut extent = Extent::default();
-    for sample in &robot.samples {
-        extent.include(sample.x);
-        extent.include(sample.y);
-    }
+    robots.iter().flat_map(|robot| &robot.samples).for_each(|sample| extent.include(value(sample)));
     let metres = extent.padded(0.06, 0.1);
     let area = canvas.area.clone().shrink((EDGE, top), (LEFT - EDGE + WIDTH, PANEL));
     let mut chart = ChartBuilder::on(&area)
@@ -93,12 +96,12 @@ fn panel(canvas: &Canvas, robot: &Robot, time: (f64, f64), top: i32) -> Result<(
         .map_err(failed)?;
     chart
         .configure_mesh()
-        .y_desc("[m]")
+        .y_desc(name)
         .x_labels(12)
         .y_labels(5)
         .y_label_formatter(&|value| axis_label(*value, metres.1 - metres.0))
         .label_style(font(20))
-        .axis_desc_style(font(20))
+        .axis_desc_style(font(22))
         .axis_style(stroke(FAINT, 1))
         .set_all_tick_mark_size(5 * PIXEL)
         .bold_line_style(stroke(GRID, 1))
@@ -106,21 +109,27 @@ fn panel(canvas: &Canvas, robot: &Robot, time: (f64, f64), top: i32) -> Result<(
         .draw()
         .map_err(failed)?;
 
-    let pixel = |sample: &Sample, value: f64| -> Option<Pixel> {
-        drawable(value).then(|| {
-            let up = (value - metres.0) / (metres.1 - metres.0) * f64::from(PANEL);
+    let pixel = |sample: &Sample| -> Option<Pixel> {
+        drawable(value(sample)).then(|| {
+            let up = (value(sample) - metres.0) / (metres.1 - metres.0) * f64::from(PANEL);
             (column(sample.seconds(), time), top + PANEL - up.round() as i32)
         })
     };
-    for (color, value) in [(X, (|sample| sample.x) as fn(&Sample) -> f64), (Y, |sample| sample.y)] {
-        let points: Vec<Option<Pixel>> =
-            robot.samples.iter().map(|sample| pixel(sample, value(sample))).collect();
-        canvas.trace(&points, color, 3)?;
+    // Those that the run is about are above the others.
+    let (scripted, controlled): (Vec<&Robot>, Vec<&Robot>) =
+        robots.iter().partition(|robot| robot.is_scripted);
+    for robot in scripted.into_iter().chain(controlled) {
+        let points: Vec<Option<Pixel>> = robot.samples.iter().map(|sample| pixel(sample)).collect();
+        canvas.trace(&points, robot.color, robot.width())?;
     }
-    let script = if robot.is_scripted { " (scripted)" } else { "" };
-    canvas.text(&format!("{}{script}", robot.name), (LEFT, top - 20 * PIXEL), 24, INK, HPos::Left)?;
-    let entries = [(Mark::Line(X, 3), "x".to_owned()), (Mark::Line(Y, 3), "y".to_owned())];
-    canvas.legend((LEFT + WIDTH + 16 * PIXEL, top + 20 * PIXEL), &entries)
+    Ok(())
+}
+
+impl Robot<'_> {
+    /// Of its line.
+    fn width(&self) -> u32 {
+        if self.is_scripted { 2 } else { 4 }
+    }
 }
 
 /// The route of one robot, as coloured bands.
@@ -129,7 +138,7 @@ fn strip(canvas: &Canvas, robot: &Robot, time: (f64, f64), top: i32) -> Result<(
         if let [first, .., last] = samples {
             let (from, to) = (column(first.seconds(), time), column(last.seconds(), time));
             canvas
-                .rectangle([(from, top + 4 * PIXEL), (to, top + STRIP - 4 * PIXEL)], color(route).filled())?;
+                .rectangle([(from, top + 6 * PIXEL), (to, top + STRIP - 6 * PIXEL)], color(route).filled())?;
         }
     }
     for index in switches(&robot.samples) {
@@ -137,14 +146,33 @@ fn strip(canvas: &Canvas, robot: &Robot, time: (f64, f64), top: i32) -> Result<(
         let at = (column(sample.seconds(), time), top + STRIP / 2);
         canvas.mark(Mark::Square(color(sample.route)), at)?;
     }
-    canvas.text("route", (LEFT - 12 * PIXEL, top + STRIP / 2), 20, INK, HPos::Right)?;
-    let mut entries: Vec<(Mark, String)> = [Route::Deliberative, Route::Reactive]
+    canvas.text(robot.name, (LEFT - 12 * PIXEL, top + STRIP / 2), 22, INK, HPos::Right)
+}
+
+/// Right of the panels: the robots, and below them the routes, if any robot has some.
+fn legends(canvas: &Canvas, robots: &[Robot]) -> Result<(), Error> {
+    let names = robots.iter().map(|robot| {
+        let script = if robot.is_scripted { " (scripted)" } else { "" };
+        (Mark::Line(robot.color, robot.width()), format!("{}{script}", robot.name))
+    });
+    let names: Vec<_> = names.collect();
+    let left = LEFT + WIDTH + 16 * PIXEL;
+    canvas.legend((left, TITLE_HEIGHT + 20 * PIXEL), &names)?;
+    let controlled = || robots.iter().filter(|robot| !robot.is_scripted);
+    if controlled().next().is_none() {
+        return Ok(());
+    }
+    let mut routes: Vec<(Mark, String)> = [Route::Deliberative, Route::Reactive]
         .map(|route| (Mark::Line(color(Some(route)), 12), route.name().to_owned()))
         .into();
-    if has_route(&robot.samples, None) {
-        entries.push((Mark::Line(color(None), 12), "no action".to_owned()));
+    if controlled().any(|robot| has_route(&robot.samples, None)) {
+        routes.push((Mark::Line(color(None), 12), "no action".to_owned()));
     }
-    canvas.legend((LEFT + WIDTH + 16 * PIXEL, top + STRIP / 2 - LEGEND_LINE * 3), &entries)
+    routes.push((Mark::Square(color(Some(Route::Reactive))), "route changes".to_owned()));
+    // Beside the strips, unless there are many robots.
+    let strips = TITLE_HEIGHT + 2 * (PANEL + GAP) - 2 * LEGEND_LINE;
+    let below = i32::try_from(names.len()).unwrap_or(0) * LEGEND_LINE + TITLE_HEIGHT + 20 * PIXEL;
+    canvas.legend((left, strips.max(below)), &routes)
 }
 
 /// The axis that all panels share, below the last.

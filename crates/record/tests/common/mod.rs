@@ -20,6 +20,9 @@ pub fn summary(seed: u64) -> Summary {
         min_clearance_m: Some(0.2),
         route_switches: 2,
         reflexes: 5,
+        figures: [].into(),
+        robots: [].into(),
+        units: [].into(),
         ticks: 400,
         digest: "00ff".to_owned(),
     }
@@ -51,6 +54,7 @@ pub fn scene() -> Scene {
         polygons: vec![square("box", 0.5, 0.5, 0.5)],
         circles: vec![],
         goals: vec![Goal { label: "goal".to_owned(), x: 0.0, y: 0.0 }],
+        robots: vec![],
         scripted: vec!["R1".to_owned()],
     }
 }

@@ -20,6 +20,8 @@ pub(super) struct Catalogue {
     pub shares: bool,
     /// What can carry their values; anything when there is nothing among them.
     pub carriers: BTreeSet<String>,
+    /// Whether they can be compressed as JPEG.
+    pub has_jpeg: bool,
 }
 
 /// A property of another agent, as it is on the board.

@@ -37,8 +37,8 @@ use crate::main_loop::{
 use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
-pub(crate) use composer::WeakComposer;
 pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
+pub(crate) use composer::{Property, WeakComposer};
 use composition::Composition;
 pub use looping::SystemClock;
 use settings::Settings;
@@ -208,6 +208,7 @@ impl Agent {
             catalogue: Catalogue {
                 shares: options.sharing.is_some(),
                 carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
+                has_jpeg: options.sharing.as_ref().is_some_and(|sharing| sharing.has_jpeg()),
                 ..Catalogue::default()
             },
             ground,

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use slate_blackboard::BoardError;
 use slate_blackboard::interface::{Value, View};
+use slate_blackboard::{BoardError, is_within};
 use slate_module::Level;
 
 use super::composer::{Composer, WeakComposer};
@@ -217,7 +217,7 @@ impl<'a> Others<'a> {
             Some(Live::Parameter { module, name }) => {
                 let parameter = format!("{module}/params/{name}");
                 let mut links = self.after.links().iter();
-                let link = links.find(|link| is_part(&link.to.value, &parameter));
+                let link = links.find(|link| is_within(&link.to.value, &parameter));
                 // One that is linked by the same change is not read any more.
                 let link = link.filter(|link| linked(self.before, &link.to.value));
                 link.map(|link| {
@@ -254,11 +254,6 @@ impl Configuration {
             Some((module, rest.split('/').next()?))
         })
     }
-}
-
-/// Whether a path is another one, or leads into it.
-fn is_part(path: &str, whole: &str) -> bool {
-    path.strip_prefix(whole).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
 }
 
 /// What changes of a module.
@@ -352,7 +347,7 @@ impl Composer {
             let Some(Value::Table(mut fields)) = view.map(|view| view.value()) else { return Ok(()) };
             let is_linked = |field: &str| {
                 let parameter = format!("{name}/params/{field}");
-                configuration.links().iter().any(|link| is_part(&link.to.value, &parameter))
+                configuration.links().iter().any(|link| is_within(&link.to.value, &parameter))
             };
             fields.retain(|(field, _)| change.parameters.contains(field.as_str()) && !is_linked(field));
             property.set("", &Value::Table(fields), now)?;

@@ -197,11 +197,11 @@ impl Composer {
         self.tell_misfits(&mut composition);
     }
 
-    /// Where another agent is dialled, if a link leads there.
-    pub(crate) fn endpoint_of(&self, agent: &str) -> Option<String> {
+    /// The agents of which the configuration says where they are.
+    pub(crate) fn named_agents(&self) -> Vec<String> {
         let composition = self.composition();
-        composition.remotes.wants.keys().find(|path| path.agent == agent)?;
-        Some(composition.configuration.endpoint_of(agent))
+        let share = composition.configuration.share();
+        share.map(|share| share.agents.keys().cloned().collect()).unwrap_or_default()
     }
 
     /// What looks into other agents; nothing when this one shares nothing.

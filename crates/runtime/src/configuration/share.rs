@@ -7,6 +7,7 @@ use super::build::Build;
 use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge};
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table};
+use crate::sharing::is_topic;
 
 /// From one look to the next when nothing is said, and at least, nanoseconds.
 const PERIOD: u64 = 200_000_000;
@@ -41,17 +42,19 @@ impl Build<'_> {
                 continue;
             };
             self.problems.unknown_keys(table, &format!("of agent `{name}`"), &["at"]);
-            if let Some(at) = self.problems.text(table, "at", "local:base").filter(|at| self.endpoint(at)) {
-                agents.insert(name.to_owned(), at);
-            }
+            let at = match table.get("at") {
+                Some(_) => self.problems.text(table, "at", "local:base").filter(|at| self.endpoint(at)),
+                None => Some(Spanned::new(format!("local:{name}"), entry.key)),
+            };
+            agents.extend(at.map(|at| (name.to_owned(), at)));
         }
         // A table for all agents has this one too.
         agents.remove(agent);
-        let knowledge = self.knowledge(table);
+        let knowledge = self.knowledge(table, agent);
         Some(Share { listen, agents, knowledge, security })
     }
 
-    fn knowledge(&mut self, share: &Table) -> Option<SharedKnowledge> {
+    fn knowledge(&mut self, share: &Table, agent: &str) -> Option<SharedKnowledge> {
         let table = match share.get("knowledge")?.as_bool() {
             // An agent of a team that takes no part, where others do.
             Some(false) => return None,
@@ -64,25 +67,31 @@ impl Build<'_> {
             let property = self.problems.as_text(topic, &entry.value, "scout/found");
             if self.topic(topic, entry.key)
                 && let Some(property) = property
-                && self.problems.url(&property.value, property.span).is_some()
+                && let Some(url) = self.problems.url(&property.value, property.span)
             {
-                let path = property.value.trim_start_matches('/').to_owned();
-                facts.insert(topic.to_owned(), Spanned::new(path, property.span));
+                if url.agent().is_some_and(|other| other != agent) {
+                    let help = "name the output of a block of this agent: \"block/output\"";
+                    let message = format!("`{url}` is not of agent `{agent}`, which states its own facts");
+                    self.problems.add(property.span, message, help);
+                }
+                facts.insert(topic.to_owned(), Spanned::new(url.path_in(""), property.span));
             }
         }
-        let period = self.problems.duration(table, "period").map_or(PERIOD, |period| period.value);
+        let period = self.problems.duration(table, "period");
+        if let Some(period) = period.filter(|period| period.value < SHORTEST) {
+            let help = "the shortest is 10ms; 200ms is usual";
+            self.problems.add(period.span, "`period` is too short", help);
+        }
         Some(SharedKnowledge {
             facts,
-            period: period.max(SHORTEST),
+            period: period.map_or(PERIOD, |period| period.value),
             room: self.count(table, "room", 65_536).map_or(ROOM, |room| room.value as usize),
             save: self.problems.text(table, "save", "knowledge").map(|folder| PathBuf::from(folder.value)),
         })
     }
 
     fn topic(&mut self, topic: &str, span: Span) -> bool {
-        let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || matches!(c, '_' | '/');
-        let good =
-            topic.len() <= 48 && topic.chars().all(letter) && topic.split('/').all(|part| !part.is_empty());
+        let good = is_topic(topic);
         if !good {
             let help = "a topic is at most 48 small letters, digits and _, as in slate://team/victims";
             self.problems.add(span, format!("`{topic}` can't be a topic of facts"), help);

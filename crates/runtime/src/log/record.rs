@@ -1,9 +1,10 @@
-use std::borrow::Cow;
 use std::fmt::{self, Write};
 use std::sync::Arc;
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use slate_module::Level;
+
+use crate::printable_text;
 
 /// What stands before each field of a message that a module logs: the unit separator of ASCII.
 const SEPARATOR: char = '\u{1f}';
@@ -49,10 +50,10 @@ impl Record {
 
     /// The text with its fields, without time, level and module: one line, whatever the module wrote.
     pub fn message(&self) -> String {
-        let mut message = one_line(&self.text).into_owned();
+        let mut message = printable_text(&self.text).into_owned();
         for (key, value) in &self.fields {
             // Writing to a String can't fail.
-            let _ = write!(message, " {}={}", one_line(key), one_line(value));
+            let _ = write!(message, " {}={}", printable_text(key), printable_text(value));
         }
         match self.dropped {
             0 => {}
@@ -107,20 +108,4 @@ pub(super) fn level_name(level: Level) -> &'static str {
         Level::Debug => "debug",
         Level::Trace => "trace",
     }
-}
-
-/// The text with its control characters escaped, so that no module can fake a line or command a terminal.
-fn one_line(text: &str) -> Cow<'_, str> {
-    if !text.contains(char::is_control) {
-        return text.into();
-    }
-    let mut result = String::with_capacity(text.len() + 8);
-    for c in text.chars() {
-        if c.is_control() {
-            result.extend(c.escape_default());
-        } else {
-            result.push(c);
-        }
-    }
-    result.into()
 }

@@ -110,7 +110,7 @@ pub(crate) fn cycle(shared: &Shared) -> Flow {
         seat.begin(false, start);
         // SAFETY: the runner was prepared, and the seat keeps others out.
         let code = unsafe { call.make() };
-        if !seat.end() {
+        if !seat.end(code) {
             return Flow::Lost;
         }
         // The end of a step is the beginning of the next.

@@ -92,7 +92,7 @@ fn path(stage: &str) -> String {
     format!("loop/{stage}/histogram")
 }
 
-/// The writer of a property of the loop. Modules can't be named `loop`, so the place is free.
+/// The writer of a property of the loop. No module can be named `loop`, so the place is free.
 fn add(board: &Board, path: &str, doc: &str, descriptor: &'static Descriptor) -> Option<Writer> {
     let budget = Budget { latest: 16, queues: 4, window: 16 };
     let store = Store { capacity: 0, depth: 1, budget };

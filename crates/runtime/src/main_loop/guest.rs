@@ -111,7 +111,7 @@ where
     }
     // SAFETY: only the holder of the token uses the guest, and it is not dropped before the call returns.
     let answer = catch_unwind(AssertUnwindSafe(|| question(unsafe { &mut *code })));
-    if seat.is_some_and(|seat| !seat.end()) {
+    if seat.is_some_and(|seat| !seat.end(0)) {
         return Asked::Lost;
     }
     // SAFETY: the call was not given up, so this thread still holds the token.

@@ -1,5 +1,5 @@
 use std::cell::UnsafeCell;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -51,6 +51,8 @@ pub(crate) struct Seat {
     duration: AtomicU64,
     /// When the last step that was given up returned, monotonic.
     returned: AtomicU64,
+    /// What it returned.
+    late_code: AtomicI32,
     /// How often the loop has said that it is the module's turn.
     kicks: AtomicU64,
     runner: UnsafeCell<Runner>,
@@ -86,6 +88,7 @@ impl Seat {
             started: AtomicU64::new(0),
             duration: AtomicU64::new(0),
             returned: AtomicU64::new(0),
+            late_code: AtomicI32::new(0),
             kicks: AtomicU64::new(0),
             early: AtomicBool::new(
                 !runner.early.is_empty() || runner.queues.iter().any(|queue| queue.is_early),
@@ -154,7 +157,7 @@ impl Seat {
     pub fn call<R>(&self, claimed: bool, call: impl FnOnce() -> R) -> Option<R> {
         self.begin_call(false, monotonic());
         let result = call();
-        let ended = if claimed { self.end_claimed() } else { self.end() };
+        let ended = if claimed { self.end_claimed(0) } else { self.end(0) };
         ended.then_some(result)
     }
 
@@ -203,22 +206,24 @@ impl Seat {
         self.runner.into_inner()
     }
 
-    /// After a step: true when the runner still belongs to the caller, false when the step was given up.
-    pub fn end(&self) -> bool {
-        self.end_as(IDLE)
+    /// After a step that returned that code: true when the runner still belongs to the caller, false when the step was given
+    /// up.
+    pub fn end(&self, code: i32) -> bool {
+        self.end_as(IDLE, code)
     }
 
     /// As [`end`](Seat::end), and the seat stays claimed.
-    pub fn end_claimed(&self) -> bool {
-        self.end_as(CLAIMED)
+    pub fn end_claimed(&self, code: i32) -> bool {
+        self.end_as(CLAIMED, code)
     }
 
-    fn end_as(&self, next: u32) -> bool {
+    fn end_as(&self, next: u32, code: i32) -> bool {
         loop {
             match self.state.compare_exchange(RUNNING, next, Ordering::AcqRel, Ordering::Acquire) {
                 Ok(_) => return true,
                 Err(LATE) => {
                     self.returned.store(monotonic(), Ordering::Relaxed);
+                    self.late_code.store(code, Ordering::Relaxed);
                     self.state.store(RETURNED, Ordering::Release);
                     return false;
                 }
@@ -236,7 +241,7 @@ impl Seat {
             return false;
         }
         // SAFETY: the late thread is out of the runner, and the seat was claimed.
-        unsafe { self.runner() }.welcome_back();
+        unsafe { self.runner() }.welcome_back(self.late_code.load(Ordering::Relaxed));
         self.state.store(IDLE, Ordering::Release);
         true
     }

@@ -139,7 +139,7 @@ fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     // SAFETY: the runner was prepared, and the seat keeps others out.
     let code = unsafe { call.make() };
     let duration = monotonic().saturating_sub(start);
-    if !seat.end_claimed() {
+    if !seat.end_claimed(code) {
         return;
     }
     if shared.tracing.is_on() {

@@ -190,7 +190,7 @@ impl Worker {
             let start = monotonic();
             // SAFETY: the loop prepared the runner, and the seat keeps others out.
             let code = unsafe { call.make() };
-            let ended = seat.end().then(|| (code, start, monotonic().saturating_sub(start)));
+            let ended = seat.end(code).then(|| (code, start, monotonic().saturating_sub(start)));
             // SAFETY: the loop looks at the result only when the state is DONE.
             unsafe { *self.result.get() = ended };
             self.state.store(DONE, Ordering::Release);

@@ -245,7 +245,7 @@ impl Client {
     }
 
     /// The other agents that are known.
-    pub fn peers(&mut self) -> Result<Vec<super::PeerEntry>, ClientError> {
+    pub fn peers(&mut self) -> Result<super::PeerList, ClientError> {
         self.call(&Call::Peers {})
     }
 

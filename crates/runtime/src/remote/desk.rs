@@ -1,16 +1,14 @@
 //! Does what tools ask for.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use serde::Serialize;
+use slate_blackboard::BoardError;
 use slate_blackboard::interface;
-use slate_blackboard::{BoardError, Pattern, Property, Stamp, Url};
 
-use super::elsewhere;
 use super::protocol::{
-    Answer, Call, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, PropertyEntry, Reading,
-    Refusal, Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
+    Answer, Call, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
+    SnapshotEntry, Switched, UnloadedPlugin,
 };
 use super::trace::ToolTrace;
 use crate::configuration::{Configuration, Database, Report};
@@ -76,10 +74,13 @@ impl Desk {
             Call::Link { to, from, options, dry_run } => {
                 let link = options
                     .into_iter()
-                    .fold(NewLink::new(to, from), |link, (name, value)| link.with(name, value));
+                    .fold(NewLink::new(to, &from), |link, (name, value)| link.with(name, value));
                 let composer = &self.composer;
                 let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
                 let changes = changes.map_err(refused)?;
+                if dry_run {
+                    self.check_remote(&link, &from)?;
+                }
                 if !dry_run {
                     self.say_changes("linked", &changes);
                 }
@@ -98,8 +99,6 @@ impl Desk {
                 let entry = |link: crate::LinkStatus| LinkEntry {
                     to: link.to,
                     from: link.from,
-                    previous: link.previous,
-                    stale: link.stale,
                     options: link.options,
                     queue: link.queue,
                     evicted: link.evicted,
@@ -244,90 +243,17 @@ impl Desk {
         self.composer.say(&format!("a tool has switched {name} {}", if on { "on" } else { "off" }));
         result(Switched { changed: true, needs_reload: has_failed.then(|| module.plugin.clone()) })
     }
-
-    fn properties(&self, pattern: Option<&str>) -> Done {
-        if let Some((agent, pattern)) = pattern.and_then(|pattern| self.elsewhere(pattern)) {
-            return self.remote_properties(agent, pattern);
-        }
-        // That of this agent as a whole URL.
-        let pattern =
-            pattern.map(|pattern| elsewhere::split(pattern).map_or(pattern, |(_, pattern)| pattern));
-        let pattern = pattern.map(Pattern::parse).transpose();
-        let pattern =
-            pattern.map_err(|error| refusal(error.to_string(), "such as /r2/planner/* or /**/timing"))?;
-        let entry = |property: &Arc<Property>| PropertyEntry {
-            path: property.path().into(),
-            interface: property.descriptor().name.to_string(),
-            doc: property.doc().to_string(),
-        };
-        let properties = self.composer.board().properties();
-        let wanted = properties
-            .iter()
-            .filter(|property| pattern.as_ref().is_none_or(|pattern| pattern.matches(property.path())));
-        let mut entries: Vec<_> = wanted.map(entry).collect();
-        if let Some(pattern) = pattern.as_ref().filter(|_| entries.is_empty()) {
-            self.check_beginning(pattern)?;
-        }
-        entries.sort_unstable_by(|a, b| a.path.cmp(&b.path));
-        result(entries)
-    }
-
-    /// What stands before the first star has to be the beginning of something.
-    fn check_beginning(&self, pattern: &Pattern) -> Result<(), Refusal> {
-        let text = pattern.to_string();
-        let names: Vec<_> = text.split('/').take_while(|name| !name.starts_with('*')).collect();
-        let beginning = names.join("/");
-        let below = |property: &Arc<Property>| {
-            property.path().strip_prefix(&beginning).is_some_and(|rest| rest.starts_with('/'))
-        };
-        if names.is_empty() || self.composer.board().properties().iter().any(below) {
-            return Ok(());
-        }
-        let unknown = self.composer.board().find(&beginning).err();
-        unknown.map_or(Ok(()), |error| Err(refusal(error.to_string(), KNOWN)))
-    }
-
-    /// The path of a URL, which leads to something.
-    fn path(&self, url: &str) -> Result<String, Refusal> {
-        let parsed =
-            Url::parse(url).map_err(|error| refusal(error.to_string(), "such as /module/property"))?;
-        self.composer.board().resolve(&parsed).map_err(|error| refusal(error.to_string(), KNOWN))?;
-        Ok(parsed.path_in(""))
-    }
-
-    fn read(&self, url: &str) -> Done {
-        if let Some((agent, path)) = self.elsewhere(url) {
-            return self.remote_read(agent, path);
-        }
-        let path = self.path(url)?;
-        let board = self.composer.board();
-        if let Some((property, _)) = board.get(&path)
-            && property.access() == slate_blackboard::Access::Messages
-        {
-            let message = format!("/{} takes messages, and has no value", property.path());
-            return Err(refusal(message, KNOWN));
-        }
-        let read = board.read(&path);
-        result(read.map_err(|error| refusal(error.to_string(), KNOWN))?.map(reading))
-    }
-
-    fn history(&self, url: &str) -> Done {
-        let kept = self.composer.board().history(&self.path(url)?);
-        let kept = kept.map_err(|error| refusal(error.to_string(), KNOWN))?;
-        result(kept.into_iter().map(reading).collect::<Vec<_>>())
-    }
 }
 
 /// What was refused of a link; the text that a command makes of it is none of the user's, so it is not shown.
-const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
-
-pub(super) fn reading((value, stamp): (interface::Value, Stamp)) -> Reading {
-    let value = serde_json::to_value(value).unwrap_or_default();
-    Reading { value, sequence: stamp.sequence, time: stamp.time }
-}
-
-fn refused(report: Report) -> Refusal {
-    Refusal { report: None, ..report.into() }
+pub(super) fn refused(report: Report) -> Refusal {
+    match report.diagnostics() {
+        [one] if one.source_name().is_none_or(|name| name == "change") => {
+            refusal(one.message(), one.help_text().unwrap_or_default())
+        }
+        // Each has its help beside it.
+        _ => Refusal { message: report.to_string(), help: String::new(), report: None },
+    }
 }
 
 fn loaded(loaded: Loaded) -> Done {

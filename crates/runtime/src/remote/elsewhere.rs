@@ -1,16 +1,21 @@
 //! What tools ask of another agent, through one that knows it.
 
-use std::fs::{self, File};
+use std::collections::BTreeSet;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::time::Duration;
 
 use serde_json::json;
-use slate_blackboard::nearest_paths;
+use slate_blackboard::{Access, nearest_names, nearest_paths};
 
-use super::desk::{Desk, Done, reading, refusal, result};
+use super::desk::{Desk, Done, refusal, refused, result};
+use super::place::agents;
+use super::properties::reading;
 use super::protocol::{PropertyEntry, Refusal, RemoteSnapshotEntry};
-use crate::sharing::RemoteProperty;
+use crate::NewLink;
+use crate::agent::Property;
+use crate::replacement::Replacement;
+use crate::sharing::{Newest, RemotePath, RemoteProperty, TEAM};
 
 /// How long the other agent may take for an answer.
 const LIMIT: Duration = Duration::from_secs(1);
@@ -22,9 +27,9 @@ pub(super) fn split(url: &str) -> Option<(&str, &str)> {
 }
 
 impl Desk {
-    /// The agent and what is asked of it, when that is another one than this.
+    /// The agent and what is asked of it, when that is another one than this; what the team knows is known here.
     pub(super) fn elsewhere<'u>(&self, url: &'u str) -> Option<(&'u str, &'u str)> {
-        split(url).filter(|(agent, _)| *agent != self.composer.board().agent())
+        split(url).filter(|(agent, _)| *agent != TEAM && *agent != self.composer.board().agent())
     }
 
     pub(super) fn remote_properties(&self, agent: &str, pattern: &str) -> Done {
@@ -38,19 +43,83 @@ impl Desk {
     }
 
     pub(super) fn remote_read(&self, agent: &str, path: &str) -> Done {
-        // What stands behind the property is a field; only the other agent knows where that begins.
+        let Some((property, field)) = self.remote_property(agent, path, true)? else {
+            return Err(self.nothing_at(agent, path));
+        };
+        let value = property.value(field);
+        let value = value
+            .map_err(|error| refusal(format!("slate://{agent}/{}: {error}", property.path), &seen(agent)))?;
+        result(value.map(reading))
+    }
+
+    /// The property that a path of another agent leads to, and the field of it. What stands behind the property is a field;
+    /// only the other agent knows where that begins.
+    fn remote_property<'p>(
+        &self,
+        agent: &str,
+        path: &'p str,
+        values: bool,
+    ) -> Result<Option<(RemoteProperty, &'p str)>, Refusal> {
         let ends = path.rmatch_indices('/').map(|(end, _)| end);
         for end in [path.len()].into_iter().chain(ends) {
             let (property, field) = (&path[..end], path[end..].trim_start_matches('/'));
-            if let Some(property) = self.ask(agent, property, true)?.first() {
-                let value = property.value(field);
-                let value = value.map_err(|error| {
-                    refusal(format!("slate://{agent}/{}: {error}", property.path), &seen(agent))
-                })?;
-                return result(value.map(reading));
+            if let Some(property) = self.ask(agent, property, values)?.into_iter().next() {
+                return Ok(Some((property, field)));
             }
         }
-        Err(self.nothing_at(agent, path))
+        Ok(None)
+    }
+
+    /// Whether a link to another agent would bring something as far as that agent is there; one that is not is no reason
+    /// against it.
+    pub(super) fn check_remote(&self, link: &NewLink, from: &str) -> Result<(), Refusal> {
+        let board = self.composer.board();
+        let Some((agent, path)) = split(from).filter(|(agent, _)| *agent != board.agent()) else {
+            return Ok(());
+        };
+        let wanted = RemotePath { agent: agent.into(), path: path.into() };
+        let fits = |path: &str, descriptor, takes_messages| {
+            let property = Property { path, descriptor, takes_messages };
+            match self.composer.misfit(link, wanted.clone(), &property).map_err(refused)? {
+                Some((message, help)) => Err(refusal(message, &help)),
+                None => Ok(()),
+            }
+        };
+        let missing =
+            |message: String| Err(refusal(message, "the link can be made, and waits until that is there"));
+        if agent == TEAM {
+            // What the team knows is known here.
+            return match board.find(&wanted.place()) {
+                Ok((property, _)) => {
+                    let topic = property.path().strip_prefix("team/").unwrap_or_default();
+                    fits(topic, property.descriptor(), false)
+                }
+                Err(error) => missing(error.to_string()),
+            };
+        }
+        match self.remote_property(agent, path, false) {
+            Ok(Some((property, _))) => {
+                fits(&property.path, property.descriptor, property.access == Access::Messages)
+            }
+            Ok(None) => missing(self.nothing_at(agent, path).message),
+            // One that is not there may come; but not when nobody here has that name.
+            Err(_) => match self.nearest_agents(agent) {
+                near if near.is_empty() => Ok(()),
+                near => missing(format!("no agent `{agent}` is known here; nearest: {}", near.join(", "))),
+            },
+        }
+    }
+
+    /// Which agents may be meant by a name that is none.
+    fn nearest_agents(&self, agent: &str) -> Vec<String> {
+        let peers = super::peers::peers(&self.composer).peers.into_iter().map(|peer| peer.agent);
+        let known: BTreeSet<String> =
+            agents().into_iter().chain(self.composer.named_agents()).chain(peers).collect();
+        if known.contains(agent) {
+            return Vec::new();
+        }
+        let own = self.composer.board().agent();
+        nearest_names(agent, known.iter().map(String::as_str).filter(|known| *known != own))
     }
 
     /// Writes the newest values of properties into a file, which is there as a whole or not at all.
@@ -60,10 +129,12 @@ impl Desk {
             return Err(refusal(message, "such as slate://other/**; without it all of this agent is saved"));
         };
         let properties = self.some_of(agent, pattern, true)?;
+        let count = |is: fn(&Newest) -> bool| properties.iter().filter(|one| is(&one.newest)).count();
         let entry = RemoteSnapshotEntry {
             agent: agent.into(),
             properties: properties.len(),
-            values: properties.iter().filter(|property| property.newest.is_some()).count(),
+            values: count(|newest| matches!(newest, Newest::Value(..))),
+            untold: count(|newest| matches!(newest, Newest::TooLarge(_) | Newest::NotAllowed)),
         };
         write(agent, &properties, file).map_err(|error| {
             let message = format!("{} can't be written: {error}", crate::printable(file));
@@ -99,7 +170,14 @@ impl Desk {
     fn nothing_at(&self, agent: &str, path: &str) -> Refusal {
         let all = self.ask(agent, "**", false).unwrap_or_default();
         let near = nearest_paths(path, '/', all.iter().map(|property| property.path.as_str()));
-        let near = if near.is_empty() { String::new() } else { format!("; nearest: {}", near.join(", ")) };
+        let modules = || -> BTreeSet<&str> {
+            all.iter().filter_map(|property| property.path.split('/').next()).take(100).collect()
+        };
+        let near = match (near.is_empty(), modules()) {
+            (false, _) => format!("; nearest: {}", near.join(", ")),
+            (true, modules) if modules.is_empty() => String::new(),
+            (true, modules) => format!("; there are: {}", modules.into_iter().collect::<Vec<_>>().join(", ")),
+        };
         refusal(format!("no property at slate://{agent}/{path}{near}"), &seen(agent))
     }
 }
@@ -110,29 +188,22 @@ fn seen(agent: &str) -> String {
 
 /// One property after the other, as the text of a value takes far more memory than the value.
 fn write(agent: &str, properties: &[RemoteProperty], file: &Path) -> std::io::Result<()> {
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = file.with_file_name(name);
-    let written = File::create(&part).and_then(|opened| {
-        let mut out = BufWriter::new(opened);
-        write!(out, "{{\"agent\":{},\"properties\":[", json!(agent))?;
-        for (index, property) in properties.iter().enumerate() {
-            let newest = property.value("").ok().flatten().map(reading);
-            let entry = json!({
-                "path": property.path,
-                "interface": property.descriptor.name,
-                "schema": format!("{:016x}", property.descriptor.hash),
-                "newest": newest,
-            });
-            write!(out, "{}\n{entry}", if index == 0 { "" } else { "," })?;
-        }
-        out.write_all(b"\n]}\n")?;
-        out.into_inner().map_err(|error| error.into_error())?.sync_all()?;
-        fs::rename(&part, file)
-    });
-    if written.is_err() {
-        // It may not even have been made.
-        let _ = fs::remove_file(&part);
+    let mut out = BufWriter::new(Replacement::create(file)?);
+    write!(out, "{{\"agent\":{},\"properties\":[", json!(agent))?;
+    for (index, property) in properties.iter().enumerate() {
+        let (newest, untold) = match property.value("") {
+            Ok(value) => (value.map(reading), None),
+            Err(reason) => (None, Some(reason.to_string())),
+        };
+        let entry = json!({
+            "path": property.path,
+            "interface": property.descriptor.name,
+            "schema": format!("{:016x}", property.descriptor.hash),
+            "newest": newest,
+            "untold": untold,
+        });
+        write!(out, "{}\n{entry}", if index == 0 { "" } else { "," })?;
     }
-    written
+    out.write_all(b"\n]}\n")?;
+    out.into_inner().map_err(|error| error.into_error())?.keep()
 }

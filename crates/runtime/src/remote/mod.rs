@@ -34,15 +34,15 @@ mod line;
 mod lock;
 mod peers;
 mod place;
+mod properties;
 mod protocol;
-mod replacement;
 mod server;
 mod settings;
 mod trace;
 
 pub use client::{Client, ClientError};
 pub use lock::Lock;
-pub use peers::{PeerEntry, ReadEntry, ServedEntry};
+pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub use place::{agents, folder};
 pub use protocol::{
     Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,

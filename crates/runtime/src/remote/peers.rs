@@ -6,12 +6,34 @@ use slate_blackboard::interface::Value;
 
 use crate::Composer;
 
+/// What an agent knows of others.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PeerList {
+    /// Those that it knows, by their names.
+    pub peers: Vec<PeerEntry>,
+    /// Those that were not let in, the last ones.
+    pub rejected: Vec<RejectedEntry>,
+}
+
+/// Somebody who was not let in.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RejectedEntry {
+    /// Who, as far as that is known.
+    pub from: String,
+    /// Why.
+    pub reason: String,
+    /// How often.
+    pub count: u64,
+    /// How long ago that was last, nanoseconds.
+    pub ago: u64,
+}
+
 /// Another agent, as an agent sees it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PeerEntry {
     /// Its name.
     pub agent: String,
-    /// Where it is dialled, if this agent does.
+    /// Where this agent dials it, or has dialled it; nothing when the other one did.
     pub endpoint: Option<String>,
     /// For how long it is connected, nanoseconds; nothing when it is not.
     pub connected: Option<u64>,
@@ -53,8 +75,7 @@ pub struct ServedEntry {
     pub lag: u64,
 }
 
-/// All of them, by their names.
-pub(super) fn peers(composer: &Composer) -> Vec<PeerEntry> {
+pub(super) fn peers(composer: &Composer) -> PeerList {
     let board = composer.board();
     let mut paths: Vec<String> =
         board.properties().iter().map(|property| property.path().to_owned()).collect();
@@ -75,7 +96,7 @@ pub(super) fn peers(composer: &Composer) -> Vec<PeerEntry> {
         let link = read(board, &format!("{own}/link"));
         let since = number(&link, "since");
         PeerEntry {
-            endpoint: composer.endpoint_of(&agent),
+            endpoint: Some(text(&link, "endpoint")).filter(|endpoint| !endpoint.is_empty()),
             connected: flag(&link, "connected").then(|| composer.steady_now().saturating_sub(since)),
             round_trip: number(&link, "round_trip"),
             offset: link
@@ -106,7 +127,18 @@ pub(super) fn peers(composer: &Composer) -> Vec<PeerEntry> {
             agent,
         }
     };
-    paths.iter().filter_map(agent).map(entry).collect()
+    let peers = paths.iter().filter_map(agent).map(entry).collect();
+    let rejected = paths.iter().filter(|path| path.starts_with("share/rejected/")).filter_map(|path| {
+        let shown = read(board, path);
+        Some(RejectedEntry {
+            from: text(&shown, "from"),
+            reason: text(&shown, "reason"),
+            // One that has not been written yet is about to be.
+            count: Some(number(&shown, "count")).filter(|count| *count > 0)?,
+            ago: composer.steady_now().saturating_sub(number(&shown, "last")),
+        })
+    });
+    PeerList { peers, rejected: rejected.collect() }
 }
 
 /// The newest value; an empty one when it has just left.

@@ -128,7 +128,7 @@ pub enum Call {
     /// All links: a list of [`LinkEntry`].
     #[serde(rename = "link/list")]
     LinkList {},
-    /// The other agents that are known: a list of [`PeerEntry`](super::PeerEntry).
+    /// The other agents that are known: a [`PeerList`](super::PeerList).
     #[serde(rename = "peers")]
     Peers {},
     /// The settings at a path and below it: a list of [`SettingEntry`].
@@ -168,7 +168,7 @@ pub enum Call {
     #[serde(rename = "property/list")]
     PropertyList {
         /// Which of them, such as `/r2/**/timing`; all unless given. Of another agent that this one knows, such as
-        /// `slate://robot/**`.
+        /// `slate://robot/**`, or of what the team knows, `slate://team/**`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pattern: Option<String>,
     },
@@ -195,7 +195,8 @@ pub enum Call {
     /// The newest value of a property or a field: [`Reading`], or nothing before the first write.
     #[serde(rename = "read")]
     Read {
-        /// Its URL, which may be that of another agent that this one knows; the time is that agent's then.
+        /// Its URL, which may be that of another agent that this one knows, and the time is that agent's then; or of what the
+        /// team knows, such as `slate://team/victims`.
         url: String,
     },
     /// All values that a property keeps, or a field of them, the oldest first: a list of [`Reading`].
@@ -343,10 +344,6 @@ pub struct LinkEntry {
     pub to: String,
     /// What it reads.
     pub from: String,
-    /// Whether it reads last cycle's value.
-    pub previous: bool,
-    /// Age from which a value counts as stale, nanoseconds.
-    pub stale: Option<u64>,
     /// What else the configuration says of it: keys and values of its table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub options: Vec<(String, String)>,
@@ -430,6 +427,9 @@ pub struct RemoteSnapshotEntry {
     pub properties: usize,
     /// How many of those have a value; mailboxes and what was never written have none.
     pub values: usize,
+    /// How many have one that is not in the file: too large to be sent, or not to be read by this agent.
+    #[serde(default)]
+    pub untold: usize,
 }
 
 /// A trace that is or was recorded.

@@ -7,8 +7,8 @@ use slate_module::Level;
 
 use super::desk::refusal;
 use super::protocol::{Refusal, TraceEntry, TrackEntry};
-use super::replacement::Replacement;
 use crate::Composer;
+use crate::replacement::Replacement;
 use crate::timing::{Recorded, Recording};
 
 /// The trace that a tool records; it is thrown away when it is dropped before its end.

@@ -26,10 +26,7 @@ impl Runner {
         }
         if condition == Condition::Failed {
             self.services.iter_mut().for_each(|service| service.abandon());
-            for outbox in &mut self.outboxes {
-                let count = self.slots[outbox.slot].count.get().min(outbox.memory.len());
-                (0..count).for_each(|_| outbox.note(None));
-            }
+            self.lose_messages();
             self.publish_safe(now);
         } else {
             self.publish(now, digest);
@@ -47,6 +44,14 @@ impl Runner {
             // The senders can use the slots at once, and not only after the next step.
             inbox.entries.clear();
             inbox.receiver.release();
+        }
+    }
+
+    /// Counts the messages of a step whose state stays, but which nobody gets: their numbers are not given again.
+    fn lose_messages(&mut self) {
+        for outbox in &mut self.outboxes {
+            let count = self.slots[outbox.slot].count.get().min(outbox.memory.len());
+            (0..count).for_each(|_| outbox.note(None));
         }
     }
 
@@ -141,17 +146,23 @@ impl Runner {
         self.providers.iter().for_each(|provider| provider.suspend(true));
     }
 
-    /// A late step has returned: what it wrote is dropped, and it may run again.
-    pub fn welcome_back(&mut self) {
+    /// A late step has returned that code: what it wrote is dropped, and it may run again; with a fresh state if it panicked.
+    pub fn welcome_back(&mut self, code: i32) {
         self.providers.iter().for_each(|provider| provider.suspend(false));
         for output in &mut self.outputs {
             output.aside = None;
         }
         self.services.iter_mut().for_each(|service| service.abandon());
+        self.lose_messages();
+        // The process of an isolated one says by itself how it ended.
+        if !(0..=2).contains(&code) && self.supervised.is_none() {
+            return self.recover(self.last_tick);
+        }
         self.set_condition(Condition::Degraded, self.last_tick);
     }
 
-    /// After a panic: safe values, and an instance made anew.
+    /// After a panic: safe values, and an instance made anew. That knows of no message, so none is counted; an isolated one
+    /// may also have ended long after its last step was committed.
     pub(super) fn recover(&mut self, now: u64) {
         self.services.iter_mut().for_each(|service| service.abandon());
         self.disarm(now);

@@ -167,6 +167,9 @@ impl OutboxPort {
     /// Goes on after so many messages, of which these are remembered.
     pub fn resume(&mut self, sent: u64, deliveries: &[(u64, u32)]) {
         self.sent = sent;
+        // What was sent until now is another life's.
+        self.open.fill(None);
+        self.entries.iter_mut().for_each(|entry| entry.stamp.sequence = 0);
         let count = self.entries.len().max(1) as u64;
         for (number, code) in deliveries.iter().filter(|(number, _)| *number > 0) {
             if let Some(entry) = self.entries.get_mut(((number - 1) % count) as usize) {
@@ -176,16 +179,24 @@ impl OutboxPort {
         }
     }
 
-    /// Sends a message again that waited: the oldest one without an answer.
-    pub fn send_again(&mut self, bytes: &[u8], items: usize, time: u64) {
+    /// Sends a message again that waited, before so many `later` ones. The oldest first: those without an answer that are not
+    /// remembered any more come before all that are.
+    pub fn send_again(&mut self, bytes: &[u8], items: usize, time: u64, later: usize) {
         // As many fit as fitted then.
         let ticket = self.sender.as_mut().and_then(|sender| sender.send(bytes, items, time).ok());
-        let waits = |(entry, open): &(&Entry, &mut Option<Ticket>)| {
-            open.is_none() && entry.stamp.sequence > 0 && entry.answer.get() == Delivery::Waiting.code()
-        };
-        let waiting = self.entries.iter().zip(&mut self.open).filter(waits);
-        if let Some((_, open)) = waiting.min_by_key(|(entry, _)| entry.stamp.sequence) {
-            *open = ticket;
+        let waiting = self.entries.iter().zip(&mut self.open).filter(|(entry, open)| waits(entry, **open));
+        let mut waiting: Vec<_> = waiting.collect();
+        waiting.sort_unstable_by_key(|(entry, _)| entry.stamp.sequence);
+        let Some(place) = waiting.len().checked_sub(later + 1) else { return };
+        *waiting[place].1 = ticket;
+    }
+
+    /// What waits and was not sent again, as its mailbox is another agent's, is lost: nobody will answer.
+    pub fn give_up(&mut self) {
+        for (entry, open) in self.entries.iter().zip(&self.open) {
+            if waits(entry, *open) {
+                entry.answer.set(Delivery::Lost.code());
+            }
         }
     }
 
@@ -199,6 +210,11 @@ impl OutboxPort {
         }
         std::mem::replace(&mut self.sender, sender)
     }
+}
+
+/// Whether a message waits for an answer that nobody has promised.
+fn waits(entry: &Entry, open: Option<Ticket>) -> bool {
+    open.is_none() && entry.stamp.sequence > 0 && entry.answer.get() == Delivery::Waiting.code()
 }
 
 fn delivery(sender: &Sender, ticket: Ticket) -> Delivery {

@@ -1,6 +1,6 @@
 //! The file: one CBOR document with a head that can be read without the rest.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use super::{Bytes, Snapshot, SnapshotError};
+use crate::replacement::Replacement;
 
 /// The version of the format.
 const VERSION: u64 = 1;
@@ -21,8 +22,8 @@ pub struct PluginMark {
     pub version: String,
     /// The library that its code came from; none when it was linked in.
     pub file: Option<PathBuf>,
-    /// A hash over its library's file; when it was linked in, over the kinds of modules that it brings, and the ports and
-    /// parameters of those that were there.
+    /// A hash over all of its library's file, as it was loaded; when it was linked in, over the names of the kinds of modules
+    /// that it brings, and over the modules of them that were there: their names, parameters and ports.
     pub hash: u64,
 }
 
@@ -76,59 +77,9 @@ pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotErro
         },
         source,
     };
-    if path.is_dir() {
-        return Err(failed(io::ErrorKind::IsADirectory.into()));
-    }
     let bytes = encode(snapshot).map_err(failed)?;
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    let written = lock(&part).and_then(|mut file| {
-        if file.metadata()?.len() > 0 {
-            file.set_len(0)?;
-        }
-        file.write_all(&bytes)?;
-        file.sync_all()?;
-        fs::rename(&part, path)?;
-        // Else a power cut may take the name away again.
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
-    });
-    written.map_err(|error| {
-        if error.kind() != io::ErrorKind::AlreadyExists {
-            // It may not even have been made.
-            let _ = fs::remove_file(&part);
-        }
-        failed(error)
-    })
-}
-
-/// Opens a file that nobody else writes. Of two that write the same file at once, one is refused; what a process left
-/// that was killed is replaced.
-fn lock(part: &Path) -> io::Result<File> {
-    loop {
-        let file = File::options().write(true).create(true).truncate(false).open(part)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(fs::TryLockError::WouldBlock) => return Err(io::ErrorKind::AlreadyExists.into()),
-            Err(fs::TryLockError::Error(error)) => return Err(error),
-        }
-        // Whoever had it before may have given it its name since it was opened: then it is whole, and stays so.
-        if is_at(&file, part)? {
-            return Ok(file);
-        }
-    }
-}
-
-/// Whether a file is what stands at a path.
-fn is_at(file: &File, path: &Path) -> io::Result<bool> {
-    use std::os::unix::fs::MetadataExt;
-    let own = file.metadata()?;
-    match fs::metadata(path) {
-        Ok(there) => Ok((own.dev(), own.ino()) == (there.dev(), there.ino())),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error),
-    }
+    let mut new = Replacement::create(path).map_err(failed)?;
+    new.write_all(&bytes).and_then(|()| new.keep()).map_err(failed)
 }
 
 pub(super) fn read(path: &Path) -> Result<Snapshot, SnapshotError> {

@@ -60,11 +60,11 @@ impl Module for Counter {
 
     fn tick(state: &mut f64, io: &CounterIo, params: &CounterParams, now: &Tick) -> Outcome {
         *state += 1.0;
-        if now.number() == params.panic_at {
-            panic!("as the test wants");
-        }
         if now.number() == params.hang_at {
             std::thread::sleep(std::time::Duration::from_millis(params.hang_ms));
+        }
+        if now.number() == params.panic_at {
+            panic!("as the test wants");
         }
         let value = if now.number() == params.nan_at { f64::NAN } else { *state };
         io.number.set(Number { value });

@@ -8,6 +8,7 @@ mod handlers;
 mod layers;
 mod reports;
 mod save;
+mod share;
 mod watch;
 
 use std::fs;

@@ -165,7 +165,36 @@ plugin = "collector"
     assert_eq!(number(&agent, "two/sum/value"), (4..4 + count as u64).sum::<u64>() as f64);
     // The end of a queue is a value, too.
     assert_eq!(number(&agent, "two/numbers/value"), 45.0);
-    // What nobody writes step by step keeps what it kept.
-    let refused = composer.link(&NewLink::new("two/numbers", "b/state")).unwrap_err();
-    assert!(!refused.to_string().is_empty());
+}
+
+#[test]
+fn a_queue_is_linked_to_what_no_module_writes_if_that_keeps_enough() {
+    let text = r#"
+[modules.a]
+plugin = "counter"
+[modules.b]
+plugin = "counter"
+[modules.one]
+plugin = "watcher"
+[modules.two]
+plugin = "watcher"
+[links]
+"one/states" = "a/state"
+"#;
+    let mut agent = lockstep(text);
+    steps(&mut agent, 3);
+    let composer = agent.composer();
+    let refused = composer.link(&NewLink::new("two/states", "b/state")).unwrap_err().to_string();
+    assert!(
+        refused.contains("`/b/state` keeps 1 values, and `two/states` takes up to 16 at once"),
+        "{refused}"
+    );
+    // A queue is linked to it since the start.
+    composer.link(&NewLink::new("two/states", "a/state")).unwrap();
+    let window = NewLink::new("two/states", "a/state").with("window", "100");
+    let refused = composer.link(&window).unwrap_err().to_string();
+    assert!(refused.contains("takes up to 100 at once, which needs 200"), "{refused}");
+    composer.enable("a", false).unwrap();
+    steps(&mut agent, 2);
+    assert_eq!(number(&agent, "two/count/value"), 1.0);
 }

@@ -54,7 +54,10 @@ fn an_input_without_a_link_has_its_value_again() {
     link(&agent, "relay/input", "a/number");
     steps(&mut agent, 2);
     assert_eq!(number(&agent, "relay/output/value"), 4.0);
-    agent.composer().unlink("relay/input").unwrap();
+    // It leaves nothing behind, as no file has it.
+    let changes = agent.composer().unlink("relay/input").unwrap();
+    let link = changes.iter().find(|change| change.path.starts_with("links"));
+    assert!(link.is_some_and(|change| change.after.is_none()), "{changes:?}");
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "relay/output/value"), 8.0);
     // And it can be set by hand again.
@@ -137,10 +140,11 @@ stage = "Think"
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "a/output/value"), 4.0, "last cycle's value");
     let links = agent.composer().links();
-    assert!(links[0].previous && links[0].stale == Some(200_000_000), "{links:?}");
+    let said: Vec<_> = links[0].options.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
+    assert_eq!(said, [("previous", "true"), ("stale", "\"200000000ns\"")]);
     // Options of the link before do not stay.
     link(&agent, "a/input", "z/number");
-    assert!(!agent.composer().links()[0].previous);
+    assert!(agent.composer().links()[0].options.is_empty());
     steps(&mut agent, 1);
     assert_eq!(number(&agent, "a/output/value"), 6.0);
 }

@@ -99,6 +99,63 @@ impl Module for Collector {
     }
 }
 
+/// How a module is, as its property `state` says it.
+#[interface]
+pub struct ModuleState {
+    /// Ticks made until then.
+    pub ticks: u64,
+    /// Panics caught until then.
+    pub panics: u64,
+    /// How it is.
+    pub condition: ModuleCondition,
+    /// Not used.
+    pub reserved: [u8; 7],
+}
+
+/// The condition of a module.
+#[interface]
+pub enum ModuleCondition {
+    /// Not enabled.
+    Inactive,
+    /// As intended.
+    Working,
+    /// With less than it wants.
+    Degraded,
+    /// It could not do its work in its last tick.
+    Failed,
+    /// Its tick has not returned in time.
+    Late,
+    /// It panicked too often, or could not be made anew.
+    Faulted,
+    /// Its plugin is not loaded.
+    Unloaded,
+    /// A service that it needs is not provided.
+    Waiting,
+}
+
+/// Ports of [`Watcher`].
+#[ports]
+pub struct WatcherIo {
+    states: Queue<ModuleState>,
+    count: Output<Number>,
+}
+
+/// Counts the states of a module.
+pub struct Watcher;
+
+#[module(stage = Act)]
+impl Module for Watcher {
+    type Io = WatcherIo;
+    type Params = ();
+    type State = f64;
+
+    fn tick(count: &mut f64, io: &WatcherIo, _: &(), _: &Tick) -> Outcome {
+        *count += io.states.iter().count() as f64;
+        io.count.set(Number { value: *count });
+        Outcome::Ok
+    }
+}
+
 /// Modules that do not return from their steps while they are among these.
 static HELD: Mutex<BTreeSet<u64>> = Mutex::new(BTreeSet::new());
 
@@ -150,6 +207,7 @@ pub fn all() -> Vec<Plugin> {
         Plugin::linked::<Judge>(),
         Plugin::linked::<Collector>(),
         Plugin::linked::<Held>(),
+        Plugin::linked::<Watcher>(),
     ];
     plugins().into_iter().chain(own).collect()
 }

@@ -174,5 +174,5 @@ impl Module for Tail {
 #[test]
 fn a_module_cannot_take_the_place_of_the_tail() {
     let (message, line) = complaint("[modules.log]\nplugin = \"tail\"\n");
-    assert_eq!((message.as_str(), line), ("/log/tail exists already", Some(3)));
+    assert_eq!((message.as_str(), line), ("no module can be named `log`: `log` is the log", Some(3)));
 }

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod damage;
+mod messages;
 mod refusals;
 mod same;
 mod support;

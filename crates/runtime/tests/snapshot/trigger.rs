@@ -45,6 +45,17 @@ fn one_is_taken_when_a_condition_becomes_true() {
 }
 
 #[test]
+fn a_snapshot_does_not_take_the_place_of_the_log() {
+    let path = file("same");
+    let log = path.parent().unwrap().join(".").join(path.file_name().unwrap());
+    let text = format!("{ROBOT}\n[snapshot]\nat = \"1s\"\nfile = {path:?}\n[log.targets]\nfile = {log:?}\n");
+    let database = slate_runtime::configuration::Database::from_text("robot.toml", &text, Default::default());
+    let agent = Agent::load_with(&database.unwrap(), &crate::common::plugins(), crate::support::options());
+    let report = agent.unwrap_err().to_string();
+    assert!(report.contains("a snapshot would take the place of the log"), "{report}");
+}
+
+#[test]
 fn what_cannot_be_looked_at_is_refused() {
     for (line, words) in [
         ("at = \"1s\"", "no file"),
@@ -70,7 +81,7 @@ fn what_cannot_be_looked_at_is_refused() {
 }
 
 #[test]
-fn on_the_wall_clock_a_condition_that_comes_and_goes_holds_the_loop_up_at_no_time() {
+fn on_the_wall_clock_a_condition_that_comes_and_goes_does_not_stop_the_loop() {
     let path = file("flip");
     let _ = std::fs::remove_file(&path);
     let text = format!(

@@ -6,44 +6,50 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use slate_blackboard::nearest_names;
+use slate_module::Level;
 use slate_runtime::remote::agents;
 use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
 
 use super::outbox::Outbox;
 use super::reading::Reading;
 use super::subscriptions::Subscriptions;
-use super::{CHANGE, NEWS, Post, Reasons, Wants, locked};
-use crate::peers::Peers;
+use super::{CHANGE, NEWS, Post, Wants, Warning};
+use crate::peers::{Peers, locked};
 
 /// How often it is looked at what has not come yet, and at the rest.
 const SOON: Duration = Duration::from_millis(10);
 const SELDOM: Duration = Duration::from_millis(200);
 /// How often it is looked which agents this machine has.
 const NEAR: Duration = Duration::from_secs(2);
+/// How often it is looked whether links can begin for long.
+const HOUR: Duration = Duration::from_secs(3600);
 /// How often answers to messages are looked for.
 const ANSWERS: Duration = Duration::from_millis(2);
 
 pub(super) struct Bridge {
     subscriptions: Subscriptions,
     site: Site,
-    reasons: Reasons,
     readings: BTreeMap<RemotePath, Reading>,
     outboxes: BTreeMap<RemotePath, Outbox>,
     /// Which endpoint each agent is dialled at, or why it can't be.
     dialled: BTreeMap<String, Result<String, String>>,
+    /// What will keep links from beginning, and when that was looked at.
+    warning: Option<Warning>,
+    warned: u64,
     /// Whom agents may mean that nobody knows, and when that was looked at.
     near: BTreeMap<String, (u64, String)>,
 }
 
 impl Bridge {
-    pub fn new(peers: Arc<Peers>, site: Site, reasons: Reasons) -> Self {
+    pub fn new(peers: Arc<Peers>, site: Site, warning: Option<Warning>) -> Self {
         Self {
             subscriptions: Subscriptions::new(peers),
             site,
-            reasons,
             readings: BTreeMap::new(),
             outboxes: BTreeMap::new(),
             dialled: BTreeMap::new(),
+            warning,
+            warned: 0,
             near: BTreeMap::new(),
         }
     }
@@ -62,6 +68,7 @@ impl Bridge {
             if now.saturating_sub(looked) >= pause.as_nanos() as u64 || looked == 0 {
                 looked = now.max(1);
                 self.look(now);
+                self.warn(now);
             }
             let mut waits = false;
             for outbox in self.outboxes.values_mut() {
@@ -124,7 +131,6 @@ impl Bridge {
             self.near.remove(&agent);
             if !is_mate(&agent) {
                 self.subscriptions.peers.forget(&agent);
-                locked(&self.reasons).remove(&agent);
             }
         }
     }
@@ -156,6 +162,17 @@ impl Bridge {
         }
     }
 
+    /// Tells now and then what will keep links from beginning.
+    fn warn(&mut self, now: u64) {
+        let Some(warning) = &self.warning else { return };
+        if self.warned == 0 || now.saturating_sub(self.warned) >= HOUR.as_nanos() as u64 {
+            self.warned = now.max(1);
+            if let Some(text) = warning() {
+                self.site.host.log(Level::Warn, &text);
+            }
+        }
+    }
+
     /// Why an agent is not there; nothing when it is.
     fn absence(&mut self, agent: &str, now: u64) -> Option<String> {
         if self.subscriptions.peers.is_connected(agent) {
@@ -167,9 +184,9 @@ impl Bridge {
             Some(Err(error)) => return Some(error.clone()),
             None => format!("agent `{agent}` is not there"),
         };
-        let reason = locked(&self.reasons).get(agent).filter(|reason| !reason.is_empty()).cloned();
+        let reason = self.subscriptions.peers.reason(agent);
         let near = self.near(agent, now);
-        Some(reason.map_or_else(|| at.clone(), |reason| format!("{at}: {reason}")) + &near)
+        Some(if reason.is_empty() { at + &near } else { format!("{at}: {reason}{near}") })
     }
 
     /// Whom a link may mean that leads to an agent of which the configuration says nothing.
@@ -183,7 +200,11 @@ impl Bridge {
             return near.clone();
         }
         let own = self.site.board.agent();
-        let known: BTreeSet<String> = agents().into_iter().chain(self.site.agents.keys().cloned()).collect();
+        let running = agents();
+        if running.iter().any(|running| running == agent) {
+            return String::new();
+        }
+        let known: BTreeSet<String> = running.into_iter().chain(self.site.agents.keys().cloned()).collect();
         let others = known.iter().map(String::as_str).filter(|known| *known != own && *known != agent);
         let near = match nearest_names(agent, others).join(", ") {
             near if near.is_empty() => near,

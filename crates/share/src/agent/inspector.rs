@@ -5,6 +5,7 @@ use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use slate_blackboard::nearest_names;
+use slate_runtime::remote::agents;
 use slate_runtime::sharing::{Inspection, RemoteProperty};
 
 use crate::peers::Peers;
@@ -25,16 +26,16 @@ impl Inspector {
         Self { peers: Arc::downgrade(peers), named }
     }
 
-    /// Dials an agent that only the configuration names; says whether it is known at all.
+    /// Dials an agent that only the configuration names, or that runs here; says whether it is known at all.
     fn dial(&self, peers: &Peers, agent: &str) -> Result<(), String> {
-        let known = peers.agents();
-        // One that links led to before is not dialled any more.
-        if peers.is_dialled(agent) || peers.is_connected(agent) {
+        if peers.is_dialled(agent) {
             return Ok(());
         }
-        if let Some(endpoint) = self.named.get(agent) {
-            return peers.connect(agent, endpoint).map_err(|error| error.to_string());
+        let usual = || agents().iter().any(|here| here == agent).then(|| format!("local:{agent}"));
+        if let Some(endpoint) = self.named.get(agent).cloned().or_else(usual) {
+            return peers.visit(agent, &endpoint).map_err(|error| error.to_string());
         }
+        let known = peers.agents();
         if known.iter().any(|known| known == agent) {
             return Ok(());
         }

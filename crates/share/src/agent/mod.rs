@@ -24,7 +24,7 @@ use slate_module::Level;
 use slate_runtime::sharing::{About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, Want};
 
 use crate::carrier::{Carrier, CarrierError};
-use crate::peers::{Happening, Notice, Peers, Rights, Setup};
+use crate::peers::{Happening, Notice, Peers, Rights, Setup, locked};
 use crate::session::{Identity, Limits};
 use crate::team::{Inbox, News, Team};
 use bridge::Bridge;
@@ -33,8 +33,8 @@ use inspector::Inspector;
 /// What is wanted, by its path.
 type Wants = BTreeMap<RemotePath, Want>;
 
-/// Why agents are not there, by their names.
-type Reasons = Arc<Mutex<BTreeMap<String, String>>>;
+/// Says what will keep links from beginning, if anything will.
+type Warning = Box<dyn Fn() -> Option<String> + Send>;
 
 /// Shares for an agent: it is given to the agent's options.
 #[derive(Default)]
@@ -46,6 +46,8 @@ pub struct AgentSharing {
     running: Option<Running>,
     inspector: Option<Arc<Inspector>>,
 }
+
+type Carriers = BTreeMap<String, Arc<dyn Carrier>>;
 
 /// The thread that does it.
 struct Running {
@@ -74,44 +76,50 @@ impl std::fmt::Debug for AgentSharing {
 
 impl Sharing for AgentSharing {
     fn start(&mut self, site: Site) -> Result<(), SharingError> {
-        let reasons = Reasons::default();
         let inbox = site.knowledge.as_ref().map(|_| Arc::new(Inbox::default()));
         let notice: Notice = {
-            let (reasons, wake) = (Arc::clone(&reasons), Arc::clone(&site.wake));
+            let wake = Arc::clone(&site.wake);
             let inbox = inbox.clone();
-            let host = site.host.clone();
+            let (host, rights) = (site.host.clone(), rights(&site));
             Arc::new(move |agent, happening| {
                 if let Some(inbox) = &inbox {
                     match happening {
-                        Happening::Connected { .. } => inbox.put(News::Connected(agent.into())),
+                        Happening::Connected { .. } if rights.has_team(agent) => {
+                            inbox.put(News::Connected(agent.into()));
+                        }
                         Happening::Disconnected { .. } => inbox.put(News::Disconnected(agent.into())),
                         Happening::Told { bytes } => inbox.put(News::Told(agent.into(), bytes.clone())),
                         _ => {}
                     }
                 }
-                let reason = match happening {
-                    Happening::TurnedAway { reason } => {
-                        host.log(Level::Warn, &format!("turned away: {reason}"));
-                        return;
+                match happening {
+                    Happening::Rejected { reason } => {
+                        host.log(Level::Warn, &format!("rejected: {reason}"));
                     }
-                    Happening::Connected { .. } => "",
-                    Happening::Disconnected { reason } | Happening::Refused { reason } => reason,
-                    Happening::Unserved { .. } | Happening::Answered { .. } | Happening::Listed { .. } => {
-                        return wake.notify(CHANGE);
+                    Happening::Told { .. } => {}
+                    other => {
+                        match other {
+                            Happening::Connected { .. } => {
+                                host.log(Level::Info, &format!("agent `{agent}` is connected"));
+                            }
+                            Happening::Disconnected { reason } => {
+                                host.log(Level::Info, &format!("agent `{agent}` is gone: {reason}"));
+                            }
+                            _ => {}
+                        }
+                        wake.notify(CHANGE);
                     }
-                    Happening::Told { .. } => return,
-                };
-                locked(&reasons).insert(agent.into(), reason.into());
-                wake.notify(CHANGE);
+                }
             })
         };
         let instance = instance();
+        let (carriers, warning) = self.carriers(&site)?;
         let identity = Identity { agent: site.board.agent().into(), instance };
         let setup = Setup {
             limits: self.limits,
             listen: site.listen.clone(),
             rights: rights(&site),
-            carriers: self.carriers(&site)?,
+            carriers,
             poll: None,
             time: Some(Arc::clone(&site.time)),
             updated: Some(Arc::clone(&site.wake)),
@@ -148,7 +156,7 @@ impl Sharing for AgentSharing {
             .zip(inbox)
             .map(|(knowledge, inbox)| Team::start(&site, knowledge, Arc::clone(&peers), inbox, random));
         let team = team.transpose()?;
-        let mut bridge = Bridge::new(peers, site, reasons);
+        let mut bridge = Bridge::new(peers, site, warning);
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
@@ -179,6 +187,10 @@ impl Sharing for AgentSharing {
         self.carriers.keys().cloned().chain(built_in.map(Into::into)).collect()
     }
 
+    fn has_jpeg(&self) -> bool {
+        cfg!(feature = "jpeg")
+    }
+
     fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         Some(Arc::clone(self.inspector.as_ref()?) as Arc<dyn Inspection>)
     }
@@ -186,9 +198,9 @@ impl Sharing for AgentSharing {
 
 impl AgentSharing {
     /// The carriers, of which TLS knows the agent's certificate.
-    fn carriers(&self, site: &Site) -> Result<BTreeMap<String, Arc<dyn Carrier>>, SharingError> {
+    fn carriers(&self, site: &Site) -> Result<(Carriers, Option<Warning>), SharingError> {
         #[cfg_attr(not(feature = "tls"), allow(unused_mut, reason = "nothing else adds to them"))]
-        let mut carriers = self.carriers.clone();
+        let (mut carriers, mut warning) = (self.carriers.clone(), None);
         let security = site.security.as_ref();
         if let Some(files) = security.and_then(|security| security.credentials.as_ref()) {
             #[cfg(feature = "tls")]
@@ -206,9 +218,11 @@ impl AgentSharing {
                              nobody else is"
                                 .into(),
                         ),
-                        about: About::Certificate,
+                        about: About::Security,
                     });
                 }
+                let watched = credentials.clone();
+                warning = Some(Box::new(move || watched.warning()) as Warning);
                 let tls = Tls::new(credentials, rights(site).is_restricted());
                 carriers.insert("tls".into(), Arc::new(tls));
             }
@@ -224,7 +238,7 @@ impl AgentSharing {
                 about: About::Certificate,
             });
         }
-        Ok(carriers)
+        Ok((carriers, warning))
     }
 }
 
@@ -254,9 +268,4 @@ impl Drop for Running {
 fn instance() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX) ^ u64::from(std::process::id())
-}
-
-/// What stays intact when another thread panicked while it held the lock.
-fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }

@@ -82,7 +82,9 @@ impl Reading {
                 Ok(()) => self.is_open = true,
                 Err(error) => {
                     self.not_before = now + AGAIN;
-                    return self.tell(host, Standing::Absent { reason: error.to_string() });
+                    // Why it is not even dialled says more.
+                    let reason = absence.unwrap_or_else(|| error.to_string());
+                    return self.tell(host, Standing::Absent { reason });
                 }
             }
         }

@@ -34,8 +34,8 @@ impl Address {
         address.is_none_or(|address| address.is_loopback())
     }
 
-    /// Looks for the host, for a while.
-    pub fn resolve(&self, endpoint: &str, limit: Duration) -> Result<SocketAddr, CarrierError> {
+    /// Looks for the host, for a while; all addresses that it has, and at least one.
+    pub fn resolve(&self, endpoint: &str, limit: Duration) -> Result<Vec<SocketAddr>, CarrierError> {
         let unknown = |reason: String| CarrierError::System {
             endpoint: endpoint.into(),
             error: io::Error::new(
@@ -45,21 +45,21 @@ impl Address {
         };
         let text = format!("{}:{}", self.host, self.port);
         if let Ok(address) = text.parse() {
-            return Ok(address);
+            return Ok(vec![address]);
         }
         // The system's resolver may take far longer; that goes on without this thread.
         let (sender, found) = sync_channel(1);
         let look = move || {
             // Nobody may wait for it any more.
-            let _ = sender.send(text.to_socket_addrs().map(|mut addresses| addresses.next()));
+            let _ = sender.send(text.to_socket_addrs().map(Iterator::collect::<Vec<_>>));
         };
         thread::Builder::new()
             .name("resolver".into())
             .spawn(look)
             .map_err(|error| CarrierError::System { endpoint: endpoint.into(), error })?;
         match found.recv_timeout(limit) {
-            Ok(Ok(Some(address))) => Ok(address),
-            Ok(Ok(None)) => Err(unknown("it has no address".into())),
+            Ok(Ok(addresses)) if addresses.is_empty() => Err(unknown("it has no address".into())),
+            Ok(Ok(addresses)) => Ok(addresses),
             Ok(Err(error)) => Err(unknown(error.to_string())),
             Err(_) => Err(unknown(format!("no answer within {} ms", limit.as_millis()))),
         }

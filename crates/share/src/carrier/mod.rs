@@ -13,8 +13,12 @@ pub mod zenoh;
 
 use std::fmt;
 use std::io;
+use std::os::fd::AsFd;
 use std::sync::Arc;
 use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 
 use slate_blackboard::channel::LentBytes;
 
@@ -114,6 +118,34 @@ pub trait SharedMemory: Send + Sync {
     }
 }
 
+/// What comes of the first of some addresses that works; else what came of the last.
+#[cfg(any(feature = "tls", feature = "zenoh"))]
+fn first_of<T>(
+    addresses: &[std::net::SocketAddr],
+    endpoint: &str,
+    mut call: impl FnMut(std::net::SocketAddr) -> Result<T, CarrierError>,
+) -> Result<T, CarrierError> {
+    let mut last = CarrierError::Nobody { endpoint: endpoint.into() };
+    for address in addresses {
+        match call(*address) {
+            Ok(found) => return Ok(found),
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+/// Waits until a file is ready; for nothing when it is not within `limit`.
+fn ready(file: &impl AsFd, for_what: PollFlags, limit: Duration) -> io::Result<PollFlags> {
+    let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
+    let mut files = [PollFd::new(file, for_what)];
+    match poll(&mut files, Some(&limit)) {
+        Ok(0) | Err(Errno::INTR) => Ok(PollFlags::empty()),
+        Ok(_) => Ok(files[0].revents()),
+        Err(error) => Err(error.into()),
+    }
+}
+
 /// Why an endpoint is of no use.
 #[derive(Debug, thiserror::Error)]
 pub enum CarrierError {
@@ -126,7 +158,7 @@ pub enum CarrierError {
         expected: &'static str,
     },
     /// Somebody listens there.
-    #[error("endpoint `{endpoint}` is in use by another agent{}: stop that one, or listen at another endpoint", of(*.process))]
+    #[error("endpoint `{endpoint}` is in use by another {}: stop that one, or listen at another endpoint", owner(*.process))]
     InUse {
         /// Which.
         endpoint: String,
@@ -157,8 +189,8 @@ pub enum CarrierError {
     },
 }
 
-fn of(process: Option<u32>) -> String {
-    process.map_or(String::new(), |process| format!(", process {process}"))
+fn owner(process: Option<u32>) -> String {
+    process.map_or_else(|| "program".into(), |process| format!("agent, process {process}"))
 }
 
 impl CarrierError {

@@ -1,47 +1,65 @@
 //! Where other agents come in.
 
-use std::collections::BTreeMap;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
+use std::net::{IpAddr, Ipv6Addr};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::handle::Common;
 use super::line::locked;
 use crate::carrier::{CarrierError, Link};
-use crate::session::{Application, Event, Sample, Session, refusal};
+use crate::session::{Application, Event, Identity, Session, refusal};
 
 /// How long whoever comes in may take to greet.
 const GREETING: Duration = Duration::from_secs(2);
 
-/// How many may be about to greet, and how many of them of one machine: those who say nothing keep no others out.
-const CROWD: usize = 32;
+/// How many may be about to greet at a door, and how many of them of one machine.
+const PENDING: usize = 32;
 const OF_ONE: usize = 8;
 
-/// Those who are about to greet, by where they are from.
+/// Those who are about to greet, the oldest first. When there are too many, the oldest is let go: those who say nothing make
+/// room for those who do.
 #[derive(Debug, Default)]
-pub(super) struct Crowd(Mutex<BTreeMap<Option<String>, usize>>);
+struct Pending(Mutex<Vec<Caller>>);
 
-impl Crowd {
-    fn enter(&self, from: &Option<String>) -> bool {
-        let mut inside = locked(&self.0);
-        let of_it = inside.get(from).copied().unwrap_or_default();
-        let enters = inside.values().sum::<usize>() < CROWD && (from.is_none() || of_it < OF_ONE);
-        if enters {
-            inside.insert(from.clone(), of_it + 1);
+/// Which machine it is of, where that may be another one; and its link.
+type Caller = (Option<String>, Arc<dyn Link>);
+
+impl Pending {
+    fn enter(&self, link: &Arc<dyn Link>) {
+        let from = link.origin().map(|origin| network(&origin));
+        let mut pending = locked(&self.0);
+        let of_it = |(other, _): &Caller| from.is_some() && *other == from;
+        let oldest = if pending.iter().filter(|other| of_it(other)).count() >= OF_ONE {
+            pending.iter().position(of_it)
+        } else {
+            (pending.len() >= PENDING).then_some(0)
+        };
+        if let Some(oldest) = oldest {
+            // Its thread sees that, and ends.
+            pending.remove(oldest).1.close();
         }
-        enters
+        pending.push((from, Arc::clone(link)));
     }
 
-    fn leave(&self, from: &Option<String>) {
-        let mut inside = locked(&self.0);
-        if let Some(of_it) = inside.get_mut(from) {
-            *of_it -= 1;
-            if *of_it == 0 {
-                inside.remove(from);
-            }
+    /// Whether it was not let go before.
+    fn leave(&self, link: &Arc<dyn Link>) -> bool {
+        let mut pending = locked(&self.0);
+        let at = pending.iter().position(|(_, other)| Arc::ptr_eq(other, link));
+        at.map(|at| pending.remove(at)).is_some()
+    }
+}
+
+/// What one machine may choose of its address does not make it several.
+fn network(origin: &str) -> String {
+    match origin.parse() {
+        Ok(IpAddr::V6(address)) if address.to_ipv4_mapped().is_none() => {
+            let [a, b, c, d, ..] = address.segments();
+            Ipv6Addr::new(a, b, c, d, 0, 0, 0, 0).to_string()
         }
+        _ => origin.into(),
     }
 }
 
@@ -50,11 +68,11 @@ pub(super) fn open_door(common: &Arc<Common>, endpoint: &str) -> Result<JoinHand
     let listener = common.carrier(endpoint)?.listen(endpoint)?;
     let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
     let shared = Arc::clone(common);
-    let at: Arc<str> = endpoint.into();
+    let door = Arc::new(Door { endpoint: endpoint.into(), pending: Pending::default() });
     let accept = move || {
         while !shared.ended.load(Ordering::Acquire) {
             match listener.accept(Duration::from_millis(100)) {
-                Ok(Some(link)) => let_in(&shared, &at, link),
+                Ok(Some(link)) => let_in(&shared, &door, link),
                 Ok(None) => {}
                 // The system has no more files, perhaps; later it may.
                 Err(_) => thread::sleep(Duration::from_millis(100)),
@@ -64,30 +82,52 @@ pub(super) fn open_door(common: &Arc<Common>, endpoint: &str) -> Result<JoinHand
     thread::Builder::new().name("sharing".into()).spawn(accept).map_err(system)
 }
 
+struct Door {
+    endpoint: String,
+    pending: Pending,
+}
+
 /// Waits for the greeting in a thread of its own, so that nobody who comes later waits for it.
-fn let_in(common: &Arc<Common>, at: &Arc<str>, link: Arc<dyn Link>) {
-    let from = link.origin();
-    if !common.greeting.enter(&from) {
-        return;
-    }
-    let (shared, at, comes_from) = (Arc::clone(common), Arc::clone(at), from.clone());
-    let greet = move || {
-        greet(&shared, &at, &link);
-        shared.greeting.leave(&comes_from);
-    };
+fn let_in(common: &Arc<Common>, door: &Arc<Door>, link: Arc<dyn Link>) {
+    door.pending.enter(&link);
+    let (shared, at, came) = (Arc::clone(common), Arc::clone(door), Arc::clone(&link));
+    let greet = move || greet(&shared, &at, &came);
     if thread::Builder::new().name("greeting".into()).spawn(greet).is_err() {
-        common.greeting.leave(&from);
+        door.pending.leave(&link);
+        link.close();
     }
 }
 
-fn greet(common: &Arc<Common>, at: &str, link: &Arc<dyn Link>) {
+/// The first packet.
+#[allow(clippy::disallowed_methods, reason = "the host says how long it waits for a network")]
+fn first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
+    let start = Instant::now();
+    loop {
+        let left = GREETING.saturating_sub(start.elapsed());
+        // Some come back early, with nothing.
+        match link.receive(packet, left)? {
+            None if !left.is_zero() => {}
+            length => return Ok(length),
+        }
+    }
+}
+
+fn greet(common: &Arc<Common>, door: &Door, link: &Arc<dyn Link>) {
     let mut packet = vec![0; link.largest() + 1];
+    let length = first(link.as_ref(), &mut packet);
+    let from = |who: Option<&str>| match (who, link.origin()) {
+        (Some(agent), Some(origin)) => format!("agent `{agent}`, {origin} at {}", door.endpoint),
+        (Some(agent), None) => format!("agent `{agent}`"),
+        (None, origin) => format!("{} at {}", origin.unwrap_or_else(|| "somebody".into()), door.endpoint),
+    };
     let refuse = |reason: &str| {
-        let from = link.origin().unwrap_or_else(|| "somebody".into());
-        common.turned_away("", &format!("{from} at {at}"), reason);
+        // Some have proven who they are, whatever else they say.
+        common.rejected("", &from(link.authenticated()), reason);
         link.close();
     };
-    let length = match link.receive(&mut packet, GREETING) {
+    let had_time = door.pending.leave(link);
+    let length = match length {
+        _ if !had_time => return refuse("no greeting, and others came"),
         Ok(Some(length)) => length,
         Ok(None) => return refuse(&format!("no greeting within {} s", GREETING.as_secs())),
         Err(error) if error.kind() == ErrorKind::PermissionDenied => return refuse(&error.to_string()),
@@ -95,31 +135,38 @@ fn greet(common: &Arc<Common>, at: &str, link: &Arc<dyn Link>) {
         Err(_) => return link.close(),
     };
     let packet = &packet[..length];
-    let refused = match Session::greeting(packet) {
-        Some(identity) if identity.agent != common.identity.agent => {
-            let own = &common.identity.agent;
-            let denied = impostor(link.as_ref(), &identity.agent)
-                .or_else(|| common.rights.of(own, &identity.agent).err());
-            if let Some(reason) = denied {
-                let agent = &identity.agent;
-                common.turned_away(agent, &format!("agent `{agent}`"), &reason);
-                let _ = link.send(&refusal(&reason));
-                return link.close();
-            }
-            let line = common.line_to(&identity.agent, None);
-            match line.map(|line| line.adopt(common, Arc::clone(link), identity.instance, packet)) {
-                Ok(Ok(())) => return,
-                Ok(Err(reason)) => reason.map(|reason| refusal(&reason)),
-                Err(error) => Some(refusal(&error.to_string())),
-            }
+    let Some(identity) = Session::greeting(packet).filter(|identity| identity.agent != common.identity.agent)
+    else {
+        let (reason, answer) = answer_to_stranger(common, packet);
+        if let Some(answer) = answer {
+            // Whoever does not read it learns from the link's end that it is not wanted.
+            let _ = link.send(&answer);
         }
-        _ => answer_to_stranger(common, packet),
+        return refuse(&reason);
     };
-    if let Some(refused) = refused {
-        // Whoever does not read it learns from the link's end that it is not wanted.
-        let _ = link.send(&refused);
+    let agent = &identity.agent;
+    let denied = impostor(link.as_ref(), agent)
+        .or_else(|| common.rights.of(&common.identity.agent, agent).err())
+        .map_or_else(|| admit(common, link, &identity, packet), |reason| Err(Some(reason)));
+    if let Err(reason) = denied {
+        if let Some(reason) = reason {
+            common.rejected(agent, &from(Some(agent)), &reason);
+            // As above.
+            let _ = link.send(&refusal(&reason));
+        }
+        link.close();
     }
-    link.close();
+}
+
+/// Hands the link to the line of that agent; else why not, where that is anything that it has to know.
+fn admit(
+    common: &Arc<Common>,
+    link: &Arc<dyn Link>,
+    identity: &Identity,
+    packet: &[u8],
+) -> Result<(), Option<String>> {
+    let line = common.line_to(&identity.agent).map_err(|error| Some(error.to_string()))?;
+    line.adopt(common, Arc::clone(link), identity.instance, packet)
 }
 
 /// Why whoever is at the other end is not that agent, if something proves that.
@@ -128,13 +175,18 @@ pub(super) fn impostor(link: &dyn Link, agent: &str) -> Option<String> {
     Some(format!("the certificate there is that of agent `{name}`, and not of agent `{agent}`"))
 }
 
-/// What an agent of another version, or of this one's name, is told.
-fn answer_to_stranger(common: &Common, packet: &[u8]) -> Option<Vec<u8>> {
+/// Why an agent of another version, or of this one's name, or whoever else, is not let in; and what it is told.
+fn answer_to_stranger(common: &Common, packet: &[u8]) -> (String, Option<Vec<u8>>) {
     let mut session = Session::new(common.identity.clone(), None, common.limits());
     let (now, mut answer) = (common.now(), Vec::new());
     session.receive(now, packet, &mut Nothing);
-    let refused = session.refused().is_some();
-    (refused && session.outgoing(now, packet.len(), &mut answer, &mut Nothing)).then_some(answer)
+    match session.refused().map(ToOwned::to_owned) {
+        Some(reason) => {
+            let answers = session.outgoing(now, packet.len(), &mut answer, &mut Nothing);
+            (reason, answers.then_some(answer))
+        }
+        None => ("what came is no greeting".into(), None),
+    }
 }
 
 /// Serves nothing and takes nothing.
@@ -142,14 +194,4 @@ struct Nothing;
 
 impl Application for Nothing {
     fn event(&mut self, _: Event) {}
-
-    fn sample(&mut self, _: u32, _: &Sample, _: u64, _: &[u8]) {}
-
-    fn has_news(&mut self, _: u32) -> bool {
-        false
-    }
-
-    fn take(&mut self, _: u32, _: &mut Vec<u8>) -> Option<Sample> {
-        None
-    }
 }

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use slate_blackboard::channel::{Latest, LinkError, Loan, Policy, QueueReader, Start};
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Access, Board, Property, Watching};
+use slate_blackboard::{Access, Board, BoardError, Property, Watching, nearest_paths};
 use slate_module::encode_interface;
 
+use super::Allowance;
+use super::rights::may_read;
 use crate::carrier::SharedMemory;
 use crate::encoding::encode;
 use crate::session::{Compression, Content, Encoding, Offer, Options, Sample, Seen};
@@ -65,8 +67,13 @@ impl Export {
     }
 
     /// Looks for the property; what it offers.
-    pub fn connect(&mut self, board: &Board, instance: u64) -> Result<Offer, Unserved> {
-        let found = board.get(&self.path).ok_or_else(|| self.nothing_there(board));
+    pub fn connect(
+        &mut self,
+        board: &Board,
+        instance: u64,
+        allowance: Option<&Allowance>,
+    ) -> Result<Offer, Unserved> {
+        let found = board.get(&self.path).ok_or_else(|| self.nothing_there(board, allowance));
         let (property, field) = found.map_err(Unserved::Waits)?;
         if !field.is_empty() {
             return Err(Unserved::Declined(format!(
@@ -117,15 +124,16 @@ impl Export {
         Ok(offer)
     }
 
-    /// Why there is nothing. To look for the nearest names takes a while, and so it is done once and not at each look.
-    fn nothing_there(&self, board: &Board) -> String {
+    /// Why there is nothing, with the nearest names of what may be read. To look for them takes a while, and so it is done
+    /// once and not at each look.
+    fn nothing_there(&self, board: &Board, allowance: Option<&Allowance>) -> String {
         if !self.waiting.is_empty() {
             return self.waiting.clone();
         }
-        board
-            .find(&self.path)
-            .err()
-            .map_or_else(|| format!("no property at /{}", self.path), |e| e.to_string())
+        let properties = board.properties();
+        let paths = properties.iter().map(|property| property.path());
+        let near = nearest_paths(&self.path, '/', paths.filter(|path| may_read(allowance, path)));
+        BoardError::Unknown { url: format!("/{}", self.path), near }.to_string()
     }
 
     fn no_reader(&self, error: LinkError) -> Unserved {

@@ -10,7 +10,7 @@ use std::time::Duration;
 use slate_blackboard::Board;
 use slate_blackboard::wake::Wake;
 
-use super::door::{Crowd, open_door};
+use super::door::open_door;
 use super::line::{Line, locked};
 use super::refusals::Refusals;
 use super::{Happening, Peer, RemoteProperty, Rights, Status, Want};
@@ -40,8 +40,8 @@ pub struct Setup {
     pub listen: Vec<String>,
     /// What others may do.
     pub rights: Rights,
-    /// The carriers by the beginnings of their endpoints, before the colon. `local` is there anyhow, and so is `zenoh`
-    /// where it was built, for this machine alone.
+    /// The carriers by the beginnings of their endpoints, before the colon. `local` is there anyhow, and where they were
+    /// built, so are `tls`, which carries nothing without certificates, and `zenoh`, for this machine alone.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
     /// How often the properties that others read are looked at for new values, nanoseconds; nothing when
     /// [`Notifier::notify`] is called after every tick.
@@ -100,15 +100,14 @@ pub(super) struct Common {
     /// Whether somebody wanted to wake the threads that send and did not wait for the lock.
     missed: AtomicBool,
     pub ended: AtomicBool,
-    /// Links that were accepted and have not greeted.
-    pub greeting: Crowd,
 }
 
 type Lines = BTreeMap<String, Served>;
 
 struct Served {
     line: Arc<Line>,
-    threads: Vec<JoinHandle<()>>,
+    sends: JoinHandle<()>,
+    receives: JoinHandle<()>,
 }
 
 /// How many other agents there may be.
@@ -151,10 +150,10 @@ impl Common {
     }
 
     /// Shows and tells that somebody may not come in.
-    pub fn turned_away(&self, agent: &str, from: &str, reason: &str) {
+    pub fn rejected(&self, agent: &str, from: &str, reason: &str) {
         let line = locked(&self.refusals).note(self.now(), from, reason);
         if let (Some(reason), Some(notice)) = (line, &self.notice) {
-            notice(agent, &Happening::TurnedAway { reason });
+            notice(agent, &Happening::Rejected { reason });
         }
     }
 
@@ -182,24 +181,28 @@ impl Common {
     }
 
     /// The line to an agent, which is made if there is none.
-    pub fn line_to(self: &Arc<Self>, agent: &str, endpoint: Option<&str>) -> io::Result<Arc<Line>> {
-        self.with_lines(|lines| self.line_in(lines, agent, endpoint))
+    pub fn line_to(self: &Arc<Self>, agent: &str) -> io::Result<Arc<Line>> {
+        self.with_lines(|lines| self.line_in(lines, agent, |_| ()))
     }
 
+    /// Ends the lines that nobody would miss; their threads end by themselves.
+    pub fn end_idle(&self) {
+        self.with_lines(|lines| drop(end_idle(lines, self.now())));
+    }
+
+    /// The line to an agent, to which `how` says where it is dialled: a new one knows that before it shows how it is.
     fn line_in(
         self: &Arc<Self>,
         lines: &mut Lines,
         agent: &str,
-        endpoint: Option<&str>,
+        how: impl FnOnce(&Line),
     ) -> io::Result<Arc<Line>> {
         if let Some(served) = lines.get(agent) {
-            if endpoint.is_some() {
-                *locked(&served.line.endpoint) = endpoint.map(Into::into);
-            }
+            how(&served.line);
             return Ok(Arc::clone(&served.line));
         }
         // Tools come and go, each under a name of its own.
-        drop(end_idle(lines));
+        drop(end_idle(lines, self.now()));
         if self.ended.load(Ordering::Acquire) {
             return Err(io::Error::other("the agent ends"));
         }
@@ -209,22 +212,23 @@ impl Common {
         let wake = Arc::new(Wake::new());
         let allowance = self.rights.of(&self.identity.agent, agent).map_err(io::Error::other)?.cloned();
         let peer = Peer::new(&self.board, self.identity.clone(), agent, self.limits, &wake).allow(allowance);
-        let line = Arc::new(Line::new(peer, wake, endpoint.map(Into::into)));
+        let line = Arc::new(Line::new(peer, wake));
+        how(&line);
         let start = |name: &str, run: fn(&Line, &Self)| {
             let (common, line) = (Arc::clone(self), Arc::clone(&line));
             thread::Builder::new().name(format!("{name} {agent}")).spawn(move || run(&line, &common))
         };
         let sends = start("to", Line::send)?;
         let receives = start("from", Line::receive).inspect_err(|_| line.end())?;
-        let served = Served { line: Arc::clone(&line), threads: vec![sends, receives] };
+        let served = Served { line: Arc::clone(&line), sends, receives };
         lines.insert(agent.into(), served);
         Ok(line)
     }
 }
 
 /// Ends the lines that nobody would miss, and takes them out.
-fn end_idle(lines: &mut Lines) -> Vec<Served> {
-    let idle = lines.extract_if(.., |_, served| served.line.is_idle()).map(|(_, served)| served);
+fn end_idle(lines: &mut Lines, now: u64) -> Vec<Served> {
+    let idle = lines.extract_if(.., |_, served| served.line.is_idle(now)).map(|(_, served)| served);
     idle.inspect(|served| served.line.end()).collect()
 }
 
@@ -329,7 +333,6 @@ impl Peers {
             refusals: Mutex::new(Refusals::new(board)),
             missed: AtomicBool::new(false),
             ended: AtomicBool::new(false),
-            greeting: Crowd::default(),
         });
         // If one can't be opened, dropping this closes those before.
         let mut peers = Self { common, doors: Vec::new() };
@@ -353,29 +356,40 @@ impl Peers {
     /// # Errors
     /// When the endpoint makes no sense, the agent may not connect, or no thread can be started.
     pub fn connect(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
+        self.dial(agent, endpoint, |line| line.dial_at(Some(endpoint)))
+    }
+
+    /// Dials another agent for a question, and again for a few seconds if it is not there. A link that nobody needs any more
+    /// ends after as long.
+    ///
+    /// # Errors
+    /// As those of [`connect`](Peers::connect).
+    pub fn visit(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
+        self.dial(agent, endpoint, |line| line.visit(endpoint, self.common.now()))
+    }
+
+    fn dial(&self, agent: &str, endpoint: &str, how: impl FnOnce(&Line)) -> Result<(), CarrierError> {
         self.common.carrier(endpoint)?;
         self.common
             .rights
             .of(&self.common.identity.agent, agent)
             .map_err(|reason| CarrierError::Unsafe { endpoint: endpoint.into(), reason })?;
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-        self.common.line_to(agent, Some(endpoint)).map(drop).map_err(system)
+        // Within the lock, as a line that dials nobody is idle.
+        self.common.with_lines(|lines| self.common.line_in(lines, agent, how)).map(drop).map_err(system)
     }
 
-    /// Dials another agent no longer. If it is there, it stays connected until one of the two ends that: it may read
-    /// something here. If it is not, and nothing of it is subscribed to, it is not known any more.
+    /// Dials another agent no longer. If it is there, it stays connected for as long as one of the two needs that. If it is
+    /// not, and nothing of it is subscribed to, it is not known any more.
     pub fn forget(&self, agent: &str) {
         let ended = self.common.with_lines(|lines| {
             if let Some(served) = lines.get(agent) {
-                *locked(&served.line.endpoint) = None;
+                served.line.dial_at(None);
             }
-            end_idle(lines)
+            end_idle(lines, self.common.now())
         });
-        for mut served in ended {
-            // It takes what it shows off the board, before another one of that name comes; the other may be dialling.
-            served.threads.pop();
-            served.threads.into_iter().for_each(|sends| drop(sends.join()));
-        }
+        // It takes what it shows off the board, before another one of that name comes; the other may be dialling.
+        ended.into_iter().for_each(|served| drop(served.sends.join()));
     }
 
     /// The other agents that are known, whether or not they are there.
@@ -385,12 +399,17 @@ impl Peers {
 
     /// Whether another agent is dialled whenever it is not there.
     pub fn is_dialled(&self, agent: &str) -> bool {
-        self.common.line(agent).is_some_and(|line| locked(&line.endpoint).is_some())
+        self.common.line(agent).is_some_and(|line| line.is_dialled())
     }
 
     /// Whether another agent is there.
     pub fn is_connected(&self, agent: &str) -> bool {
         self.common.line(agent).is_some_and(|line| locked(&line.peer).session().other().is_some())
+    }
+
+    /// Why another agent went away or was not let in; empty when that is not known.
+    pub fn reason(&self, agent: &str) -> String {
+        self.common.line(agent).map_or_else(String::new, |line| line.reason())
     }
 
     /// Reads a property of another agent, which may come later; its mirror is at `agents/<agent>/<path>`.
@@ -491,7 +510,7 @@ impl Peers {
 }
 
 fn not_sent(line: &Line, error: SendError) -> PeerError {
-    PeerError::Send { agent: line.agent.clone(), error, reason: line.reason() }
+    PeerError::Send { agent: line.agent.clone(), error, reason: line.explanation() }
 }
 
 impl Drop for Peers {
@@ -499,9 +518,15 @@ impl Drop for Peers {
         self.common.ended.store(true, Ordering::Release);
         let lines = self.common.with_lines(std::mem::take);
         lines.values().for_each(|served| served.line.end());
-        let threads =
-            lines.into_values().flat_map(|served| served.threads).chain(std::mem::take(&mut self.doors));
-        // One that panicked has ended, too.
-        threads.for_each(|thread| drop(thread.join()));
+        for Served { line, sends, receives } in lines.into_values() {
+            // One that panicked has ended, too.
+            drop(sends.join());
+            // One that looks for somebody far away does so for seconds, and then finds that nobody waits for it.
+            if !line.is_dialling.load(Ordering::SeqCst) {
+                drop(receives.join());
+            }
+            locked(&line.peer).take_down();
+        }
+        self.doors.drain(..).for_each(|door| drop(door.join()));
     }
 }

@@ -104,8 +104,13 @@ impl Import {
         {
             return Err(format!("/{} is not what is expected here: {difference}", self.want.path));
         }
+        let capacity = usize::try_from(offer.capacity).unwrap_or(usize::MAX);
+        let room = self.mirror.as_ref().and_then(|mirror| Some(mirror.property.channel()?.shape().capacity));
+        if let Some(room) = room.filter(|room| *room < capacity && self.want.expected.is_none()) {
+            // Whoever reads it turns to a larger one.
+            return Err(format!("/{} has room for {capacity} items now, and not for {room}", self.want.path));
+        }
         if self.mirror.is_none() {
-            let capacity = usize::try_from(offer.capacity).unwrap_or(usize::MAX);
             let bytes = descriptor.shape(capacity).bytes(capacity);
             if bytes > largest {
                 return Err(format!(

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use slate_blackboard::interface::View;
 use slate_blackboard::{Access, Board, Carrier, Pattern, Property, Stamp};
 use slate_module::encode_interface;
-use slate_runtime::sharing::RemoteProperty;
+use slate_runtime::sharing::{Newest, RemoteProperty};
 
 use super::Allowance;
 use super::rights::{may_read, may_send};
@@ -29,15 +29,20 @@ struct Entry<'a> {
     depth: u32,
     has_writer: bool,
     #[serde(borrow)]
-    value: Option<EntryValue<'a>>,
+    newest: EntryNewest<'a>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-struct EntryValue<'a> {
-    #[serde(with = "bytes")]
-    bytes: &'a [u8],
-    items: u64,
-    stamp: (u64, u64, u64),
+enum EntryNewest<'a> {
+    Unwritten,
+    Value {
+        #[serde(with = "bytes")]
+        bytes: &'a [u8],
+        items: u64,
+        stamp: (u64, u64, u64),
+    },
+    TooLarge(u64),
+    NotAllowed,
 }
 
 /// Bytes as a whole.
@@ -68,7 +73,7 @@ impl Question {
         Some(Self { pattern: Pattern::parse(pattern).ok()?, values, told: None })
     }
 
-    /// The next part, and whether it is the last. Values of more than `largest` bytes are left out.
+    /// The next part, and whether it is the last. Of values of more than `largest` bytes only that is told.
     pub fn next(&mut self, board: &Board, largest: usize, allowance: Option<&Allowance>) -> (Vec<u8>, bool) {
         let mut part = Vec::new();
         for property in board.matching(&self.pattern) {
@@ -81,20 +86,28 @@ impl Question {
             if part.len() >= PART {
                 return (part, false);
             }
-            write(&property, self.values && may_read(allowance, property.path()), largest, &mut part);
+            let may_read = may_read(allowance, property.path());
+            let newest = if self.values && may_read { property.newest().ok().flatten() } else { None };
+            let newest = match &newest {
+                None if self.values && !may_read && property.access() != Access::Messages => {
+                    EntryNewest::NotAllowed
+                }
+                None => EntryNewest::Unwritten,
+                Some((bytes, ..)) if bytes.len() > largest => EntryNewest::TooLarge(bytes.len() as u64),
+                Some((bytes, items, stamp)) => {
+                    let stamp = (stamp.sequence, stamp.time, stamp.generation);
+                    EntryNewest::Value { bytes, items: *items as u64, stamp }
+                }
+            };
+            write(&property, newest, &mut part);
             self.told = Some(property.path().into());
         }
         (part, true)
     }
 }
 
-fn write(property: &Property, values: bool, largest: usize, part: &mut Vec<u8>) {
+fn write(property: &Property, newest: EntryNewest<'_>, part: &mut Vec<u8>) {
     let Ok(interface) = encode_interface(property.descriptor()) else { return };
-    let newest = if values { property.newest().ok().flatten() } else { None };
-    let value = newest.as_ref().filter(|(bytes, ..)| bytes.len() <= largest).map(|(bytes, items, stamp)| {
-        let stamp = (stamp.sequence, stamp.time, stamp.generation);
-        EntryValue { bytes, items: *items as u64, stamp }
-    });
     let (capacity, depth) = match property.carrier() {
         Carrier::Channel(channel) => (channel.shape().capacity, channel.depth()),
         Carrier::Mailbox(mailbox) => (mailbox.shape().capacity, 0),
@@ -111,7 +124,7 @@ fn write(property: &Property, values: bool, largest: usize, part: &mut Vec<u8>) 
         capacity: capacity as u64,
         depth: depth as u32,
         has_writer: property.has_writer(),
-        value,
+        newest,
     };
     let begin = part.len();
     match postcard::to_extend(&entry, std::mem::take(part)) {
@@ -167,13 +180,19 @@ impl Answers {
 
 fn read(entry: &Entry<'_>) -> Result<RemoteProperty, String> {
     let descriptor = interface(entry.interface).map_err(|refusal| refusal.to_string())?;
-    let newest = entry.value.as_ref().and_then(|value| {
-        let items = usize::try_from(value.items).ok()?;
-        // What is no value of the interface is none.
-        View::new(descriptor, value.bytes, items)?;
-        let (sequence, time, generation) = value.stamp;
-        Some((value.bytes.to_vec(), items, Stamp { sequence, time, generation }))
-    });
+    let newest = match entry.newest {
+        EntryNewest::Unwritten => Newest::Unwritten,
+        EntryNewest::TooLarge(size) => Newest::TooLarge(size),
+        EntryNewest::NotAllowed => Newest::NotAllowed,
+        EntryNewest::Value { bytes, items, stamp: (sequence, time, generation) } => {
+            let items =
+                usize::try_from(items).ok().filter(|items| View::new(descriptor, bytes, *items).is_some());
+            // What is no value of the interface is none.
+            items.map_or(Newest::Unwritten, |items| {
+                Newest::Value(bytes.to_vec(), items, Stamp { sequence, time, generation })
+            })
+        }
+    };
     Ok(RemoteProperty {
         path: entry.path.into(),
         doc: entry.doc.into(),

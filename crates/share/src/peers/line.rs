@@ -1,7 +1,7 @@
 //! The line to another agent: what its two threads share, and what they do. One sends, one receives; nobody else waits
 //! for either of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
@@ -14,7 +14,7 @@ use super::door::impostor;
 use super::handle::Common;
 use super::state::States;
 use super::{Happening, Peer, RemoteProperty};
-use crate::carrier::{CarrierError, Link};
+use crate::carrier::{Carrier, CarrierError, Link};
 use crate::session::Answer;
 
 /// How long a thread waits at most before it looks whether it is to end.
@@ -30,6 +30,9 @@ const GREETING: u64 = 2_000_000_000;
 /// How long a link over which nothing can be sent may still bring what came before.
 const LAST_WORDS: Duration = Duration::from_millis(20);
 
+/// How long a link stays that this agent has dialled and that nobody needs any more, nanoseconds.
+const UNUSED: u64 = 5_000_000_000;
+
 /// How often the states on the board are brought up to date, nanoseconds.
 const STATES: u64 = 100_000_000;
 
@@ -40,20 +43,37 @@ pub(super) struct Line {
     pub peer: Mutex<Peer>,
     /// Wakes the thread that sends.
     pub wake: Arc<Wake>,
-    /// Where it is dialled; nothing while only it dials.
-    pub endpoint: Mutex<Option<String>>,
+    dialling: Mutex<Dialling>,
+    /// Whether somebody is being looked for, which takes its time.
+    pub is_dialling: AtomicBool,
+    /// Locked before the agent, by whoever needs both.
     link: Mutex<Current>,
     changed: Condvar,
     pub waiting: Mutex<Waiting>,
     reason: Mutex<String>,
+    /// What came of dialling last, when nobody was there: that is told to nobody.
+    nobody: Mutex<Option<String>>,
+    /// What has happened and was not told, in order, and whoever tells it.
+    untold: Mutex<VecDeque<Happening>>,
+    telling: Mutex<()>,
     ended: AtomicBool,
+}
+
+/// Where the other agent is dialled.
+#[derive(Debug, Default)]
+struct Dialling {
+    /// Whenever it is not there; nothing while only it dials.
+    always: Option<String>,
+    /// Until then, for a question.
+    until: Option<(String, u64)>,
 }
 
 /// The link in use.
 #[derive(Debug, Default)]
 struct Current {
     link: Option<Arc<dyn Link>>,
-    dialled: bool,
+    /// Where this agent dialled it; nothing when the other one did.
+    dialled: Option<String>,
     since: u64,
 }
 
@@ -69,22 +89,26 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Line {
-    pub fn new(peer: Peer, wake: Arc<Wake>, endpoint: Option<String>) -> Self {
+    pub fn new(peer: Peer, wake: Arc<Wake>) -> Self {
         Self {
             agent: peer.agent().into(),
             peer: Mutex::new(peer),
             wake,
-            endpoint: Mutex::new(endpoint),
+            dialling: Mutex::default(),
+            is_dialling: AtomicBool::new(false),
             link: Mutex::default(),
             changed: Condvar::new(),
             waiting: Mutex::default(),
             reason: Mutex::default(),
+            nobody: Mutex::default(),
+            untold: Mutex::default(),
+            telling: Mutex::default(),
             ended: AtomicBool::new(false),
         }
     }
 
     pub fn end(&self) {
-        self.ended.store(true, Ordering::Release);
+        self.ended.store(true, Ordering::SeqCst);
         if let Some(link) = &locked(&self.link).link {
             link.close();
         }
@@ -92,13 +116,40 @@ impl Line {
         self.wake.notify(1);
     }
 
+    /// Dials the other agent whenever it is not there; no longer when that is nowhere.
+    pub fn dial_at(&self, endpoint: Option<&str>) {
+        locked(&self.dialling).always = endpoint.map(Into::into);
+        self.changed.notify_all();
+    }
+
+    /// Dials it for a question.
+    pub fn visit(&self, endpoint: &str, now: u64) {
+        locked(&self.dialling).until = Some((endpoint.into(), now.saturating_add(UNUSED)));
+        self.changed.notify_all();
+    }
+
+    /// Whether it is dialled whenever it is not there.
+    pub fn is_dialled(&self) -> bool {
+        locked(&self.dialling).always.is_some()
+    }
+
+    /// Where it is to be dialled now.
+    fn endpoint(&self, now: u64) -> Option<String> {
+        let mut dialling = locked(&self.dialling);
+        if dialling.until.as_ref().is_some_and(|(_, until)| now > *until) {
+            dialling.until = None;
+        }
+        let Dialling { always, until } = &*dialling;
+        always.clone().or_else(|| until.as_ref().map(|(endpoint, _)| endpoint.clone()))
+    }
+
     /// Whether nobody would miss it: the other agent came by itself, and is gone.
-    pub fn is_idle(&self) -> bool {
-        locked(&self.endpoint).is_none() && self.current().is_none() && locked(&self.peer).is_idle()
+    pub fn is_idle(&self, now: u64) -> bool {
+        self.endpoint(now).is_none() && self.current().is_none() && locked(&self.peer).is_idle()
     }
 
     fn has_ended(&self) -> bool {
-        self.ended.load(Ordering::Acquire)
+        self.ended.load(Ordering::SeqCst)
     }
 
     fn current(&self) -> Option<Arc<dyn Link>> {
@@ -126,7 +177,7 @@ impl Line {
                 return Err(Some(crate::session::duplicate(&common.identity.agent, &self.agent)));
             }
             // When both dial at once, both keep the link of the one whose name comes first.
-            if current.dialled && common.identity.agent < self.agent {
+            if current.dialled.is_some() && common.identity.agent < self.agent {
                 return Err(None);
             }
             old.close();
@@ -134,7 +185,7 @@ impl Line {
         }
         peer.set_lead(common.lead());
         peer.receive(now, packet, link.memory());
-        *current = Current { link: Some(link), dialled: false, since: now };
+        *current = Current { link: Some(link), dialled: None, since: now };
         drop((peer, current));
         self.changed.notify_all();
         self.wake.notify(1);
@@ -143,7 +194,6 @@ impl Line {
 
     /// The link is of no use any more.
     fn drop_link(&self, common: &Common, link: &Arc<dyn Link>, reason: &str) {
-        link.close();
         let mut unheard = false;
         let mut current = locked(&self.link);
         if current.link.as_ref().is_some_and(|current| Arc::ptr_eq(current, link)) {
@@ -152,6 +202,8 @@ impl Line {
             unheard = peer.session().other().is_none() && peer.session().refused().is_none();
             peer.disconnect(common.now(), reason);
         }
+        // Only now, or the other thread would find it closed, and give another reason.
+        link.close();
         drop(current);
         if unheard {
             self.is_refused(common, reason.into());
@@ -164,6 +216,7 @@ impl Line {
     pub fn send(&self, common: &Common) {
         let mut states = States::new(&common.board, &self.agent);
         let mut states_at = 0;
+        let mut used_at = 0;
         let mut packet = Vec::new();
         let mut unsent = false;
         let mut last: Option<Arc<dyn Link>> = None;
@@ -191,24 +244,35 @@ impl Line {
                     }
                 }
             }
+            // The link is locked before the agent.
+            let shows = common.now() >= states_at;
+            let dialled = if shows { self.dialled(common.now()) } else { String::new() };
             let mut peer = locked(&self.peer);
             let now = common.now();
             // What happened until now has been dealt with; if it is gone now, that is because it is silent.
-            let mut happenings = self.report(&mut peer);
+            self.report(&mut peer);
             peer.tick(now);
-            let ticked = self.report(&mut peer);
-            let gone = ticked.iter().any(|happening| matches!(happening, Happening::Disconnected { .. }));
-            happenings.extend(ticked);
-            if now >= states_at {
+            let gone = self.report(&mut peer);
+            if used_at == 0 || link.is_none() || peer.is_used() {
+                used_at = now;
+            }
+            if shows {
                 states_at = now + STATES;
-                states.update(&peer, &locked(&self.reason), now);
+                states.update(&peer, &dialled, &self.explanation(), now);
             }
             let polls = common.poll.filter(|_| peer.serves()).map_or(u64::MAX, |poll| now + poll);
             let deadline = peer.deadline(now).min(states_at).min(polls);
             drop(peer);
-            self.tell(common, &happenings);
+            self.tell(common);
             match &link {
-                None => drop(self.wake.wait_timeout(LOOK)),
+                None => {
+                    // It may be one that was needed until now.
+                    common.end_idle();
+                    self.wake.wait_timeout(LOOK);
+                }
+                Some(link) if now - used_at > UNUSED && self.is_unwanted(now) => {
+                    self.drop_link(common, link, "nobody needed it");
+                }
                 // Nothing is heard over it, so a new one may be better.
                 Some(link) if gone => self.drop_link(common, link, "it is silent"),
                 Some(link) if !room => {
@@ -273,13 +337,13 @@ impl Line {
                     if peer.session().other().is_some() {
                         pause = SOON;
                     }
-                    let happenings = self.report(&mut peer);
+                    self.report(&mut peer);
                     let answers = peer.deadline(now) <= now;
                     drop(peer);
                     if answers {
                         self.wake.notify(1);
                     }
-                    self.tell(common, &happenings);
+                    self.tell(common);
                 }
                 Ok(None) => self.give_up(common, &link),
                 Err(error) => {
@@ -288,6 +352,20 @@ impl Line {
                 }
             }
         }
+    }
+
+    /// Where this agent dials, or has dialled the link there is; empty when the other one did.
+    fn dialled(&self, now: u64) -> String {
+        let current = locked(&self.link);
+        match &current.link {
+            Some(_) => current.dialled.clone().unwrap_or_default(),
+            None => self.endpoint(now).unwrap_or_default(),
+        }
+    }
+
+    /// Whether this agent has dialled the link, and would not do so again.
+    fn is_unwanted(&self, now: u64) -> bool {
+        locked(&self.link).dialled.is_some() && self.endpoint(now).is_none()
     }
 
     /// A link over which the other agent does not greet is tried no longer.
@@ -300,11 +378,19 @@ impl Line {
     }
 
     fn dial(&self, common: &Common, pause: &mut Duration) {
-        let endpoint = locked(&self.endpoint).clone();
-        let dialled =
-            endpoint.map(|endpoint| common.carrier(&endpoint).and_then(|carrier| carrier.dial(&endpoint)));
+        let Some(endpoint) = self.endpoint(common.now()) else { return self.pause(pause) };
+        // Whoever ends the line sees this, or is seen here.
+        self.is_dialling.store(true, Ordering::SeqCst);
+        let dial = |carrier: &Arc<dyn Carrier>| match self.has_ended() {
+            true => Err(CarrierError::Nobody { endpoint: endpoint.clone() }),
+            false => carrier.dial(&endpoint),
+        };
+        let dialled = common.carrier(&endpoint).and_then(dial);
+        self.is_dialling.store(false, Ordering::SeqCst);
         match dialled {
-            Some(Ok(link)) => {
+            // Nobody waited for it.
+            Ok(link) if self.has_ended() => link.close(),
+            Ok(link) => {
                 if let Some(reason) = impostor(link.as_ref(), &self.agent) {
                     link.close();
                     self.is_refused(common, reason);
@@ -312,28 +398,29 @@ impl Line {
                 }
                 let mut current = locked(&self.link);
                 if current.link.is_none() {
-                    *current = Current { link: Some(link), dialled: true, since: common.now() };
+                    *current = Current { link: Some(link), dialled: Some(endpoint), since: common.now() };
                 }
                 drop(current);
                 self.wake.notify(1);
             }
-            Some(Err(error)) => {
+            Err(error) => {
                 match error {
                     // It may come in a moment.
-                    CarrierError::Nobody { .. } => *locked(&self.reason) = error.to_string(),
+                    CarrierError::Nobody { .. } => *locked(&self.nobody) = Some(error.to_string()),
                     _ => self.is_refused(common, error.to_string()),
                 }
                 self.pause(pause);
             }
-            None => self.pause(pause),
         }
     }
 
     /// There is no link, for a reason that is told when it is another one than before.
     fn is_refused(&self, common: &Common, reason: String) {
+        *locked(&self.nobody) = None;
         let before = std::mem::replace(&mut *locked(&self.reason), reason.clone());
         if before != reason {
-            self.tell(common, &[Happening::Refused { reason }]);
+            locked(&self.untold).push_back(Happening::Refused { reason });
+            self.tell(common);
         }
     }
 
@@ -347,16 +434,21 @@ impl Line {
         *pause = (*pause * 2).min(LATER);
     }
 
-    /// Answers whoever waits for what has happened, all of which is returned.
-    fn report(&self, peer: &mut Peer) -> Vec<Happening> {
-        let happenings: Vec<_> = peer.happenings().collect();
-        for happening in &happenings {
-            match happening {
-                Happening::Connected { .. } => locked(&self.reason).clear(),
+    /// Answers whoever waits for what has happened, and keeps it in order until it is told; whether the other agent went
+    /// away.
+    fn report(&self, peer: &mut Peer) -> bool {
+        let mut gone = false;
+        for happening in peer.happenings() {
+            match &happening {
+                Happening::Connected { .. } => {
+                    locked(&self.reason).clear();
+                    *locked(&self.nobody) = None;
+                }
                 Happening::Disconnected { reason } | Happening::Refused { reason } => {
+                    gone |= matches!(happening, Happening::Disconnected { .. });
                     locked(&self.reason).clone_from(reason);
                 }
-                Happening::Unserved { .. } | Happening::Told { .. } | Happening::TurnedAway { .. } => {}
+                Happening::Unserved { .. } | Happening::Told { .. } | Happening::Rejected { .. } => {}
                 Happening::Answered { ticket, answer } => {
                     let mut waiting = locked(&self.waiting);
                     if let Some(sender) = waiting.answers.get(ticket) {
@@ -374,19 +466,31 @@ impl Line {
                     }
                 }
             }
+            locked(&self.untold).push_back(happening);
         }
-        happenings
+        gone
     }
 
-    /// Tells the host what has happened. No lock is held, so it may ask for something at once.
-    fn tell(&self, common: &Common, happenings: &[Happening]) {
-        if let Some(notice) = &common.notice {
-            happenings.iter().for_each(|happening| notice(&self.agent, happening));
+    /// Tells the host what has happened, in that order whichever thread does it. The other agent is not locked meanwhile, so
+    /// the host may ask for something at once.
+    fn tell(&self, common: &Common) {
+        let telling = locked(&self.telling);
+        let next = || locked(&self.untold).pop_front();
+        while let Some(happening) = next() {
+            if let Some(notice) = &common.notice {
+                notice(&self.agent, &happening);
+            }
         }
+        drop(telling);
     }
 
-    /// Why the other agent is not there, where that is known.
+    /// Why the other agent went away or was not let in, where that is known.
     pub fn reason(&self) -> String {
         locked(&self.reason).clone()
+    }
+
+    /// Why it is not there now.
+    pub fn explanation(&self) -> String {
+        locked(&self.nobody).clone().unwrap_or_else(|| self.reason())
     }
 }

@@ -18,7 +18,7 @@ pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
 pub(crate) use line::locked;
 pub use peer::Peer;
-pub use refusals::TurnedAway;
+pub use refusals::Rejected;
 pub use rights::{Allowance, Rights};
 pub use slate_runtime::sharing::RemoteProperty;
 pub use state::{PeerState, ReadState, ServedState};
@@ -79,7 +79,7 @@ pub enum Happening {
     },
     /// Somebody was not let in. It was told so, and nothing else happens; of those who come again and again this is told
     /// now and then.
-    TurnedAway {
+    Rejected {
         /// Who, as far as that is known, and why.
         reason: String,
     },

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url, nearest_paths};
+use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
 
 use super::export::{Export, Unserved};
 use super::import::{Import, Status};
@@ -105,15 +105,6 @@ impl Application for Work<'_> {
     }
 }
 
-/// What an agent is told that looks for something that is not there: it learns the names of what it may read.
-fn nothing_there(board: &Board, allowance: &Allowance, path: &str) -> String {
-    let properties = board.properties();
-    let paths = properties.iter().map(|property| property.path());
-    let near = nearest_paths(path, '/', paths.filter(|path| may_read(Some(allowance), path)));
-    let near = if near.is_empty() { String::new() } else { format!("; nearest: {}", near.join(", ")) };
-    format!("no property at /{path}{near}")
-}
-
 impl Peer {
     /// Another agent of that name, which is not connected. `wake` is notified when this agent has something for it.
     pub fn new(board: &Arc<Board>, own: Identity, agent: &str, limits: Limits, wake: &Arc<Wake>) -> Self {
@@ -163,12 +154,11 @@ impl Peer {
     /// Subscribes to a property, whose mirror is at `agents/<agent>/<path>`.
     ///
     /// # Errors
-    /// When the mirror's path is taken, or there are too many subscriptions.
-    pub fn subscribe(&mut self, mut want: Want) -> Result<u32, String> {
+    /// When the mirror's path is taken, there are too many subscriptions, or JPEG is wanted and not built in.
+    pub fn subscribe(&mut self, want: Want) -> Result<u32, String> {
         Url::parse(&format!("/{}", want.path)).map_err(|error| error.to_string())?;
         if !cfg!(feature = "jpeg") && matches!(want.options.compression, Compression::Jpeg(_)) {
-            // What is sent must be what this agent can read.
-            want.options.compression = Compression::Lossless;
+            return Err("this program was built without JPEG: build it with the feature `jpeg`".into());
         }
         let mut import = Import::new(&self.desk.agent, want);
         if self.desk.board.get(&import.place).is_some_and(|(_, field)| field.is_empty()) {
@@ -260,6 +250,16 @@ impl Peer {
         self.desk.lead = lead;
     }
 
+    /// Takes the mirrors off the board.
+    pub(super) fn take_down(&mut self) {
+        for import in std::mem::take(&mut self.desk.imports).into_values() {
+            if import.mirror.is_some() {
+                // Somebody else may have taken it off.
+                let _ = self.desk.board.remove(&import.place);
+            }
+        }
+    }
+
     /// Takes a packet that came at `now`.
     pub fn receive(&mut self, now: u64, packet: &[u8], memory: Option<&dyn SharedMemory>) {
         self.desk.estimate = self.session.estimate();
@@ -311,6 +311,12 @@ impl Peer {
     /// Whether this agent reads nothing there, and the other one nothing here.
     pub fn is_idle(&self) -> bool {
         self.desk.imports.is_empty() && self.session.other().is_none()
+    }
+
+    /// Whether either agent reads something of the other one, or waits for an answer.
+    pub fn is_used(&self) -> bool {
+        let reads = !self.desk.imports.is_empty() || !self.desk.exports.is_empty();
+        reads || self.messages.is_open() || self.session.has_open()
     }
 
     /// Whether properties are served whose writers notify nobody by themselves.
@@ -398,7 +404,7 @@ impl Peer {
                 Some(question) => {
                     self.questions.insert(request, question);
                 }
-                None => self.session.part(request, &[], true),
+                None => self.session.leave_unanswered(request, "that is no pattern of paths"),
             },
             Event::Part { request, bytes, last } => {
                 if let Some(answer) = self.answers.take(request, &bytes, last) {
@@ -412,10 +418,9 @@ impl Peer {
                     self.happen(Happening::Told { bytes });
                 }
             }
-            Event::Failed { request } => {
+            Event::Failed { request, reason } => {
                 self.answers.forget(request);
-                let answer = Err("the other agent went away".into());
-                self.happen(Happening::Listed { request, answer });
+                self.happen(Happening::Listed { request, answer: Err(reason) });
             }
         }
     }
@@ -424,7 +429,7 @@ impl Peer {
     fn serve(&mut self, id: u32, now: u64) {
         let instance = self.session.own().instance;
         let Some(export) = self.desk.exports.get_mut(&id) else { return };
-        match export.connect(&self.desk.board, instance) {
+        match export.connect(&self.desk.board, instance, self.desk.allowance.as_ref()) {
             Ok(offer) => {
                 export.waiting.clear();
                 self.session.accept(id, &offer);
@@ -435,12 +440,6 @@ impl Peer {
                 }
             }
             Err(Unserved::Waits(reason)) => {
-                // The reason names properties that are there, and not all are for everybody.
-                let reason = match &self.desk.allowance {
-                    Some(_) if !export.waiting.is_empty() => export.waiting.clone(),
-                    Some(allowance) => nothing_there(&self.desk.board, allowance, &export.path),
-                    None => reason,
-                };
                 self.retry_at = now + RETRY;
                 if export.waiting != reason {
                     self.session.wait(id, &reason);
@@ -521,11 +520,6 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        for import in self.desk.imports.values() {
-            if import.mirror.is_some() {
-                // Somebody else may have taken it off.
-                let _ = self.desk.board.remove(&import.place);
-            }
-        }
+        self.take_down();
     }
 }

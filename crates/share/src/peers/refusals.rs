@@ -7,11 +7,12 @@ use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::{Access, Board, Store};
 use slate_module::{Text, interface};
+use slate_runtime::printable_text;
 
 /// Somebody who was not let in.
 #[interface]
 #[derive(PartialEq)]
-pub struct TurnedAway {
+pub struct Rejected {
     /// How often that was so.
     pub count: u64,
     /// When it was so last, by this agent's clock.
@@ -48,12 +49,6 @@ struct Kept {
     writer: Option<Writer>,
 }
 
-/// Strangers choose what is in it, and it is shown in terminals.
-fn printable(text: &str) -> String {
-    let escaped = |c: char| if c.is_control() { c.escape_default().collect() } else { c.to_string() };
-    text.chars().map(escaped).collect()
-}
-
 impl Refusals {
     pub fn new(board: &Arc<Board>) -> Self {
         Self { board: Arc::clone(board), kept: Vec::new(), lines: (0, 0) }
@@ -61,14 +56,15 @@ impl Refusals {
 
     /// Notes that somebody was refused; what is to be logged of it, if anything is.
     pub fn note(&mut self, now: u64, from: &str, reason: &str) -> Option<String> {
-        let (from, reason) = (&printable(from), &printable(reason));
+        // Strangers choose what is in it, and it is shown in terminals.
+        let (from, reason) = (&*printable_text(from), &*printable_text(reason));
         let known = self.kept.iter().position(|kept| kept.from == *from && kept.reason == *reason);
         let at = known.unwrap_or_else(|| self.begin(from, reason));
         let kept = self.kept.get_mut(at)?;
         (kept.count, kept.last) = (kept.count + 1, now);
         if let Some(writer) = &mut kept.writer {
             let (from, reason) = (Text::new(from), Text::new(reason));
-            let shown = TurnedAway { count: kept.count, last: now, from, reason };
+            let shown = Rejected { count: kept.count, last: now, from, reason };
             // Nobody depends on it.
             let _ = writer.write(View::of(&shown).bytes(), 0, now);
         }
@@ -96,9 +92,9 @@ impl Refusals {
         };
         if self.kept.len() < KEPT {
             let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
-            let path = format!("share/turned_away/{}", self.kept.len() + 1);
+            let path = format!("share/rejected/{}", self.kept.len() + 1);
             let doc = "Somebody who was not let in.";
-            let made = self.board.add_channel(&path, doc, TurnedAway::DESCRIPTOR, store, Access::Output);
+            let made = self.board.add_channel(&path, doc, Rejected::DESCRIPTOR, store, Access::Output);
             let writer = made.ok().and_then(|made| made.channel()?.writer().ok());
             self.kept.push(fresh(writer));
             return self.kept.len() - 1;

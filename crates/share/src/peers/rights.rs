@@ -31,6 +31,11 @@ impl Rights {
             )
         })
     }
+
+    /// Whether an agent is told what the team knows, and believed.
+    pub fn has_team(&self, agent: &str) -> bool {
+        self.0.as_ref().is_none_or(|allow| allow.get(agent).is_some_and(|allowance| allowance.team))
+    }
 }
 
 /// Whether a path may be read.

@@ -40,6 +40,8 @@ pub struct PeerState {
     pub received: u64,
     /// Packets from it that could not be read.
     pub malformed: u64,
+    /// Where this agent dials it; empty when it came by itself.
+    pub endpoint: Text<124>,
     /// Why it is not there, where that is known.
     pub reason: Text<252>,
 }
@@ -102,9 +104,14 @@ impl States {
     }
 
     /// Shows how things are, as far as that has changed.
-    pub fn update(&mut self, peer: &Peer, reason: &str, now: u64) {
+    pub fn update(&mut self, peer: &Peer, endpoint: &str, reason: &str, now: u64) {
         self.shown.values_mut().for_each(|shown| shown.seen = false);
-        self.show("link", "Another agent, as it is seen from here.", &peer_state(peer, reason), now);
+        self.show(
+            "link",
+            "Another agent, as it is seen from here.",
+            &peer_state(peer, endpoint, reason),
+            now,
+        );
         for (id, import) in &peer.desk.imports {
             let progress = peer.session.progress(*id);
             let seen = progress.and_then(|progress| progress.seen);
@@ -173,7 +180,7 @@ impl Drop for States {
     }
 }
 
-fn peer_state(peer: &Peer, reason: &str) -> PeerState {
+fn peer_state(peer: &Peer, endpoint: &str, reason: &str) -> PeerState {
     let session = peer.session();
     let (counters, estimate) = (session.counters(), session.estimate());
     PeerState {
@@ -187,6 +194,7 @@ fn peer_state(peer: &Peer, reason: &str) -> PeerState {
         sent: counters.bytes_sent,
         received: counters.bytes_received,
         malformed: counters.malformed,
+        endpoint: Text::new(endpoint),
         reason: Text::new(if session.other().is_some() { "" } else { reason }),
     }
 }

@@ -18,6 +18,9 @@ pub enum SendError {
     /// Too much waits to be sent.
     #[error("too much waits to be sent to the other agent")]
     Full,
+    /// It has not answered the last questions, also those that are not waited for any more.
+    #[error("the other agent has not answered the last {QUESTIONS} questions")]
+    Unanswered,
     /// It is larger than what a session takes.
     #[error("{bytes} bytes are more than the {limit} that are sent at once")]
     TooLarge {
@@ -148,18 +151,21 @@ impl Session {
     pub fn ask(&mut self, pattern: &str, values: bool) -> Result<u32, SendError> {
         self.check_room(pattern.len())?;
         if self.requests.len() >= QUESTIONS {
-            return Err(SendError::Full);
+            return Err(SendError::Unanswered);
         }
         let request = self.next_request;
         self.next_request += 1;
-        self.requests.insert(request);
+        self.requests.insert(request, true);
         self.control(&Control::Ask { request, pattern, values });
         Ok(request)
     }
 
-    /// Waits no longer for the answer to a question: what comes of it is dropped.
+    /// Waits no longer for the answer to a question: what comes of it is dropped. It counts as open until the other agent
+    /// has answered it, as that has no place for another one before.
     pub fn give_up(&mut self, request: u32) {
-        self.requests.remove(&request);
+        if let Some(is_wanted) = self.requests.get_mut(&request) {
+            *is_wanted = false;
+        }
     }
 
     /// Answers a question of the other agent, in parts.
@@ -169,6 +175,18 @@ impl Session {
             if last {
                 self.asked.remove(&request);
             }
+        }
+    }
+
+    /// Whether a message or a question of either agent has no answer yet.
+    pub fn has_open(&self) -> bool {
+        !(self.requests.is_empty() && self.tickets.is_empty() && self.asked.is_empty())
+    }
+
+    /// Tells the other agent why a question is not answered.
+    pub fn leave_unanswered(&mut self, request: u32, reason: &str) {
+        if self.asked.remove(&request) {
+            self.control(&Control::Unanswered { request, reason });
         }
     }
 
@@ -289,14 +307,20 @@ impl Session {
                 if self.asked.len() < QUESTIONS && self.asked.insert(request) {
                     application.event(Event::Asked { request, pattern: pattern.into(), values });
                 } else {
-                    self.control(&Control::Part { request, bytes: Bytes(&[]), last: true });
+                    let reason = "too many questions are open";
+                    self.control(&Control::Unanswered { request, reason });
                 }
             }
             Control::Part { request, bytes, last } => {
-                let known =
-                    if last { self.requests.remove(&request) } else { self.requests.contains(&request) };
-                if known {
+                let is_wanted =
+                    if last { self.requests.remove(&request) } else { self.requests.get(&request).copied() };
+                if is_wanted == Some(true) {
                     application.event(Event::Part { request, bytes: bytes.0.into(), last });
+                }
+            }
+            Control::Unanswered { request, reason } => {
+                if self.requests.remove(&request) == Some(true) {
+                    application.event(Event::Failed { request, reason: reason.into() });
                 }
             }
         }

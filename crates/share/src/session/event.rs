@@ -157,16 +157,20 @@ pub enum Event {
     Failed {
         /// The question.
         request: u32,
+        /// Why, in words.
+        reason: String,
     },
 }
 
-/// Who uses a session: gives it the values that are served, and takes those that are read.
+/// Who uses a session: gives it the values that are served, and takes those that are read; none unless said.
 pub trait Application {
     /// Something happened.
     fn event(&mut self, event: Event);
 
     /// A value came for a subscription: newer than all before, of which `skipped` did not come since the last one.
-    fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]);
+    fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
+        let _ = (id, sample, skipped, content);
+    }
 
     /// A value came in memory that both agents see, and is not shown: its place can be given back.
     fn discard(&mut self, sample: &Sample, content: &[u8]) {
@@ -174,10 +178,16 @@ pub trait Application {
     }
 
     /// Whether there is a value for a subscription of the other agent that was not taken.
-    fn has_news(&mut self, id: u32) -> bool;
+    fn has_news(&mut self, id: u32) -> bool {
+        let _ = id;
+        false
+    }
 
     /// Appends the content of the next value for a subscription of the other agent. The session asks when it can be
     /// sent, so the newest value is as new as can be, and of a queue nothing is lost to a slow connection but what the
     /// queue itself no longer keeps.
-    fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample>;
+    fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
+        let _ = (id, content);
+        None
+    }
 }

@@ -106,8 +106,8 @@ pub struct Session {
     next_request: u32,
     /// Messages of this agent without a last answer, and whether they were accepted.
     tickets: BTreeMap<u64, bool>,
-    /// Questions of this agent without a last answer.
-    requests: BTreeSet<u32>,
+    /// Questions of this agent without a last answer, and whether that is still waited for.
+    requests: BTreeMap<u32, bool>,
     /// Questions of the other agent.
     asked: BTreeSet<u32>,
     /// To be sent, whoever hears it.
@@ -139,7 +139,7 @@ impl Session {
             next_ticket: 1,
             next_request: 1,
             tickets: BTreeMap::new(),
-            requests: BTreeSet::new(),
+            requests: BTreeMap::new(),
             asked: BTreeSet::new(),
             refusal: None,
             refused: None,
@@ -408,8 +408,10 @@ impl Session {
         for ticket in std::mem::take(&mut self.tickets).into_keys() {
             application.event(Event::Answered { ticket, answer: Answer::Vanished });
         }
-        for request in std::mem::take(&mut self.requests) {
-            application.event(Event::Failed { request });
+        let requests = std::mem::take(&mut self.requests);
+        for (request, _) in requests.into_iter().filter(|(_, is_wanted)| *is_wanted) {
+            let reason = "the other agent went away".into();
+            application.event(Event::Failed { request, reason });
         }
         if was_together {
             application.event(Event::Disconnected { reason: reason.into() });

@@ -38,8 +38,8 @@ pub enum Compression {
     None,
     /// Without loss, where that pays.
     Lossless,
-    /// Images as JPEG of that quality (1 to 100), others without loss; all without loss where one of both agents is
-    /// built without the feature `jpeg`.
+    /// Images as JPEG of that quality (1 to 100), others without loss; all without loss where the agent that sends them
+    /// is built without the feature `jpeg`.
     Jpeg(u8),
 }
 

@@ -9,7 +9,7 @@ use slate_blackboard::Stamp;
 use super::{Answer, Options};
 
 /// The protocol's version; agents of different versions refuse each other.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// Values travel as they are in memory, so agents on machines of another byte order do not understand each other.
 const MAGIC: u8 = if cfg!(target_endian = "little") { b'S' } else { b's' };
@@ -226,6 +226,10 @@ pub(super) enum Control<'a> {
         #[serde(borrow)]
         bytes: Bytes<'a>,
         last: bool,
+    },
+    Unanswered {
+        request: u32,
+        reason: &'a str,
     },
 }
 

@@ -1,6 +1,7 @@
-use slate_blackboard::interface::{Descriptor, Interface, Kind, View};
+use std::mem::offset_of;
+
+use slate_blackboard::interface::{Descriptor, Field, Interface, Kind};
 use slate_interfaces::{FactHead, FactTableHead};
-use slate_module::{Bool, Text};
 
 /// What a table of facts looks like: the `FactTable` of slate-mapek, or one of another language that is laid out in
 /// the same way.
@@ -31,9 +32,7 @@ impl Layout {
     /// In words, when it is another interface.
     pub fn of(descriptor: &'static Descriptor) -> Result<Self, String> {
         let begins = |with: &Descriptor, descriptor: &Descriptor, beyond: usize| {
-            let same = |(own, other): (_, _)| {
-                let (own, other): (&slate_blackboard::interface::Field, &slate_blackboard::interface::Field) =
-                    (own, other);
+            let same = |(own, other): (&Field, &Field)| {
                 own.name == other.name
                     && own.offset == other.offset
                     && own.kind.describe() == other.kind.describe()
@@ -75,31 +74,15 @@ impl Layout {
         let Self { item, value, .. } = *self;
         let facts = table.get(self.descriptor.size..).unwrap_or_default();
         facts.chunks_exact(item).take(items).map(move |bytes| Entry {
-            key: text(bytes, std::mem::offset_of!(FactHead, key), 124),
-            time: number(bytes, std::mem::offset_of!(FactHead, time)),
-            certainty: f64::from_bits(number(bytes, std::mem::offset_of!(FactHead, certainty))),
-            retracted: bytes[std::mem::offset_of!(FactHead, retracted)] != 0,
+            // The last field of the head.
+            key: text(&bytes[offset_of!(FactHead, key)..value]),
+            time: number(bytes, offset_of!(FactHead, time)),
+            certainty: f64::from_bits(number(bytes, offset_of!(FactHead, certainty))),
+            retracted: bytes[offset_of!(FactHead, retracted)] != 0,
             value: &bytes[value..],
             bytes,
         })
     }
-
-    /// Begins a table.
-    pub(super) fn begin(&self, table: &mut Vec<u8>, head: &FactTableHead) {
-        table.clear();
-        table.extend(View::of(head).bytes());
-    }
-
-    /// Appends a fact, whose value has the size that is needed.
-    pub(super) fn append(table: &mut Vec<u8>, head: &FactHead, value: &[u8]) {
-        table.extend(View::of(head).bytes());
-        table.extend(value);
-    }
-}
-
-/// The name of a robot and a key as a table has them; what is longer is cut.
-pub(super) fn texts(robot: &str, key: &str) -> (Text<60>, Text<124>, Bool) {
-    (Text::new(robot), Text::new(key), Bool::FALSE)
 }
 
 fn number(bytes: &[u8], at: usize) -> u64 {
@@ -108,10 +91,9 @@ fn number(bytes: &[u8], at: usize) -> u64 {
     u64::from_ne_bytes(number)
 }
 
-/// A text of at most that many bytes; nothing of one that is damaged.
-fn text(bytes: &[u8], at: usize, capacity: usize) -> &str {
-    let mut length = [0; 4];
-    length.copy_from_slice(&bytes[at..at + 4]);
-    let length = (u32::from_ne_bytes(length) as usize).min(capacity);
-    std::str::from_utf8(&bytes[at + 4..at + 4 + length]).unwrap_or_default()
+/// A text, which takes all those bytes; nothing of one that is damaged.
+fn text(bytes: &[u8]) -> &str {
+    let Some((length, text)) = bytes.split_first_chunk() else { return "" };
+    let length = (u32::from_ne_bytes(*length) as usize).min(text.len());
+    std::str::from_utf8(&text[..length]).unwrap_or_default()
 }

@@ -19,10 +19,14 @@ const NAME: &[u8] = b":name";
 /// Where an interface is stated begins so.
 const INTERFACE: &[u8] = b":interface/";
 
-/// Ticks after which a robot that tells nothing is not told anything either, as it seems to take no part; and after which
-/// it is tried again.
-const PATIENCE: u32 = 25;
-const AGAIN: u32 = 250;
+/// Ticks after which a robot that tells nothing is not told anything either, as it seems to take no part: at least, and for each
+/// neighbour. A tick compares with two of them, so 26 messages to each are to be expected meanwhile, and as many answers: most
+/// of them may be lost.
+const PATIENCE: usize = 25;
+const PATIENCE_EACH: usize = 13;
+
+/// After so many times that long it is tried again.
+const AGAIN: usize = 10;
 
 /// A robot of a team: what it states and knows, and whom it tells. It has neither threads nor sockets nor a clock.
 ///
@@ -42,7 +46,13 @@ pub struct Member {
 struct Neighbour {
     name: String,
     /// Ticks since it told something.
-    silence: u32,
+    silence: usize,
+    /// Whether it was told something since the last tick.
+    was_told: bool,
+    /// Whether it waits for a word, so that it knows that this robot takes part.
+    awaits: bool,
+    /// Whether the host says that it is there, and not only what it tells.
+    is_met: bool,
 }
 
 /// A fact that a team knows.
@@ -90,18 +100,25 @@ impl Member {
     /// # Errors
     /// In words, when its name has the number of another one: it is not told anything then.
     pub fn meet(&mut self, name: &str) -> Result<(), String> {
+        self.neighbour(name)?.is_met = true;
+        Ok(())
+    }
+
+    /// A neighbour of that name, who has just been heard.
+    fn neighbour(&mut self, name: &str) -> Result<&mut Neighbour, String> {
         let number = robot_number(name);
         if number == self.replica.robot() {
             return Err(clash(&self.name, name));
         }
-        let neighbour = Neighbour { name: name.into(), silence: 0 };
-        let known = self.neighbours.entry(number).or_insert(neighbour);
-        if known.name != name {
-            return Err(clash(&known.name, name));
+        let new =
+            || Neighbour { name: name.into(), silence: 0, was_told: false, awaits: false, is_met: false };
+        let neighbour = self.neighbours.entry(number).or_insert_with(new);
+        if neighbour.name != name {
+            return Err(clash(&neighbour.name, name));
         }
-        known.silence = 0;
+        neighbour.silence = 0;
         self.replica.meet(number);
-        Ok(())
+        Ok(neighbour)
     }
 
     /// Another robot is out of reach.
@@ -113,45 +130,57 @@ impl Member {
         }
     }
 
-    /// Takes what another robot tells.
+    /// Takes what another robot tells, who is within reach as long as it does.
     ///
     /// # Errors
     /// When it makes no sense; nothing is taken over then.
     pub fn hear(&mut self, name: &str, message: &[u8]) -> Result<(), MessageError> {
-        let number = robot_number(name);
-        if let Some(known) = self.neighbours.get_mut(&number)
-            && known.name == name
-        {
-            known.silence = 0;
-            self.replica.meet(number);
-            return self.replica.receive(number, message);
-        }
         // Whoever has another one's number is not heard.
-        Ok(())
+        let Ok(neighbour) = self.neighbour(name) else { return Ok(()) };
+        // A greeting is not answered, or two robots would never stop.
+        neighbour.awaits |= !neighbour.was_told && message != Replica::greeting();
+        self.replica.receive(robot_number(name), message)
     }
 
     /// To be called several times a second.
     pub fn tick(&mut self) {
-        for (number, neighbour) in &mut self.neighbours {
+        let patience = self.patience();
+        // Who was only heard, perhaps after it had gone, is not tried again.
+        self.neighbours.retain(|number, neighbour| {
             neighbour.silence = neighbour.silence.saturating_add(1);
-            match neighbour.silence % AGAIN {
-                PATIENCE => self.replica.part(*number),
-                0 => self.replica.meet(*number),
-                _ => {}
+            neighbour.was_told = false;
+            if neighbour.silence % (AGAIN * patience) < patience {
+                self.replica.meet(*number);
+            } else {
+                self.replica.part(*number);
             }
-        }
+            neighbour.is_met || neighbour.silence < patience
+        });
         self.replica.tick();
+    }
+
+    /// The ticks that a neighbour may be silent.
+    fn patience(&self) -> usize {
+        PATIENCE.max(PATIENCE_EACH * self.neighbours.len())
     }
 
     /// The next message, and the name of the robot that it is for.
     pub fn outgoing(&mut self) -> Option<(&str, Vec<u8>)> {
-        loop {
-            let Outgoing { to, bytes } = self.replica.outgoing()?;
-            // Else it has gone meanwhile.
-            if self.neighbours.contains_key(&to) {
-                return self.neighbours.get(&to).map(|neighbour| (neighbour.name.as_str(), bytes));
+        let (to, bytes) = loop {
+            match self.replica.outgoing() {
+                Some(Outgoing { to, bytes }) if self.neighbours.contains_key(&to) => break (to, bytes),
+                // It has gone meanwhile.
+                Some(_) => {}
+                // A robot with many neighbours compares rarely with one that has few, who must not take it for silent.
+                None => {
+                    let (to, _) = self.neighbours.iter().find(|(_, neighbour)| neighbour.awaits)?;
+                    break (*to, Replica::greeting());
+                }
             }
-        }
+        };
+        let neighbour = self.neighbours.get_mut(&to)?;
+        (neighbour.was_told, neighbour.awaits) = (true, false);
+        Some((&neighbour.name, bytes))
     }
 
     /// States a fact about a key of a topic at `now`, nanoseconds since 1970 by this robot's clock; the value is one of
@@ -182,7 +211,7 @@ impl Member {
 
     /// States the robot's name and an interface, unless that is known.
     fn introduce(&mut self, now: u64, descriptor: &Descriptor) -> Result<(), Refusal> {
-        if !self.stated.insert(descriptor.hash) {
+        if self.stated.contains(&descriptor.hash) {
             return Ok(());
         }
         let name = self.name.clone();
@@ -192,6 +221,7 @@ impl Member {
         if (1..=Self::limits().value).contains(&encoded.len()) {
             self.state_once(now, &interface_key(descriptor.hash), &encoded)?;
         }
+        self.stated.insert(descriptor.hash);
         Ok(())
     }
 
@@ -244,7 +274,8 @@ impl Member {
 
     /// How many robots are within reach and take part.
     pub fn neighbours(&self) -> usize {
-        self.neighbours.values().filter(|neighbour| neighbour.silence < PATIENCE).count()
+        let patience = self.patience();
+        self.neighbours.values().filter(|neighbour| neighbour.silence < patience).count()
     }
 }
 

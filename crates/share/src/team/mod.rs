@@ -10,6 +10,7 @@ mod layout;
 mod member;
 mod number;
 mod saved;
+mod showing;
 mod shown;
 mod state;
 mod stating;

@@ -2,18 +2,22 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use slate_runtime::replacement::Replacement;
+
 use super::Member;
 
 /// The file in which a robot saves what it knows.
 #[derive(Clone, Debug)]
 pub struct SavedKnowledge {
     file: PathBuf,
+    /// Whether what is there could neither be restored nor set aside, so that nothing takes its place.
+    is_kept: bool,
 }
 
 impl SavedKnowledge {
     /// That of a robot, in a folder.
     pub fn new(folder: &Path, robot: &str) -> Self {
-        Self { file: folder.join(format!("{robot}.knowledge")) }
+        Self { file: folder.join(format!("{robot}.knowledge")), is_kept: false }
     }
 
     /// The file.
@@ -21,44 +25,45 @@ impl SavedKnowledge {
         &self.file
     }
 
-    /// The robot with what it has saved, and without it where nothing is saved. What can't be restored is set aside; what
-    /// became of it is told in words.
-    pub fn restore(&self, robot: &str, random: u32) -> (Option<Member>, Option<String>) {
+    /// The robot with what it has saved, and without it where nothing is saved. What can't be read or restored is set
+    /// aside; what became of it is told in words.
+    pub fn restore(&mut self, robot: &str, random: u32) -> (Option<Member>, Option<String>) {
         let file = self.file.display();
-        let saved = match fs::read(&self.file) {
-            Ok(saved) => Some(saved),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-            Err(error) => return (fresh(robot, random), Some(format!("{file} can't be read: {error}"))),
+        let trouble = match fs::read(&self.file) {
+            Ok(saved) => match Member::new(robot, random, Some(&saved)) {
+                Ok(member) => return (Some(member), None),
+                Err(error) => format!("{file} can't be restored: {error}"),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return (fresh(robot, random), None),
+            Err(error) => format!("{file} can't be read: {error}"),
         };
-        match Member::new(robot, random, saved.as_deref()) {
-            Ok(member) => (Some(member), None),
+        let aside = self.file.with_extension("knowledge.damaged");
+        let done = match fs::rename(&self.file, &aside) {
+            Ok(()) => format!("it is set aside as {}", aside.display()),
             Err(error) => {
-                let aside = self.file.with_extension("knowledge.damaged");
-                let done = match fs::rename(&self.file, &aside) {
-                    Ok(()) => format!("it is set aside as {}", aside.display()),
-                    Err(error) => format!("it can't be set aside: {error}"),
-                };
-                let told = format!(
-                    "{file} can't be restored: {error}; {done}, and the robot begins with what others tell"
-                );
-                (fresh(robot, random), Some(told))
+                self.is_kept = true;
+                format!("it can't be set aside, so nothing is saved: {error}")
             }
-        }
+        };
+        let trouble = format!("{trouble}; {done}, and the robot begins with what others tell");
+        (fresh(robot, random), Some(trouble))
     }
 
     /// Saves what a robot knows: the file is there as a whole or not at all.
     ///
     /// # Errors
-    /// When it can't be written; what was saved before stays then.
+    /// When it can't be written, or what is there could neither be restored nor set aside; it stays then.
     pub fn save(&self, member: &Member) -> io::Result<()> {
-        let new = self.file.with_extension("knowledge.new");
-        if let Some(folder) = self.file.parent() {
-            fs::create_dir_all(folder)?;
+        if self.is_kept {
+            return Err(io::Error::other("what is there could neither be restored nor set aside"));
         }
-        let mut file = fs::File::create(&new)?;
+        // It has a name, so it has a folder; that of a bare name is the present one.
+        let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        fs::create_dir_all(folder)?;
+        let mut file = Replacement::create(&self.file)?;
         file.write_all(&member.replica().save())?;
-        file.sync_all()?;
-        fs::rename(&new, &self.file)
+        file.keep()
     }
 }
 

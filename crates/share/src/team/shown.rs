@@ -1,18 +1,22 @@
 //! What the team states about a topic, as a property of this agent.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
-use slate_blackboard::interface::Descriptor;
+use slate_blackboard::interface::{Descriptor, View};
 use slate_blackboard::{Access, Board, Property, Store};
 use slate_interfaces::{FactHead, FactTableHead};
+use slate_module::Text;
 use slate_runtime::sharing::TEAM;
+use xxhash_rust::xxh3::xxh3_64;
 
-use super::layout::texts;
 use super::{Known, Layout, Member};
 use crate::knowledge::Version;
 use crate::schema::difference;
+
+/// Of how many schemas that do not fit a topic is told what is different about them.
+const SCHEMAS: usize = 8;
 
 /// A topic on the board.
 pub(super) struct Shown {
@@ -21,12 +25,12 @@ pub(super) struct Shown {
     writer: Writer,
     pub layout: Layout,
     room: usize,
-    head: FactTableHead,
-    table: Vec<u8>,
+    /// Of the table that is shown.
+    head: Option<FactTableHead>,
     /// Since when each fact is known here, by key and robot.
     heard: BTreeMap<(String, u32), (Version, u64)>,
-    /// The schemas of facts that don't fit, with what is different about them.
-    pub unfit: BTreeMap<u64, String>,
+    /// The schemas of facts that don't fit, as far as they were told of.
+    unfit: BTreeSet<u64>,
 }
 
 impl Shown {
@@ -44,47 +48,45 @@ impl Shown {
             writer,
             layout,
             room,
-            head: FactTableHead::default(),
-            table: Vec::new(),
+            head: None,
             heard: BTreeMap::new(),
-            unfit: BTreeMap::new(),
+            unfit: BTreeSet::new(),
         })
     }
 
     /// How many facts don't fit.
     pub fn unfit_facts(&self) -> u32 {
-        self.head.unfit
+        self.head.map_or(0, |head| head.unfit)
     }
 
-    /// Shows what is known at this agent's time `now`, nanoseconds, if it is something else than before.
-    pub fn update(&mut self, topic: &str, mut facts: Vec<Known<'_>>, member: &Member, now: u64) {
-        let whole = facts.len();
-        let schema = self.layout.descriptor().hash;
-        let fits = |known: &Known<'_>| {
-            let statement = known.fact.statement;
-            statement.schema == schema && statement.value.len() == self.layout.value_size()
-        };
-        let other = facts.iter().filter(|known| !fits(known)).map(|known| known.fact.statement.schema);
-        let other: Vec<u64> = other.collect();
-        self.unfit.retain(|schema, _| other.contains(schema));
-        for other in other {
-            let here = self.layout.descriptor();
-            self.unfit.entry(other).or_insert_with(|| different(topic, here, member.interface(other), other));
+    /// Whether a fact has a value of the interface that is shown.
+    pub fn fits(&self, known: &Known<'_>) -> bool {
+        let statement = known.fact.statement;
+        statement.schema == self.layout.descriptor().hash && statement.value.len() == self.layout.value_size()
+    }
+
+    /// Shows what is known at this agent's time `now`, nanoseconds, if it is something else than before. Tells what is
+    /// different about facts that don't fit since then.
+    pub fn update(&mut self, topic: &str, facts: Vec<Known<'_>>, member: &Member, now: u64) -> Vec<String> {
+        let (mut facts, other): (Vec<_>, Vec<_>) = facts.into_iter().partition(|known| self.fits(known));
+        let schemas: BTreeSet<u64> = other.iter().map(|known| known.fact.statement.schema).collect();
+        self.unfit.retain(|schema| schemas.contains(schema));
+        let mut told = Vec::new();
+        for schema in schemas {
+            if self.unfit.len() < SCHEMAS && self.unfit.insert(schema) {
+                told.push(different(topic, self.layout.descriptor(), member.interface(schema), schema));
+            }
         }
-        facts.retain(fits);
-        let unfit = whole - facts.len();
         let left_out = facts.len().saturating_sub(self.room);
         facts.truncate(self.room);
         let before = std::mem::take(&mut self.heard);
-        let mut head = FactTableHead { left_out: left_out as u32, unfit: unfit as u32, ..self.head };
-        let mut table = Vec::with_capacity(self.table.len());
-        self.layout.begin(&mut table, &head);
+        let mut head = FactTableHead { revision: 0, left_out: left_out as u32, unfit: other.len() as u32 };
+        let mut table = View::of(&head).bytes().to_vec();
         for Known { key, robot, fact } in &facts {
             let place = ((*key).to_owned(), fact.origin);
             let known = before.get(&place).filter(|(version, _)| *version == fact.version);
             let heard = known.map_or(now, |(_, heard)| *heard);
             self.heard.insert(place, (fact.version, heard));
-            let (robot, key, retracted) = texts(robot, key);
             let entry = FactHead {
                 epoch: fact.version.epoch,
                 sequence: fact.version.sequence,
@@ -93,26 +95,24 @@ impl Shown {
                 heard,
                 certainty: fact.statement.certainty,
                 origin: fact.origin,
-                retracted,
-                reserved: [0; 3],
-                robot,
-                key,
+                robot: Text::new(robot),
+                key: Text::new(key),
+                ..FactHead::default()
             };
-            Layout::append(&mut table, &entry, fact.statement.value);
+            table.extend(View::of(&entry).bytes());
+            table.extend(fact.statement.value);
         }
+        // Not a count, as that begins anew with each run, and a world model that was saved goes on.
+        head.revision = xxh3_64(&table);
         // Also an empty one is shown once, so that readers see that there is nothing.
-        if table == self.table {
-            return;
+        if self.head != Some(head) {
+            self.head = Some(head);
+            let begin = View::of(&head).bytes();
+            table[..begin.len()].copy_from_slice(begin);
+            // It has room for so many.
+            let _ = self.writer.write(&table, facts.len(), now);
         }
-        self.table.clone_from(&table);
-        head.revision += 1;
-        let mut begin = Vec::new();
-        self.layout.begin(&mut begin, &head);
-        table[..begin.len()].copy_from_slice(&begin);
-        self.table[..begin.len()].copy_from_slice(&begin);
-        self.head = head;
-        // It has room for so many.
-        let _ = self.writer.write(&table, facts.len(), now);
+        told
     }
 }
 

@@ -19,6 +19,9 @@ pub struct TeamState {
     pub refused: u64,
     /// Facts with values of another interface than the one that is read here; they are passed on all the same.
     pub unfit: u64,
+    /// Facts of topics that do not show on the board: their name can't be one, or nobody here uses them and there are too many
+    /// such topics, or it is not known what they look like. They are passed on all the same.
+    pub unshown: u64,
     /// Robots that are within reach and take part.
     pub neighbours: u32,
     /// The number of this robot.

@@ -1,8 +1,9 @@
 //! What the blocks of this robot state.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use slate_blackboard::Board;
+use slate_blackboard::{Board, Property};
 
 use super::{Layout, Member};
 
@@ -23,24 +24,21 @@ impl Stating {
         Self { topic, path, seen: BTreeMap::new(), stamp: (0, 0), trouble: None }
     }
 
-    /// The layout of its table, if it is there.
-    pub fn layout(&self, board: &Board) -> Option<Result<Layout, String>> {
+    /// The property and the layout of its table, if it is there.
+    pub fn table(&self, board: &Board) -> Option<Result<(Arc<Property>, Layout), String>> {
         let (property, field) = board.get(&self.path)?;
         if !field.is_empty() {
             return Some(Err("it is a field, and not a whole property".into()));
         }
-        Some(Layout::of(property.descriptor()))
+        let layout = Layout::of(property.descriptor());
+        Some(layout.map(|layout| (property, layout)))
     }
 
     /// Passes on what has changed. The calendar shows `date` when the agent's time is `now`, both in nanoseconds.
     pub fn look(&mut self, board: &Board, member: &mut Member, now: u64, date: u64) {
-        let table = match self.layout(board) {
-            None => Err("there is no such property yet".to_owned()),
-            Some(layout) => layout.map(|layout| (layout, board.get(&self.path))),
-        };
-        let (layout, property) = match table {
-            Ok((layout, Some((property, _)))) => (layout, property),
-            Ok(_) => return,
+        let table = self.table(board).unwrap_or_else(|| Err("there is no such property yet".into()));
+        let (property, layout) = match table {
+            Ok(table) => table,
             Err(reason) => {
                 self.trouble = Some(format!("/{}: {reason}", self.path));
                 return;

@@ -1,6 +1,6 @@
 //! What the thread of the team's knowledge does.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -12,9 +12,9 @@ use slate_module::{Level, Text};
 use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing, TEAM};
 
-use super::shown::Shown;
+use super::showing::Showing;
 use super::stating::Stating;
-use super::{Inbox, Known, Layout, Member, News, Post, SavedKnowledge, TeamState, Topics};
+use super::{Inbox, Member, News, Post, SavedKnowledge, TeamState, Topics};
 use crate::peers::{Clock, Peers, locked};
 
 /// From one time that what is known is saved to the next, nanoseconds.
@@ -34,17 +34,16 @@ pub(super) struct Work {
     steady: Clock,
     stating: Vec<Stating>,
     topics: Topics,
-    shown: BTreeMap<String, Shown>,
+    showing: Showing,
     told: BTreeMap<String, Standing>,
     period: u64,
-    room: usize,
     saved: Option<SavedKnowledge>,
     /// When it is saved next, and whether something has changed since it was.
     saves_at: u64,
     unsaved: bool,
     state: TeamState,
     state_writer: Option<Writer>,
-    /// What was logged, so that it is not logged again.
+    /// What something was logged about, so that it is not logged again.
     logged: Vec<String>,
 }
 
@@ -57,8 +56,8 @@ impl Work {
         random: u32,
     ) -> Self {
         let own = site.board.agent();
-        let saved = knowledge.save.map(|folder| SavedKnowledge::new(&folder, own));
-        let (member, trouble) = saved.as_ref().map_or((None, None), |saved| saved.restore(own, random));
+        let mut saved = knowledge.save.map(|folder| SavedKnowledge::new(&folder, own));
+        let (member, trouble) = saved.as_mut().map_or((None, None), |saved| saved.restore(own, random));
         // Nothing else can be refused than what was saved.
         let member = member.or_else(|| Member::new(own, random, None).ok());
         let member = member.unwrap_or_else(|| unreachable!("a robot that restores nothing is not refused"));
@@ -82,10 +81,9 @@ impl Work {
             steady: Arc::clone(&site.steady),
             stating: knowledge.facts.iter().map(|(topic, path)| Stating::new(topic, &path.value)).collect(),
             topics: Topics::new(),
-            shown: BTreeMap::new(),
+            showing: Showing::new(&site.board, knowledge.room),
             told: BTreeMap::new(),
             period: knowledge.period,
-            room: knowledge.room,
             saved,
             saves_at: 0,
             unsaved: false,
@@ -141,7 +139,7 @@ impl Work {
         match news {
             News::Connected(agent) => {
                 if let Err(trouble) = self.member.meet(&agent) {
-                    self.log(Level::Error, trouble);
+                    self.log(Level::Error, &trouble, &trouble);
                 }
             }
             News::Disconnected(agent) => self.member.part(&agent),
@@ -149,7 +147,9 @@ impl Work {
                 self.state.received += 1;
                 if let Err(error) = self.member.hear(&agent, &message) {
                     self.state.refused += 1;
-                    self.log(Level::Warn, format!("what `{agent}` tells of the team's knowledge is {error}"));
+                    // In another message it is wrong in another place.
+                    let text = format!("what `{agent}` tells of the team's knowledge is {error}");
+                    self.log(Level::Warn, &agent, &text);
                 }
             }
         }
@@ -167,25 +167,12 @@ impl Work {
 
     /// Brings the topics on the board up to date.
     fn show(&mut self) {
-        let Self { member, shown, .. } = self;
-        let mut known = member.known();
-        self.state.facts = known.values().map(|facts| facts.len() as u64).sum();
-        let own = self.stating.iter().map(|stating| stating.topic.as_str());
-        let read = self.topics.keys().map(String::as_str);
-        let kept = shown.keys().map(String::as_str);
-        let names: BTreeSet<String> =
-            known.keys().copied().chain(own).chain(read).chain(kept).map(str::to_owned).collect();
         let now = (self.time)();
-        let mut standing = Vec::new();
-        for topic in names {
-            let facts = known.remove(topic.as_str()).unwrap_or_default();
-            let layout = layout(&topic, &facts, &self.topics, &self.stating, &self.board, member);
-            standing.push((topic.clone(), place(&topic, layout, shown, &self.board, self.room)));
-            if let Some(shown) = shown.get_mut(&topic) {
-                shown.update(&topic, facts, member, now);
-            }
-        }
-        for (topic, placed) in standing {
+        let sight = self.showing.update(&self.member, &self.topics, &self.stating, now);
+        let (facts, unfit, unshown) = (sight.facts, sight.unfit, sight.unshown);
+        self.state = TeamState { facts, unfit, unshown, ..self.state };
+        sight.troubles.iter().for_each(|trouble| self.host.log(Level::Warn, trouble));
+        for (topic, placed) in sight.topics {
             match placed {
                 Ok(is_another) => {
                     if is_another {
@@ -194,10 +181,7 @@ impl Work {
                     }
                     self.tell(&topic, Standing::Served { property: topic.clone() });
                 }
-                Err(reason) => {
-                    self.log(Level::Warn, format!("team/{topic}: {reason}"));
-                    self.tell(&topic, Standing::Absent { reason });
-                }
+                Err(reason) => self.tell(&topic, Standing::Absent { reason }),
             }
         }
         self.host.news();
@@ -212,26 +196,20 @@ impl Work {
     }
 
     fn publish(&mut self) {
-        let mut unfit: Vec<String> = Vec::new();
-        for shown in self.shown.values() {
-            unfit.extend(shown.unfit.values().cloned());
-        }
-        unfit.into_iter().for_each(|text| self.log(Level::Warn, text));
         let counters = self.member.counters();
         if counters.contested {
             let name = self.member.name();
             let text = format!(
                 "another robot has the number of `{name}`, and the team does not agree on its facts: rename one of them"
             );
-            self.log(Level::Error, text);
+            self.log(Level::Error, &text, &text);
         }
         let troubles = self.stating.iter().filter_map(|stating| stating.trouble.clone());
         let troubles: Vec<String> = troubles.collect();
         let trouble = troubles.first().cloned().unwrap_or_default();
-        troubles.into_iter().for_each(|text| self.log(Level::Warn, text));
+        troubles.into_iter().for_each(|text| self.log(Level::Warn, &text, &text));
         let state = TeamState {
             bytes: self.member.replica().memory() as u64,
-            unfit: self.shown.values().map(|shown| u64::from(shown.unfit_facts())).sum(),
             neighbours: self.member.neighbours() as u32,
             contested: counters.contested.into(),
             trouble: Text::new(&trouble),
@@ -256,70 +234,26 @@ impl Work {
             Ok(()) => self.unsaved = false,
             Err(error) => {
                 let file = saved.file().display();
-                self.log(Level::Error, format!("what the team knows can't be saved to {file}: {error}"));
+                let text = format!("what the team knows can't be saved to {file}: {error}");
+                self.log(Level::Error, &text, &text);
             }
         }
     }
 
-    /// Logs something once.
-    fn log(&mut self, level: Level, text: String) {
-        if self.logged.contains(&text) {
+    /// Logs something, once about a subject.
+    fn log(&mut self, level: Level, subject: &str, text: &str) {
+        if self.logged.iter().any(|logged| logged == subject) {
             return;
         }
-        self.host.log(level, &text);
+        self.host.log(level, text);
         if self.logged.len() == LOGGED {
             self.logged.remove(0);
         }
-        self.logged.push(text);
+        self.logged.push(subject.to_owned());
     }
 }
 
-/// What tables about a topic look like: what is read here says so, then what is stated here, and then what other robots say.
-fn layout(
-    topic: &str,
-    facts: &[Known<'_>],
-    read: &Topics,
-    stating: &[Stating],
-    board: &Board,
-    member: &Member,
-) -> Result<Layout, String> {
-    if let Some(descriptor) = read.get(topic).copied().flatten() {
-        return Layout::of(descriptor);
-    }
-    let own = stating.iter().find(|stating| stating.topic == topic);
-    if let Some(layout) = own.and_then(|own| own.layout(board)) {
-        return layout;
-    }
-    let mut schemas = facts.iter().map(|known| known.fact.statement.schema);
-    match schemas.find_map(|schema| member.interface(schema)) {
-        Some(descriptor) => Layout::of(descriptor),
-        None => Err("it is not known yet what facts about it look like".into()),
-    }
-}
-
-/// Puts a topic on the board, unless it is there; says whether it takes the place of one with another layout.
-fn place(
-    topic: &str,
-    layout: Result<Layout, String>,
-    shown: &mut BTreeMap<String, Shown>,
-    board: &Arc<Board>,
-    room: usize,
-) -> Result<bool, String> {
-    let layout = match (layout, shown.get(topic)) {
-        // It stays as it is when nobody says any more what it looks like.
-        (Err(_), Some(_)) => return Ok(false),
-        (layout, _) => layout?,
-    };
-    let is_same = |shown: &Shown| shown.layout.descriptor().hash == layout.descriptor().hash;
-    if shown.get(topic).is_some_and(is_same) {
-        return Ok(false);
-    }
-    let was_there = shown.remove(topic).is_some();
-    shown.insert(topic.to_owned(), Shown::new(board, topic, layout, room)?);
-    Ok(was_there)
-}
-
-/// How many lines are remembered so that they are not logged again.
+/// How many subjects are remembered.
 const LOGGED: usize = 64;
 
 /// The calendar's time, nanoseconds since 1970: what robots state goes from one to the other, and from start to start.

@@ -3,7 +3,10 @@
 #![allow(clippy::disallowed_methods, reason = "real agents go by the machine's clock")]
 
 #[cfg(feature = "tls")]
+pub mod cable;
+#[cfg(feature = "tls")]
 pub mod net;
+pub mod process;
 pub mod scout;
 
 use std::path::PathBuf;
@@ -13,7 +16,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use slate_blackboard::channel::{Budget, Writer};
-use slate_blackboard::interface::{Descriptor, Interface, View};
+use slate_blackboard::interface::{Descriptor, Interface, Value, View};
 use slate_blackboard::{Access, Board, Property, Store};
 use slate_module::interface;
 use slate_share::peers::{Clock, Peers, Setup};
@@ -167,6 +170,18 @@ pub fn output(board: &Board, path: &str, depth: usize) -> Writer {
 pub fn write(writer: &mut Writer, value: u64) {
     let number = Number { value };
     writer.write(View::of(&number).bytes(), 0, clock()()).unwrap();
+}
+
+/// How often somebody was rejected for that reason.
+pub fn rejected(agent: &Agent, why: &str) -> i128 {
+    let field = |number: u32, name: &str| {
+        let path = format!("share/rejected/{number}/{name}");
+        agent.board.read(&path).ok().flatten().map(|(value, _)| value)
+    };
+    let is_so =
+        |number: &u32| matches!(field(*number, "reason"), Some(Value::Text(text)) if text.contains(why));
+    let number = (1..=8).find(is_so);
+    number.and_then(|number| field(number, "count")?.as_integer()).unwrap_or(0)
 }
 
 /// Waits until something is so, and says what it was if it is not within a time that no machine needs.

@@ -53,7 +53,7 @@ impl Module for Scout {
                 assert!(state.state(now.now(), &key, say.certainty, Victim { x: say.x }));
             }
         }
-        assert!(state.write(&io.found));
+        assert!(state.write(now.now(), &io.found));
         Outcome::Ok
     }
 }

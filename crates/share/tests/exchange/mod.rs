@@ -10,7 +10,7 @@ use slate_module::interface;
 use slate_share::peers::{PeerError, Status, Want};
 use slate_share::session::{Answer, Compression, Options};
 
-use crate::agents::{Agent, Blob, Folder, Number, add, output, wait_for, write};
+use crate::agents::{Agent, Blob, Folder, Number, add, clock, output, wait_for, write};
 
 fn folder() -> Folder {
     crate::folder(module_path!())
@@ -239,7 +239,7 @@ fn the_properties_of_another_agent_can_be_listed() {
         assert_eq!((stamp.sequence, property.descriptor.hash), (1, Number::DESCRIPTOR.hash));
     }
     let tree = arm.peers.list("base", "many/p00*", false, limit);
-    assert_eq!(tree.unwrap().len(), 0, "no pattern, so nothing matches it");
+    assert_eq!(tree.unwrap_err().to_string(), "agent `base`: that is no pattern of paths");
     let error = arm.peers.list("bose", "**", false, limit).unwrap_err();
     assert_eq!(error.to_string(), "no agent `bose` is known; known are: base");
 }
@@ -342,4 +342,35 @@ fn what_the_host_sets_is_shared_too_and_at_once() {
     write(&mut writer, 4);
     base.peers.notifier().notify();
     wait_for("the output", || arm.number("agents/base/drive/speed") == Some(4));
+}
+
+#[test]
+fn a_property_that_comes_back_with_more_room_is_read_anew() {
+    let folder = folder();
+    let base = Agent::listening("base", &folder);
+    let arm = Agent::start(folder.setup("arm"));
+    arm.peers.connect("base", &folder.endpoint("base")).unwrap();
+    let blob = |capacity: usize| {
+        let property = add(&base.board, "camera/image", Blob::DESCRIPTOR, capacity, 1);
+        let mut writer = property.channel().unwrap().writer().unwrap();
+        writer.write(&vec![7; 8 + capacity], capacity, clock()()).unwrap();
+        writer
+    };
+    let read = || arm.peers.subscribe("base", Want::new("camera/image", Options::default())).unwrap();
+    let items =
+        |count: usize| arm.newest("agents/base/camera/image").is_some_and(|(_, items)| items == count);
+    let writer = blob(8);
+    let id = read();
+    wait_for("the small one", || items(8));
+    drop(writer);
+    base.board.remove("camera/image").unwrap();
+    let _writer = blob(64);
+    let reason = || match arm.peers.status("base", id) {
+        Some(Status::Refused(reason)) => reason,
+        _ => String::new(),
+    };
+    wait_for("the reason", || reason().contains("has room for 64 items now, and not for 8"));
+    arm.peers.unsubscribe("base", id);
+    read();
+    wait_for("the large one", || items(64));
 }

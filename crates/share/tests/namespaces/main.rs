@@ -16,8 +16,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use agents::net::Authority;
+use agents::process::Process;
 use agents::{Folder, output, setup, wait_for};
-use hub::{Hub, Process, be_an_agent};
+use hub::{Cost, Hub, Tally, be_an_agent};
 use network::{Fault, Network};
 use slate_blackboard::Pattern;
 use slate_blackboard::channel::Writer;
@@ -25,13 +26,18 @@ use slate_share::carrier::Carrier;
 use slate_share::carrier::tls::{Credentials, Files, Tls};
 use slate_share::peers::{Allowance, Rights, Setup};
 
-/// How much longer than before a healthy agent may not be heard of while another one's network is ill. Threads of a busy
-/// machine wait for each other for longer than what the one may cost the other.
+/// How much longer than before a healthy agent may not be heard of, and a write take, while another one's network is ill.
+/// Threads of a busy machine wait for each other for longer than what the one may cost the other.
 const SLACK: Duration = Duration::from_millis(200);
 
 const NAMES: [&str; 3] = ["hub", "one", "two"];
 
-const TESTS: [(&str, fn(&mut Scene)); 3] = [
+/// How many values of the hub's queue are kept.
+const KEPT: usize = 4096;
+
+type Test = (&'static str, fn(&mut Scene));
+
+const TESTS: [Test; 3] = [
     ("nothing_is_lost_where_a_fifth_of_all_packets_is", loss),
     ("a_partition_disturbs_nobody_else_and_leaves_nothing_when_it_is_healed", partition),
     ("a_slow_network_delays_nobody_else_and_what_it_cannot_carry_is_counted", too_little),
@@ -103,57 +109,83 @@ impl Scene {
             Process::start(command.args(["agent", name, &endpoint(name), folder]))
         };
         let (hub, processes) = Hub::start(setup, &["one", "two"], launch);
-        let writer = output(&hub.agent.board, "out/count", 4096);
+        let writer = output(&hub.agent.board, "out/count", KEPT);
         Self { hub, writer, _processes: processes }
     }
 
-    /// Runs for a while; the longest that agent `two` was not heard of.
-    fn run(&mut self, time: Duration) -> Duration {
-        self.hub.run(time, &mut self.writer, "one").0
+    /// Runs for a while, in which agent `two` is healthy.
+    fn run(&mut self, time: Duration) -> Cost {
+        self.hub.run(time, &mut self.writer, "one")
     }
 
-    /// Runs while something is wrong with the cable of agent `one`, and shows that agent `two` does not feel it.
-    fn suffer(&mut self, time: Duration, fault: impl FnOnce() -> Fault) {
+    /// Runs while something is wrong with the cable of agent `one`, until so many values are written, and shows that agent
+    /// `two` does not feel it.
+    fn suffer(&mut self, time: Duration, values: usize, fault: impl FnOnce() -> Fault) {
         let before = self.run(Duration::from_millis(800));
+        let end = self.writer.last().sequence + values as u64;
         let fault = fault();
-        let during = self.run(time);
+        loop {
+            self.run(time).check(before, SLACK);
+            if self.writer.last().sequence >= end {
+                break;
+            }
+        }
         drop(fault);
-        println!("worst gap of the healthy agent {during:.1?}, before {before:.1?}");
-        assert!(during < before + SLACK, "the healthy agent waits for the one that is ill");
     }
 
-    /// How many values of a queue agent `name` has not got.
+    /// How many values of the queue of agent `name` the hub has not got.
     fn lost(&self, name: &str) -> i128 {
         self.hub.state(&format!("peers/{name}/reads/out/count/lost")).unwrap()
     }
 
-    /// Both agents come to know what the hub wrote last.
+    /// What agent `name` has got of the hub's queue, as far as it is known here.
+    fn tally(&self, name: &str) -> Option<Tally> {
+        let (bytes, _) = self.hub.agent.newest(&format!("agents/{name}/out/tally"))?;
+        let number = |at: usize| u64::from_ne_bytes(bytes[at * 8..][..8].try_into().unwrap());
+        Some(Tally { came: number(0), missed: number(1), first: number(2), last: number(3) })
+    }
+
+    /// How many values of the hub's queue it has not got.
+    fn missed(&self, name: &str) -> u64 {
+        self.tally(name).unwrap().missed
+    }
+
+    /// Both agents come to know what the hub wrote last, and have counted all that came before.
     fn catch_up(&mut self) {
         wait_for("both agents", || NAMES[1..].iter().all(|name| self.hub.agent.peers.is_connected(name)));
         self.run(Duration::from_millis(50));
-        let last = Some(self.writer.last().sequence);
+        let last = self.writer.last().sequence;
         for name in &NAMES[1..] {
-            let path = format!("agents/{name}/out/read");
-            wait_for("the end that all come to", || self.hub.agent.number(&path) == last);
+            let tally = || self.tally(name).filter(|tally| tally.last == last);
+            wait_for("the end that all come to", || tally().is_some());
+            let tally = tally().unwrap();
+            assert_eq!(tally.came + tally.missed, tally.last - tally.first + 1, "{name}");
         }
     }
 }
 
 fn loss(scene: &mut Scene) {
-    scene.suffer(Duration::from_secs(4), || Fault::loss("one", 20));
     scene.catch_up();
-    assert_eq!(scene.lost("two"), 0);
+    let before = scene.missed("one");
+    scene.suffer(Duration::from_secs(3), 0, || Fault::loss("one", 20));
+    scene.catch_up();
+    assert_eq!((scene.lost("one"), scene.missed("one") - before), (0, 0));
+    assert_eq!((scene.lost("two"), scene.missed("two")), (0, 0));
 }
 
 fn partition(scene: &mut Scene) {
-    scene.suffer(Duration::from_secs(5), || Fault::partition("one"));
+    scene.suffer(Duration::from_secs(5), 0, || Fault::partition("one"));
     scene.catch_up();
-    assert_eq!(scene.lost("two"), 0);
+    assert_eq!((scene.lost("two"), scene.missed("two")), (0, 0));
     wait_for("it to be noticed", || scene.hub.state("peers/one/link/connections") > Some(1));
 }
 
 fn too_little(scene: &mut Scene) {
-    scene.suffer(Duration::from_secs(4), || Fault::rate("one", 100));
     scene.catch_up();
-    assert_eq!(scene.lost("two"), 0);
+    let before = scene.missed("one");
+    // A value takes about 50 bytes, so that the cable carries one of ten.
+    scene.suffer(Duration::from_secs(4), 2 * KEPT, || Fault::rate("one", 50));
+    scene.catch_up();
+    assert!(scene.missed("one") > before, "the cable carries all of it");
+    assert_eq!((scene.lost("two"), scene.missed("two")), (0, 0));
 }

@@ -9,8 +9,8 @@ use slate_blackboard::interface::Interface;
 use slate_share::peers::{Setup, Want};
 use slate_share::session::Options;
 
+use crate::agents::process::Process;
 use crate::agents::{Agent, Blob, Folder, add, wait_for};
-use crate::hub::Process;
 use crate::start;
 
 const PERIOD: Duration = Duration::from_millis(1);

@@ -8,12 +8,13 @@ mod agents;
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use agents::process::Process;
 use agents::scout::{Scout, say};
 use agents::{Folder, wait_for};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use slate_blackboard::Board;
 use slate_blackboard::interface::Value;
 use slate_module::Plugin;
@@ -123,7 +124,7 @@ fn known(board: &Board) -> String {
 }
 
 struct Robot {
-    child: Child,
+    process: Process,
     orders: ChildStdin,
     answers: BufReader<ChildStdout>,
 }
@@ -134,7 +135,7 @@ impl Robot {
         command.args(["robot", text]).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let (orders, answers) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-        Self { child, orders, answers: BufReader::new(answers) }
+        Self { process: Process(child), orders, answers: BufReader::new(answers) }
     }
 
     fn order(&mut self, order: &str) {
@@ -157,17 +158,6 @@ impl Robot {
             (words.next().unwrap(), words.next().unwrap())
         };
         facts.map(names).collect()
-    }
-
-    fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.child), signal).unwrap();
-    }
-}
-
-impl Drop for Robot {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 
@@ -201,8 +191,8 @@ fn eight_robots(way: &'static str) {
     let texts: Vec<String> = (0..TEAM).map(|robot| text(&folder, robot)).collect();
     let mut team: Vec<Robot> = texts.iter().map(|text| Robot::start(text)).collect();
     let again = |team: &mut Vec<Robot>, robot: usize| {
-        team[robot].signal(Signal::KILL);
-        team[robot].child.wait().unwrap();
+        team[robot].process.signal(Signal::KILL);
+        team[robot].process.0.wait().unwrap();
         // Its disk is lost.
         let _ = std::fs::remove_file(folder.path(&format!("saved/r{robot}.knowledge")));
         team[robot] = Robot::start(&texts[robot]);
@@ -233,7 +223,7 @@ fn eight_robots(way: &'static str) {
     wait_for_facts("it says something new", &mut team, &wanted);
 
     // The chain is cut in the middle: both sides go on.
-    team[4].signal(Signal::STOP);
+    team[4].process.signal(Signal::STOP);
     team[0].order("retract 10");
     team[7].order("say 107 7");
     let mut left = wanted.clone();
@@ -249,7 +239,7 @@ fn eight_robots(way: &'static str) {
     wait_for("its absence", || {
         team[3].ask("read neighbours") == "1" && team[5].ask("read neighbours") == "1"
     });
-    team[4].signal(Signal::CONT);
+    team[4].process.signal(Signal::CONT);
     wanted = left;
     wanted.push((107, 7));
     wait_for_facts("the chain is mended", &mut team, &wanted);

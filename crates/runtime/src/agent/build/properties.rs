@@ -24,9 +24,6 @@ fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
     ]
 }
 
-/// Who reads what the host sets: its module, and tools.
-const SETTING: Budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: 1 };
-
 impl Builder<'_, '_> {
     pub(super) fn properties(&mut self, m: usize) -> Result<(), Failed> {
         let ports = self.surveyed(m).description.ports.clone();
@@ -166,15 +163,17 @@ impl Builder<'_, '_> {
         for (implied, doc, descriptor) in told() {
             let path = format!("{name}/{}", implied.name());
             if self.standing(m, &path, descriptor)?.is_none() {
-                let (_, budget) = self.demand(Target::Implied(m, implied), &path);
-                let store = Store { capacity: 0, depth: 1, budget };
+                let (depth, budget) = self.demand(Target::Implied(m, implied), &path);
+                let store = Store { capacity: 0, depth, budget };
                 let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
                 self.added(m, added)?;
             }
         }
         let (descriptor, params) = (self.surveyed(m).description.params, self.surveyed(m).params.clone());
         let path = format!("{name}/params");
-        let property = self.host_property(m, &path, "Parameters of the module.", descriptor)?;
+        let (doc, store) = ("Parameters of the module.", self.setting_store(m, Implied::Params, &path));
+        let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Setting);
+        let property = self.added(m, added)?;
         self.set_first(&property, Some(&params));
         property.reserve(self.reserved(m));
         let path = format!("{name}/enabled");
@@ -193,7 +192,7 @@ impl Builder<'_, '_> {
     /// The property `enabled` of a module that no link switches; it is not on the board yet.
     pub(super) fn new_switch(&mut self, m: usize) -> Result<Arc<Property>, Failed> {
         let path = format!("{}/enabled", self.name(m));
-        let store = Store { capacity: 0, depth: 1, budget: SETTING };
+        let store = self.setting_store(m, Implied::Enabled, &path);
         let (doc, descriptor) = ("Whether the module runs.", enabled_descriptor());
         let made = self.ground.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
         let property = self.added(m, made)?;
@@ -201,17 +200,10 @@ impl Builder<'_, '_> {
         Ok(property)
     }
 
-    /// A property that the host sets.
-    fn host_property(
-        &mut self,
-        m: usize,
-        path: &str,
-        doc: &str,
-        descriptor: &'static Descriptor,
-    ) -> Result<Arc<Property>, Failed> {
-        let store = Store { capacity: 0, depth: 1, budget: SETTING };
-        let added = self.ground.board.add_channel(path, doc, descriptor, store, Access::Setting);
-        self.added(m, added)
+    /// How much is kept of what the host sets, which the module itself reads too.
+    fn setting_store(&self, m: usize, implied: Implied, path: &str) -> Store {
+        let (depth, budget) = self.demand(Target::Implied(m, implied), path);
+        Store { capacity: 0, depth, budget: Budget { latest: budget.latest + 1, ..budget } }
     }
 
     fn setting(&mut self, m: usize, path: &str, p: usize) -> Result<(), Failed> {

@@ -3,9 +3,16 @@
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::is_within;
+use slate_module::Direction;
+
 use super::Composer;
+use crate::agent::catalogue;
 use crate::agent::composition::Composition;
+use crate::agent::survey::{Complaints, survey};
 use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
+use crate::sharing::{RemotePath, TEAM};
 
 /// A link to be made while the agent runs.
 ///
@@ -63,6 +70,13 @@ impl NewLink {
     }
 }
 
+/// A property that a link to another agent would lead to.
+pub(crate) struct Property<'a> {
+    pub path: &'a str,
+    pub descriptor: &'static Descriptor,
+    pub takes_messages: bool,
+}
+
 /// A link that there is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkStatus {
@@ -70,10 +84,6 @@ pub struct LinkStatus {
     pub to: String,
     /// What it reads.
     pub from: String,
-    /// Whether it reads last cycle's value.
-    pub previous: bool,
-    /// Age from which a value counts as stale, nanoseconds.
-    pub stale: Option<u64>,
     /// What else the configuration says of it: keys and values of its table.
     pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
@@ -93,9 +103,7 @@ impl Composer {
         let trouble = |link: &Link| {
             let trouble = composition.remotes.trouble(&composition.configuration, link);
             let to = &link.to.value;
-            let mut unmade = unmade.iter().filter(|(port, _)| {
-                to.strip_prefix(port.as_str()).is_some_and(|rest| matches!(rest.as_bytes(), [] | [b'/', ..]))
-            });
+            let mut unmade = unmade.iter().filter(|(port, _)| is_within(to, port));
             trouble.or_else(|| unmade.next().map(|(_, reason)| reason.clone()))
         };
         let status = |link: &Link| LinkStatus {
@@ -105,8 +113,6 @@ impl Composer {
             options: composition.configuration.link_options(&link.to.value),
             to: link.to.value.clone(),
             from: link.from.value.to_string(),
-            previous: link.previous,
-            stale: link.stale.as_ref().map(|stale| stale.value),
             trouble: trouble(link),
         };
         composition.configuration.links().iter().map(status).collect()
@@ -132,6 +138,50 @@ impl Composer {
         Ok(self.judged(database.propose(&link.changes(&path))?)?.changes().to_vec())
     }
 
+    /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not fit, and
+    /// what to do.
+    ///
+    /// # Errors
+    /// As [`link`](Composer::link).
+    pub(crate) fn misfit(
+        &self,
+        link: &NewLink,
+        path: RemotePath,
+        property: &Property,
+    ) -> Result<Option<(String, String)>, Report> {
+        let (database, to) = self.input(&link.to)?;
+        let proposal = database.propose(&link.changes(&to))?;
+        let configuration = proposal.configuration();
+        let url = path.to_string();
+        let descriptor = property.descriptor;
+        let found = catalogue::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
+        let target = self.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
+        let survey = survey(configuration, &target.catalogue, &mut Complaints::new(configuration));
+        if let Some(misfit) = survey.misfits.get(&to) {
+            return Ok(Some((misfit.message.clone(), misfit.help.clone())));
+        }
+        let ports = survey.modules.iter().flat_map(|surveyed| {
+            let name = &surveyed.module.name.value;
+            surveyed.description.ports.iter().map(move |port| (format!("{name}/{}", port.name), port))
+        });
+        let port = ports.into_iter().find(|(path, _)| *path == to).map(|(_, port)| port);
+        let sends = port.is_some_and(|port| port.direction == Direction::Outbox);
+        Ok(match (sends, property.takes_messages) {
+            (true, false) => {
+                Some((format!("`{to}` sends messages, and `{url}` is a value"), "link it to an inbox".into()))
+            }
+            (false, true) => {
+                Some((format!("`{url}` takes messages, and has no value"), "link an outbox to it".into()))
+            }
+            (true, true) => port.filter(|port| port.descriptor.hash != descriptor.hash).map(|port| {
+                let message =
+                    format!("`{to}` is {} but `{url}` is {}", port.descriptor.name, descriptor.name);
+                (message, "messages have the same interface at both ends".into())
+            }),
+            (false, false) => None,
+        })
+    }
+
     /// Takes the link of an input away, which then has the value that is set for it, or that of an input which was never
     /// written.
     ///
@@ -139,7 +189,7 @@ impl Composer {
     /// When there is no such link, or a module needs it; nothing is changed then.
     pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         let (database, path) = self.linked(to)?;
-        self.commit(|| database.propose(&[(setting(&path), "false")]))
+        self.commit(|| without(&database, &path))
     }
 
     /// Whether a link could be taken away: as [`unlink`](Composer::unlink), and nothing is changed.
@@ -148,7 +198,7 @@ impl Composer {
     /// As [`unlink`](Composer::unlink).
     pub fn check_unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         let (database, path) = self.linked(to)?;
-        Ok(self.judged(database.propose(&[(setting(&path), "false")])?)?.changes().to_vec())
+        Ok(self.judged(without(&database, &path)?)?.changes().to_vec())
     }
 
     /// The database, and the path of what a link feeds.
@@ -205,6 +255,16 @@ impl Composition {
     }
 }
 
+/// The configuration without a link. One that was made at run time leaves nothing behind; one of a file is overlaid.
+fn without(database: &Database, path: &str) -> Result<Proposal, Report> {
+    let has_it =
+        |proposal: &Proposal| proposal.configuration().links().iter().any(|link| link.to.value == path);
+    match database.revert(&setting(path)) {
+        Ok(reverted) if !has_it(&reverted) => Ok(reverted),
+        _ => database.propose(&[(setting(path), "false")]),
+    }
+}
+
 /// The path of a link in the configuration.
 fn setting(to: &str) -> String {
     format!("links.{}", toml_edit::Key::new(to).display_repr())
@@ -233,6 +293,7 @@ impl Configuration {
         let help = "a property is module/property, /module/property or slate://agent/module/property";
         let url = slate_blackboard::Url::parse(text).map_err(|error| refusal(error.to_string(), help))?;
         match url.agent() {
+            Some(TEAM) => Ok(format!("{TEAM}/{}", url.path_in(""))),
             Some(agent) if agent != self.agent_name() => {
                 let message =
                     format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name());

@@ -24,6 +24,7 @@ use crate::main_loop::Shared;
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 pub use error::PluginError;
 use gather::Gathered;
+pub(crate) use links::Property;
 pub use links::{LinkStatus, NewLink};
 use overview::{Held, Overview};
 pub use reload::Reload;

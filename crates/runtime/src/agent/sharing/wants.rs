@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use slate_blackboard::is_within;
 use slate_module::Direction;
 
 use crate::agent::composition::Composition;
@@ -29,18 +30,14 @@ pub(super) fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
     for (path, want) in &mut wants {
         let others = related.iter().filter(|(other, _)| {
             let same = properties.get(path).is_some_and(|property| properties.get(*other) == Some(property));
+            // A path and what lies below it are of one property.
             *other != path
                 && other.agent == path.agent
-                && (same || is_below(&other.path, &path.path) || is_below(&path.path, &other.path))
+                && (same || is_within(&other.path, &path.path) || is_within(&path.path, &other.path))
         });
         *want = others.fold(want.clone(), |want, (_, other)| want.and(other));
     }
     wants
-}
-
-/// A path and what lies below it are of one property.
-fn is_below(path: &str, whole: &str) -> bool {
-    path.strip_prefix(whole).is_some_and(|rest| rest.starts_with('/'))
 }
 
 fn want(composition: &Composition, link: &Link) -> Want {

@@ -9,7 +9,7 @@ use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
 use super::capture::Subject;
 use crate::aspects::TimePlace;
 use crate::main_loop::Shared;
-use crate::runner::Retired;
+use crate::runner::{OutboxPort, Retired};
 use crate::snapshot::{Image, SnapshotError};
 
 /// All that an agent goes on with.
@@ -134,13 +134,19 @@ fn messages(board: &Board, subjects: &[Subject], image: &Image) {
         else {
             continue;
         };
-        for message in &frozen.messages {
-            send(&mailbox, message, subjects, image);
+        for (at, message) in frozen.messages.iter().enumerate() {
+            let later = frozen.messages[at + 1..].iter().filter(|later| later.sender == message.sender);
+            send(&mailbox, message, later.count(), subjects, image);
         }
+    }
+    for subject in subjects {
+        // SAFETY: as above.
+        unsafe { subject.seat.runner() }.outboxes.iter_mut().for_each(OutboxPort::give_up);
     }
 }
 
-fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, subjects: &[Subject], image: &Image) {
+/// Sends a message before so many `later` ones of its sender.
+fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, later: usize, subjects: &[Subject], image: &Image) {
     for subject in subjects {
         let Some(frozen) = image.modules.get(&subject.name) else { continue };
         // SAFETY: as above.
@@ -151,7 +157,7 @@ fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, subjects: &[Subject], i
             if outbox.sender.as_ref().is_some_and(|sender| sender.is_of(mailbox))
                 && was == Some(message.sender)
             {
-                outbox.send_again(&message.bytes, message.items, message.time);
+                outbox.send_again(&message.bytes, message.items, message.time, later);
                 return;
             }
         }

@@ -99,8 +99,14 @@ fn check_folder(configuration: &Configuration, file: &Spanned<PathBuf>) -> Resul
         let message = format!("{} is a folder", crate::printable(&file.value));
         return wrong(message, "name a file in it");
     }
-    let parent = file.value.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let folder = parent.unwrap_or(Path::new("."));
+    let folder = folder_of(&file.value);
+    let is_log = |log: &Path| {
+        let there = folder_of(log).canonicalize().ok();
+        log.file_name() == file.value.file_name() && there.is_some() && there == folder.canonicalize().ok()
+    };
+    if configuration.log().targets.file.as_ref().is_some_and(|log| is_log(&log.path.value)) {
+        return wrong("a snapshot would take the place of the log".into(), "name another file");
+    }
     match std::fs::metadata(folder) {
         Ok(folder) if folder.is_dir() => Ok(()),
         _ => {
@@ -108,6 +114,10 @@ fn check_folder(configuration: &Configuration, file: &Spanned<PathBuf>) -> Resul
             wrong(message, "make it, or name a file in one that is there")
         }
     }
+}
+
+fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 impl Watch {

@@ -5,6 +5,7 @@ mod remote;
 mod sinks;
 mod sources;
 
+use slate_blackboard::is_within;
 use slate_module::PortDescription;
 
 use super::{Complaints, Joint, Survey, Surveyed, Wire};
@@ -26,6 +27,7 @@ pub(super) fn survey_links<'a>(
     check_overlaps(configuration, &own, survey, complaints);
     survey.remote = remote::all(configuration, catalogue);
     survey.carriers.clone_from(&catalogue.carriers);
+    survey.has_jpeg = catalogue.has_jpeg;
     let mut sources = Sources::new(configuration, dormant, survey, &own, complaints);
     let joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
     let Sources { absent, misfits, .. } = sources;
@@ -46,7 +48,7 @@ fn check_overlaps<'a>(
         let earlier = sinks[..i].iter().zip(configuration.links());
         let other = earlier.filter_map(|(other, link)| Some((other.as_ref()?, link))).find(|(other, _)| {
             (other.module, other.wire) == (sink.module, sink.wire)
-                && (is_part(&other.field, &sink.field) || is_part(&sink.field, &other.field))
+                && (is_within(&other.field, &sink.field) || is_within(&sink.field, &other.field))
         });
         let Some((_, other)) = other else { continue };
         let name = &survey.modules[sink.module].module.name.value;
@@ -54,11 +56,6 @@ fn check_overlaps<'a>(
         let message = format!("`{}` of `{name}` is linked already, by `{}`", to.value, other.to.value);
         complaints.add(to.span, message, "link each field once, or the whole input");
     }
-}
-
-/// Whether a field is the same as another one, or in it.
-fn is_part(field: &str, whole: &str) -> bool {
-    whole.is_empty() || field.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
 /// The module whose name begins the path: the longest.
@@ -83,7 +80,7 @@ pub(super) fn split_module<'p>(modules: &[Surveyed<'_>], path: &'p str) -> Optio
 /// may have slashes. Without one, the first name of the path.
 fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p str, &'p str) {
     let names = ports.iter().map(|port| port.name.as_str());
-    let longest = names.filter(|name| is_part(path, name)).map(str::len).max();
+    let longest = names.filter(|name| is_within(path, name)).map(str::len).max();
     match longest {
         Some(length) => (&path[..length], path[length..].trim_start_matches('/')),
         None => path.split_once('/').unwrap_or((path, "")),

@@ -162,6 +162,8 @@ pub(super) struct Survey<'a> {
     pub remote: Vec<Remote>,
     /// What can carry values of other agents; anything when there is nothing among them.
     pub carriers: BTreeSet<String>,
+    /// Whether they can be compressed as JPEG.
+    pub has_jpeg: bool,
     /// The links to other agents that don't fit what is there, by what they fill; they wait until it is another.
     pub misfits: BTreeMap<String, Misfit>,
     /// Who provides a service to a port: a port of another module, or the host.
@@ -331,7 +333,6 @@ pub(super) fn survey<'a>(
         }
     }
     check_unique(&modules, complaints);
-    check_host(&modules, complaints);
     check_time_source(configuration, &modules, complaints);
     aspects::check_single(configuration, &modules, complaints);
     let services = aspects::survey_services(&modules, catalogue, complaints);
@@ -340,6 +341,7 @@ pub(super) fn survey<'a>(
         joints: Vec::new(),
         absent: Vec::new(),
         carriers: BTreeSet::new(),
+        has_jpeg: false,
         remote: Vec::new(),
         misfits: BTreeMap::new(),
         services,
@@ -353,18 +355,6 @@ pub(super) fn survey<'a>(
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
     }
     survey
-}
-
-/// No module has a property of the main loop or of the log.
-fn check_host(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
-    for Surveyed { module, description, .. } in modules {
-        let paths = description.ports.iter().map(|port| format!("{}/{}", module.name.value, port.name));
-        for path in paths.filter(|path| Host::ALL.iter().any(|host| host.path() == path)) {
-            let message = format!("/{path} exists already");
-            let help = "the agent itself tells of its loop and its log there: name the module otherwise";
-            complaints.add(module.name.span, message, help);
-        }
-    }
 }
 
 /// The time source is one of the modules.

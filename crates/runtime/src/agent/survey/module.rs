@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use slate_blackboard::interface::Value;
+use slate_blackboard::is_within;
 use slate_module::{Direction, ModuleKind, Trigger};
 
 use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
@@ -12,14 +13,18 @@ use crate::agent::parameters;
 use crate::configuration::{Configuration, Module};
 use crate::runner::{OwnSetup, describe};
 
+/// Where the agent tells of itself.
+const OWN: [(&str, &str); 2] = [("loop", "the main loop"), ("log", "the log")];
+
 pub(super) fn survey_module<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
     catalogue: &Catalogue,
     complaints: &mut Complaints<'a>,
 ) -> Option<Surveyed<'a>> {
-    if module.name.value == "loop" || module.name.value.starts_with("loop/") {
-        let message = format!("no module can be named `{}`: `loop` is the main loop", module.name.value);
+    let own = OWN.iter().find(|(name, _)| is_within(&module.name.value, name));
+    if let Some((name, what)) = own {
+        let message = format!("no module can be named `{}`: `{name}` is {what}", module.name.value);
         complaints.add(module.name.span, message, "rename it");
         return None;
     }

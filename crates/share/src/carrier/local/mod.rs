@@ -12,11 +12,11 @@ use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::time::Duration;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::event::PollFlags;
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
 
-use super::{Carrier, CarrierError, Link, Listener};
+use super::{Carrier, CarrierError, Link, Listener, ready};
 use link::LocalLink;
 use place::Place;
 
@@ -82,16 +82,6 @@ fn check_user(socket: &OwnedFd, endpoint: &str) -> Result<(), CarrierError> {
     Err(CarrierError::Unsafe { endpoint: endpoint.into(), reason })
 }
 
-/// Waits until a socket is ready; false when it is not within `limit`.
-fn ready(socket: &OwnedFd, for_what: PollFlags, limit: Duration) -> io::Result<bool> {
-    let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
-    match poll(&mut [PollFd::new(socket, for_what)], Some(&limit)) {
-        Ok(count) => Ok(count > 0),
-        Err(Errno::INTR) => Ok(false),
-        Err(error) => Err(error.into()),
-    }
-}
-
 /// Listens at a socket with a name, which it takes away at its end.
 #[derive(Debug)]
 struct LocalListener {
@@ -101,7 +91,7 @@ struct LocalListener {
 
 impl Listener for LocalListener {
     fn accept(&self, limit: Duration) -> io::Result<Option<Arc<dyn Link>>> {
-        if !ready(&self.socket, PollFlags::IN, limit)? {
+        if ready(&self.socket, PollFlags::IN, limit)?.is_empty() {
             return Ok(None);
         }
         match rustix::net::accept_with(&self.socket, SocketFlags::CLOEXEC) {

@@ -2,16 +2,12 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::os::fd::AsFd;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{SystemTime, UNIX_EPOCH};
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
-use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::pki_types::ServerName;
 use rustls::{ClientConnection, ServerConnection};
-use x509_parser::prelude::{FromDer, X509Certificate};
 
-use super::credentials::{Loaded, common_name, explain};
+use super::credentials::{Loaded, common_name, expires, explain};
 use super::verifier::{Shown, client, server};
 
 /// The largest packet, bytes.
@@ -19,19 +15,8 @@ pub(super) const LARGEST: usize = 31 << 10;
 
 const HEAD: usize = 2;
 
-/// What one read of the stream brings at most, bytes.
-const READ: usize = 32 << 10;
-
-/// Waits until a socket is ready; for nothing when it is not within `limit`.
-pub(super) fn ready(socket: &impl AsFd, for_what: PollFlags, limit: Duration) -> io::Result<PollFlags> {
-    let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
-    let mut files = [PollFd::new(socket, for_what)];
-    match poll(&mut files, Some(&limit)) {
-        Ok(0) | Err(Errno::INTR) => Ok(PollFlags::empty()),
-        Ok(_) => Ok(files[0].revents()),
-        Err(error) => Err(error.into()),
-    }
-}
+/// Room for what was decrypted that is kept while nothing comes, bytes.
+const KEPT: usize = 32 << 10;
 
 /// One end of the stream. It waits for nothing.
 pub(super) struct Connection {
@@ -145,7 +130,7 @@ impl Connection {
         let had = self.incoming.len();
         self.incoming.resize(had + state.plaintext_bytes_to_read(), 0);
         self.tls.reader().read_exact(&mut self.incoming[had..])?;
-        self.incoming.shrink_to(READ.max(self.incoming.len()));
+        self.incoming.shrink_to(KEPT.max(self.incoming.len()));
         if state.peer_has_closed() && self.whole()?.is_none() {
             return Err(ended());
         }
@@ -187,11 +172,6 @@ impl Connection {
 
 fn ended() -> io::Error {
     io::Error::new(ErrorKind::ConnectionAborted, "the other end closed the link")
-}
-
-fn expires(certificate: &CertificateDer<'_>) -> i64 {
-    X509Certificate::from_der(certificate)
-        .map_or(i64::MIN, |(_, parsed)| parsed.validity().not_after.timestamp())
 }
 
 /// Why there is no link, to whoever shows the certificate of that name.

@@ -4,6 +4,7 @@ use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use rustls::RootCertStore;
 use rustls::client::verify_server_cert_signed_by_trust_anchor;
@@ -12,6 +13,7 @@ use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, UnixTime};
 use rustls::server::{ParsedCertificate, WebPkiClientVerifier};
 use rustls::sign::CertifiedKey;
+use slate_runtime::printable_text;
 use slate_runtime::sharing::{About, SharingError};
 use x509_parser::prelude::{FromDer, X509Certificate};
 
@@ -24,6 +26,9 @@ pub struct Credentials {
     key: PathBuf,
     authority: PathBuf,
 }
+
+/// So long before its end a certificate is told of, seconds.
+const WEEK: i64 = 7 * 24 * 3600;
 
 /// What the files hold.
 pub(super) struct Loaded {
@@ -61,6 +66,27 @@ impl Credentials {
             certificate: files.certificate.into(),
             key: files.key.into(),
             authority: files.authority.into(),
+        })
+    }
+
+    /// What will keep links from beginning, now or within a week, as the files are at the moment.
+    #[allow(clippy::disallowed_methods, reason = "certificates go by the calendar")]
+    pub fn warning(&self) -> Option<String> {
+        let loaded = match self.read() {
+            Ok(loaded) => loaded,
+            Err(error) => return Some(format!("no link can begin: {}", error.message)),
+        };
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let left = expires(&loaded.chain[0]).saturating_sub(i64::try_from(now.as_secs()).unwrap_or(i64::MAX));
+        (left < WEEK).then(|| {
+            let path = self.certificate.display();
+            let left = match left {
+                ..3600 => format!("{} minutes", left / 60),
+                _ => format!("{} hours", left / 3600),
+            };
+            format!(
+                "the certificate {path} expires in {left}: renew it; links that begin then use the new one"
+            )
         })
     }
 
@@ -123,10 +149,19 @@ fn check_name(certificate: &CertificateDer<'_>, path: &Path, agent: &str) -> Res
     }
     let path = path.display();
     let message = match name {
-        Some(name) => format!("the certificate {path} is that of `{name}`, and this agent is `{agent}`"),
+        Some(name) => {
+            let name = printable_text(&name);
+            format!("the certificate {path} is that of `{name}`, and this agent is `{agent}`")
+        }
         None => format!("the certificate {path} has no common name"),
     };
     Err(refused(About::Certificate, message, &format!("make one with the common name (CN) `{agent}`")))
+}
+
+/// When a certificate is no longer valid, seconds of the calendar.
+pub(super) fn expires(certificate: &CertificateDer<'_>) -> i64 {
+    X509Certificate::from_der(certificate)
+        .map_or(i64::MIN, |(_, parsed)| parsed.validity().not_after.timestamp())
 }
 
 /// The name of the agent whose certificate that is.

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use rustix::event::PollFlags;
 use rustix::net::sockopt::set_socket_send_buffer_size;
 
-use super::connection::{Connection, LARGEST, ready};
+use super::connection::{Connection, LARGEST};
 use super::{Credentials, PATIENCE};
-use crate::carrier::{CarrierError, Link};
+use crate::carrier::{CarrierError, Link, ready};
 
 /// What the system is asked to keep of what the other end has not taken, bytes; it may allow less.
 const ROOM: usize = 512 << 10;

@@ -6,9 +6,8 @@ use std::time::Duration;
 use rustix::event::PollFlags;
 
 use super::Credentials;
-use super::connection::ready;
 use super::link::TlsLink;
-use crate::carrier::{CarrierError, Link, Listener};
+use crate::carrier::{CarrierError, Link, Listener, ready};
 
 /// Listens at one address.
 #[derive(Debug)]

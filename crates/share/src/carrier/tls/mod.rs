@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::address::Address;
-use super::{Carrier, CarrierError, Link, Listener};
+use super::{Carrier, CarrierError, Link, Listener, first_of};
 pub use credentials::{Credentials, Files};
 use link::TlsLink;
 use listener::TlsListener;
@@ -53,9 +53,10 @@ impl Tls {
         Ok(credentials)
     }
 
-    fn place(&self, endpoint: &str) -> Result<(SocketAddr, &Credentials), CarrierError> {
-        let address = parse(endpoint)?.resolve(endpoint, PATIENCE)?;
-        Ok((address, self.credentials(endpoint, address.ip().is_loopback())?))
+    fn place(&self, endpoint: &str) -> Result<(Vec<SocketAddr>, &Credentials), CarrierError> {
+        let addresses = parse(endpoint)?.resolve(endpoint, PATIENCE)?;
+        let is_here = addresses.iter().all(|address| address.ip().is_loopback());
+        Ok((addresses, self.credentials(endpoint, is_here)?))
     }
 }
 
@@ -66,8 +67,9 @@ fn parse(endpoint: &str) -> Result<Address, CarrierError> {
 
 impl Carrier for Tls {
     fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError> {
-        let (address, credentials) = self.place(endpoint)?;
-        Ok(Box::new(TlsListener::new(endpoint, address, credentials.clone())?))
+        let (addresses, credentials) = self.place(endpoint)?;
+        let listen = |address| TlsListener::new(endpoint, address, credentials.clone());
+        Ok(Box::new(first_of(&addresses[..1], endpoint, listen)?))
     }
 
     fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
@@ -75,7 +77,8 @@ impl Carrier for Tls {
     }
 
     fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
-        let (address, credentials) = self.place(endpoint)?;
-        Ok(Arc::new(TlsLink::dial(endpoint, address, credentials)?))
+        let (addresses, credentials) = self.place(endpoint)?;
+        let dial = |address| TlsLink::dial(endpoint, address, credentials);
+        Ok(Arc::new(first_of(&addresses, endpoint, dial)?))
     }
 }

@@ -47,9 +47,13 @@ impl Endpoint {
     }
 
     /// Looks for the host, for a while.
-    pub fn resolve(&self) -> Result<Place, CarrierError> {
-        let address = self.address.resolve(&self.text, PATIENCE)?;
-        Ok(Place { text: self.text.clone(), protocol: self.protocol, address })
+    pub fn resolve(&self) -> Result<Vec<SocketAddr>, CarrierError> {
+        self.address.resolve(&self.text, PATIENCE)
+    }
+
+    /// One of its addresses.
+    pub fn at(&self, address: SocketAddr) -> Place {
+        Place { text: self.text.clone(), protocol: self.protocol, address }
     }
 }
 

@@ -16,11 +16,12 @@ mod listener;
 mod socket;
 mod station;
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Carrier, CarrierError, Link, Listener};
-use endpoint::{Endpoint, Place};
+use super::{Carrier, CarrierError, Link, Listener, first_of};
+use endpoint::Endpoint;
 use link::ZenohLink;
 use listener::ZenohListener;
 
@@ -42,15 +43,18 @@ fn refuse(endpoint: &str, is_here: bool) -> Result<(), CarrierError> {
     Err(CarrierError::Unsafe { endpoint: endpoint.into(), reason: reason.into() })
 }
 
-fn place(endpoint: &str) -> Result<Place, CarrierError> {
-    let place = Endpoint::parse(endpoint)?.resolve()?;
-    refuse(endpoint, place.address.ip().is_loopback())?;
-    Ok(place)
+fn find(endpoint: &str) -> Result<(Endpoint, Vec<SocketAddr>), CarrierError> {
+    let named = Endpoint::parse(endpoint)?;
+    let addresses = named.resolve()?;
+    refuse(endpoint, addresses.iter().all(|address| address.ip().is_loopback()))?;
+    Ok((named, addresses))
 }
 
 impl Carrier for Zenoh {
     fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError> {
-        Ok(Box::new(ZenohListener::new(&place(endpoint)?)?))
+        let (named, addresses) = find(endpoint)?;
+        let listen = |address| ZenohListener::new(&named.at(address));
+        Ok(Box::new(first_of(&addresses[..1], endpoint, listen)?))
     }
 
     fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
@@ -58,6 +62,7 @@ impl Carrier for Zenoh {
     }
 
     fn dial(&self, endpoint: &str) -> Result<Arc<dyn Link>, CarrierError> {
-        Ok(ZenohLink::dial(&place(endpoint)?)?)
+        let (named, addresses) = find(endpoint)?;
+        first_of(&addresses, endpoint, |address| Ok(ZenohLink::dial(&named.at(address))? as Arc<dyn Link>))
     }
 }

@@ -6,11 +6,13 @@ use std::net::SocketAddr;
 use std::os::fd::{BorrowedFd, OwnedFd};
 use std::time::Duration;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::{Errno, fcntl_dupfd_cloexec};
+use rustix::event::PollFlags;
+use rustix::io::fcntl_dupfd_cloexec;
 use rustix::net::{SocketType, getpeername, getsockname, sockopt};
 use zenoh_link::Link as Wire;
 use zenoh_protocol::core::Locator;
+
+use crate::carrier::ready;
 
 /// What the system is asked to keep of what the other end has not taken, bytes; it may allow less.
 const ROOM: usize = 512 << 10;
@@ -53,12 +55,7 @@ impl Socket {
 
     /// Waits for room, at most for `limit`; whether there is some.
     pub fn wait_for_room(&self, limit: Duration) -> io::Result<bool> {
-        let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: i64::from(limit.subsec_nanos()) };
-        match poll(&mut [PollFd::new(&self.0, PollFlags::OUT)], Some(&limit)) {
-            Ok(count) => Ok(count > 0),
-            Err(Errno::INTR) => Ok(false),
-            Err(error) => Err(error.into()),
-        }
+        Ok(!ready(&self.0, PollFlags::OUT, limit)?.is_empty())
     }
 }
 

@@ -56,6 +56,11 @@ impl Replica {
         }
     }
 
+    /// A message that says nothing but that a robot is there: the digest of no origins.
+    pub fn greeting() -> Vec<u8> {
+        Message::digest(1, 0).finish()
+    }
+
     /// The next message to send, as long as there are any.
     pub fn outgoing(&mut self) -> Option<Outgoing> {
         if self.outgoing.is_empty() && !self.fresh.is_empty() {

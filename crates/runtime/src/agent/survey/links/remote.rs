@@ -10,7 +10,7 @@ use super::sinks::Sink;
 use super::sources::Source;
 use crate::agent::catalogue::Catalogue;
 use crate::agent::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
-use crate::configuration::{Configuration, Link};
+use crate::configuration::{Compression, Configuration, Link};
 use crate::link::Place;
 use crate::sharing::{RemotePath, TEAM};
 
@@ -100,6 +100,14 @@ pub(super) fn joint<'a>(
         let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
         let message = format!("this program has no carrier `{}`", carrier.value);
         complaints.add(carrier.span, message, format!("there are: {}", known.join(", ")));
+        return (None, None);
+    }
+    if let Some(compression) = &link.transport.compression
+        && matches!(compression.value, Compression::Jpeg(_))
+        && !survey.has_jpeg
+    {
+        let help = "write \"lossless\", or build it with the feature `jpeg`, which is there unless it was switched off";
+        complaints.add(compression.span, "this program was built without JPEG", help);
         return (None, None);
     }
     let target = Target::Remote(index);

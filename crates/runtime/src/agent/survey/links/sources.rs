@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use slate_blackboard::is_within;
 use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
-use super::{SERVICE, fit, is_part, is_service, join, owner, remote, split_module, split_port, wire_name};
+use super::{SERVICE, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
 use crate::agent::survey::{
     Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
@@ -223,7 +224,7 @@ impl<'s, 'a> Sources<'s, 'a> {
         let meets = |sink: &Option<Sink>| {
             sink.as_ref().is_some_and(|sink| {
                 (sink.module, sink.wire) == (module, Wire::Params)
-                    && (is_part(&sink.field, field) || is_part(field, &sink.field))
+                    && (is_within(&sink.field, field) || is_within(field, &sink.field))
             })
         };
         let links: Vec<usize> = (0..self.sinks.len()).filter(|link| meets(&self.sinks[*link])).collect();

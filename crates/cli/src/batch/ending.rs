@@ -1,0 +1,82 @@
+//! How a batch ends before its last run.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use slate::runtime::Stopper;
+
+use crate::deployment;
+
+/// Stops the runs that are under way, and lets none begin.
+#[derive(Default)]
+pub struct Ending {
+    asked: AtomicBool,
+    runs: Mutex<Runs>,
+}
+
+#[derive(Default)]
+struct Runs {
+    over: bool,
+    /// By seed.
+    stoppers: BTreeMap<u64, Stopper>,
+}
+
+impl Ending {
+    /// One that the first Ctrl-C begins; the second one ends the process.
+    pub fn on_request() -> Arc<Self> {
+        let ending = Arc::new(Self::default());
+        let asked_of = Arc::clone(&ending);
+        let mut first: Option<Instant> = None;
+        let handled = ctrlc::set_handler(move || match first {
+            Some(first) if first.elapsed() < deployment::ONE_REQUEST => {}
+            Some(_) => std::process::exit(130),
+            None => {
+                first = Some(deployment::now());
+                asked_of.asked.store(true, Ordering::Release);
+                asked_of.end();
+            }
+        });
+        if let Err(error) = handled {
+            eprintln!("Ctrl-C will end the batch without its figures: {error}");
+        }
+        ending
+    }
+
+    /// Whether a person asked for the end.
+    pub fn is_asked(&self) -> bool {
+        self.asked.load(Ordering::Acquire)
+    }
+
+    /// Whether no more runs shall begin.
+    pub fn is_over(&self) -> bool {
+        self.runs().over
+    }
+
+    /// Stops what runs.
+    pub fn end(&self) {
+        let mut runs = self.runs();
+        runs.over = true;
+        runs.stoppers.values().for_each(Stopper::stop);
+    }
+
+    /// Stops this run too when the end comes, or at once when it has come.
+    pub fn watch(&self, seed: u64, stopper: Stopper) {
+        let mut runs = self.runs();
+        if runs.over {
+            stopper.stop();
+        }
+        runs.stoppers.insert(seed, stopper);
+    }
+
+    /// A run is over by itself.
+    pub fn forget(&self, seed: u64) {
+        self.runs().stoppers.remove(&seed);
+    }
+
+    fn runs(&self) -> MutexGuard<'_, Runs> {
+        // A thread that panicked leaves the list as it was.
+        self.runs.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,122 @@
+//! How far a batch is, on stderr: on a terminal a line that is renewed, elsewhere a line now and then.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use crossterm::cursor::MoveToColumn;
+use crossterm::queue;
+use crossterm::terminal::{Clear, ClearType, size};
+use slate::record::Summary;
+
+use crate::deployment;
+
+/// How often to look whether the line is to be shown anew.
+pub const PERIOD: Duration = Duration::from_millis(500);
+
+/// How long nothing is said where lines stay.
+const SILENCE: Duration = Duration::from_secs(30);
+
+/// In which parts of the runs something is said where lines stay.
+const PARTS: u64 = 10;
+
+/// Shows how far the runs are until it is dropped.
+pub struct Progress {
+    runs: u64,
+    done: u64,
+    reached: u64,
+    collisions_caused: u64,
+    start: Instant,
+    terminal: bool,
+    /// When the last line was said.
+    said: Instant,
+}
+
+impl Progress {
+    /// At the beginning of so many runs.
+    pub fn new(runs: u64) -> Self {
+        let (start, terminal) = (deployment::now(), std::io::stderr().is_terminal());
+        Self { runs, done: 0, reached: 0, collisions_caused: 0, start, terminal, said: start }
+    }
+
+    /// A run is done.
+    pub fn note(&mut self, summary: &Summary) {
+        let part = |done: u64| u128::from(done) * u128::from(PARTS) / u128::from(self.runs);
+        let is_next_part = part(self.done) < part(self.done + 1);
+        self.done += 1;
+        self.reached += u64::from(summary.succeeded());
+        let of_others = summary.robots.values().filter_map(|figures| figures.get("collisions_caused"));
+        self.collisions_caused += summary.collisions_caused + of_others.sum::<f64>() as u64;
+        // After the last run, its figures follow.
+        let is_due = if self.terminal { self.said.elapsed() >= PERIOD } else { is_next_part };
+        if is_due && self.done < self.runs {
+            self.say();
+        }
+    }
+
+    /// Time has passed.
+    pub fn show(&mut self) {
+        if self.terminal || self.said.elapsed() >= SILENCE {
+            self.say();
+        }
+    }
+
+    fn say(&mut self) {
+        self.said = deployment::now();
+        let text = self.text();
+        let mut out = std::io::stderr().lock();
+        // What can't be shown is not missed.
+        let _ = if self.terminal {
+            // A line that wraps could not be written over. Some terminals don't know their width.
+            let columns = size().ok().filter(|(columns, _)| *columns > 0).map_or(80, |(columns, _)| columns);
+            let text: String = text.chars().take(usize::from(columns - 1)).collect();
+            let _ = queue!(out, MoveToColumn(0), Clear(ClearType::CurrentLine));
+            write!(out, "{text}").and_then(|()| out.flush())
+        } else {
+            writeln!(out, "{text}")
+        };
+    }
+
+    fn text(&self) -> String {
+        let Self { runs, done, reached, collisions_caused, .. } = self;
+        let collisions = if *collisions_caused == 1 { "collision" } else { "collisions" };
+        let mut text =
+            format!("{done} of {runs} runs, {reached} reached, {collisions_caused} {collisions} caused");
+        if *done > 0 {
+            let left = self.start.elapsed().as_secs_f64() * (runs - done) as f64 / *done as f64;
+            text += &format!(", {} left", duration(left));
+        }
+        text
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if self.terminal {
+            let mut out = std::io::stderr().lock();
+            let _ = queue!(out, MoveToColumn(0), Clear(ClearType::CurrentLine));
+            let _ = out.flush();
+        }
+    }
+}
+
+/// A duration in its two greatest units.
+fn duration(seconds: f64) -> String {
+    let seconds = seconds.round() as u64;
+    let (minutes, hours) = (seconds / 60, seconds / 3600);
+    match (hours, minutes) {
+        (0, 0) => format!("{seconds} s"),
+        (0, _) => format!("{minutes} min {} s", seconds % 60),
+        _ => format!("{hours} h {} min", minutes % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration;
+
+    #[test]
+    fn a_duration_has_its_two_greatest_units() {
+        let texts = [0.4, 59.6, 200.0, 7384.0].map(duration);
+        assert_eq!(texts, ["0 s", "1 min 0 s", "3 min 20 s", "2 h 3 min"]);
+    }
+}

@@ -1,0 +1,219 @@
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use slate_module::Random;
+use slate_sim::geometry::Pose;
+use slate_sim::world::DescriptionError;
+
+use crate::body::Body;
+use crate::faults::Faults;
+use crate::firmware::Firmware;
+use crate::terminal::Terminal;
+
+/// How long the controller waits for bytes at a time.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// How a controller is started.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// A world that comes with the simulator, or a file's path.
+    pub world: String,
+    /// Where the robot stands: x and y in metres, theta in radians.
+    pub at: [f64; 3],
+    /// Of what is random.
+    pub seed: u64,
+    /// A path that shall lead to the pseudo-terminal, whose own name is another one each time.
+    pub link: Option<PathBuf>,
+    /// What goes wrong on the line from the beginning.
+    pub faults: Faults,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            world: "rocs_arena".into(),
+            at: [0.6, 0.8, 0.0],
+            seed: 0,
+            link: None,
+            faults: Faults::default(),
+        }
+    }
+}
+
+/// Why a controller does not start.
+#[derive(Debug, thiserror::Error)]
+pub enum ControllerError {
+    /// World or robot don't fit.
+    #[error(transparent)]
+    World(#[from] DescriptionError),
+    /// The system gives no pseudo-terminal, or no thread.
+    #[error("no pseudo-terminal: {0}")]
+    Terminal(#[from] std::io::Error),
+    /// The link can't be made.
+    #[error("{}: {error}; expected a path where there is nothing, or an older link", .path.display())]
+    Link {
+        /// Where it should be.
+        path: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+    /// There is no link under which a driver could find a new terminal.
+    #[error("without a link, nobody finds the new terminal: start the controller with one")]
+    Unlinked,
+}
+
+/// A controller that runs in a thread of its own, until it is dropped.
+#[derive(Debug)]
+pub struct Controller {
+    inner: Arc<Mutex<Inner>>,
+    thread: Option<JoinHandle<()>>,
+    path: PathBuf,
+    link: Option<PathBuf>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    body: Body,
+    firmware: Firmware,
+    faults: Faults,
+    random: Random,
+    terminal: Option<Arc<Terminal>>,
+    ends: bool,
+}
+
+impl Controller {
+    /// Switches a robot on.
+    ///
+    /// # Errors
+    /// When the robot does not fit into its world, or there is no pseudo-terminal.
+    pub fn start(options: Options) -> Result<Self, ControllerError> {
+        let Options { world, at: [x, y, theta], seed, link, faults } = options;
+        let body = Body::new(&world, Pose { x, y, theta }, seed)?;
+        let terminal = Terminal::open(link.as_deref())?;
+        let path = terminal.path().to_owned();
+        let inner = Arc::new(Mutex::new(Inner {
+            body,
+            firmware: Firmware::new(),
+            faults,
+            random: Random::new(seed, "line"),
+            terminal: Some(Arc::new(terminal)),
+            ends: false,
+        }));
+        let own = Arc::clone(&inner);
+        let thread = std::thread::Builder::new().name("controller".into()).spawn(move || live(&own))?;
+        Ok(Self { inner, thread: Some(thread), path, link })
+    }
+
+    /// What the driver opens: the link, if there is one.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What goes wrong on the line from now on.
+    pub fn set_faults(&self, faults: Faults) {
+        locked(&self.inner).faults = faults;
+    }
+
+    /// Pulls the cable: the terminal goes away. The robot itself goes on.
+    pub fn unplug(&self) {
+        locked(&self.inner).terminal = None;
+    }
+
+    /// Plugs the cable in again.
+    ///
+    /// # Errors
+    /// When there is no pseudo-terminal, or no link was given under which the driver could find the new one.
+    pub fn plug(&self) -> Result<(), ControllerError> {
+        let link = self.link.as_deref().ok_or(ControllerError::Unlinked)?;
+        locked(&self.inner).terminal = Some(Arc::new(Terminal::open(Some(link))?));
+        Ok(())
+    }
+
+    /// Switches the robot off and on: it forgets its connection and where it is.
+    pub fn restart(&self) {
+        let Inner { body, firmware, .. } = &mut *locked(&self.inner);
+        firmware.restart(body);
+    }
+
+    /// Presses the motors button.
+    pub fn press_motors_button(&self) {
+        locked(&self.inner).firmware.press_motors_button();
+    }
+
+    /// Presses the stop button, or releases it.
+    pub fn set_stop_button(&self, pressed: bool) {
+        locked(&self.inner).firmware.set_stop_button(pressed);
+    }
+
+    /// Where the robot really is: x, y, theta.
+    pub fn pose(&self) -> [f64; 3] {
+        let Pose { x, y, theta } = locked(&self.inner).body.pose();
+        [x, y, theta]
+    }
+
+    /// The speeds of the left and the right wheel over the floor, m/s.
+    pub fn wheels(&self) -> (f64, f64) {
+        locked(&self.inner).body.wheels()
+    }
+
+    /// Whether a client is connected.
+    pub fn is_open(&self) -> bool {
+        locked(&self.inner).firmware.is_open()
+    }
+
+    /// Whether the motors are on.
+    pub fn motors(&self) -> bool {
+        locked(&self.inner).firmware.motors()
+    }
+}
+
+impl Drop for Controller {
+    fn drop(&mut self) {
+        locked(&self.inner).ends = true;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn locked(inner: &Mutex<Inner>) -> MutexGuard<'_, Inner> {
+    inner.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[allow(clippy::disallowed_methods, reason = "the robot at the end of a line lives by the wall clock")]
+fn live(inner: &Mutex<Inner>) {
+    let began = Instant::now();
+    loop {
+        // The lock is not held while it waits.
+        let terminal = {
+            let mut inner = locked(inner);
+            if inner.ends {
+                return;
+            }
+            inner.work(began.elapsed());
+            inner.terminal.as_ref().map(Arc::downgrade)
+        };
+        match terminal.and_then(|terminal| terminal.upgrade()) {
+            Some(terminal) => terminal.wait(LOOK),
+            None => std::thread::sleep(LOOK),
+        }
+    }
+}
+
+impl Inner {
+    fn work(&mut self, now: Duration) {
+        let Self { body, firmware, faults, random, terminal, .. } = self;
+        if let Some(terminal) = terminal {
+            let mut bytes = [0; 1024];
+            let count = terminal.read(&mut bytes);
+            firmware.receive(&faults.spoil(&bytes[..count], random), body, now);
+        }
+        firmware.advance(body, now);
+        let bytes = std::mem::take(firmware.outgoing());
+        if let Some(terminal) = terminal {
+            terminal.write(&faults.spoil_reports(&bytes, random));
+        }
+    }
+}

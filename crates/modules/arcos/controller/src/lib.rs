@@ -1,0 +1,15 @@
+//! A simulated Pioneer at the end of a pseudo-terminal, to try and test its driver without a robot.
+//!
+//! The [`Controller`] answers at a pseudo-terminal as a robot's does at its serial line, and drives a robot of
+//! slate-sim in real time. The [`firmware`] is a state machine of its own, without a device and without a clock.
+
+mod body;
+mod controller;
+mod faults;
+pub mod firmware;
+mod terminal;
+
+pub use body::Body;
+pub use controller::{Controller, ControllerError, Options};
+pub use faults::Faults;
+pub use firmware::Firmware;

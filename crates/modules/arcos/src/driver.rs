@@ -1,0 +1,258 @@
+//! The thread that has the device.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use slate_interfaces::{Bumper, Odometry, Pose2, SonarScan};
+use slate_module::aspect::Stop;
+use slate_module::prelude::*;
+
+use crate::model::Model;
+use crate::odometry::Odometer;
+use crate::pioneer::{Connection, PioneerStatus};
+use crate::port::{Port, PortError};
+use crate::report::Report;
+use crate::ring::Ring;
+use crate::session::{Event, Session};
+
+/// What a tick tells the thread.
+#[interface]
+#[derive(PartialEq)]
+pub struct Order {
+    /// Left wheel, forward.
+    #[unit("rad/s")]
+    pub left: f64,
+    /// Right wheel, forward.
+    #[unit("rad/s")]
+    pub right: f64,
+}
+
+/// What the thread tells a tick, all of one report.
+#[interface]
+pub struct Reading {
+    /// When it came.
+    #[unit("ns")]
+    pub time: u64,
+    /// Where the wheels say the robot is.
+    pub odometry: Odometry,
+    /// Of the battery.
+    #[unit("V")]
+    pub voltage: f64,
+    /// How robot and connection are.
+    pub status: PioneerStatus,
+    /// What the sonars heard.
+    pub sonar: SonarScan,
+    /// Whether they heard anything since the last one.
+    pub heard: Bool,
+    /// What the bumpers feel.
+    pub bumper: Bumper,
+    /// Not used.
+    pub reserved: [u8; 5],
+}
+
+/// What the thread goes by.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The serial device.
+    pub device: PathBuf,
+    /// Its speed.
+    pub baud: u32,
+    /// Which robot it is, if that is known.
+    pub model: Option<&'static Model>,
+    /// How many sonars it has.
+    pub sonars: usize,
+    /// Wheels stop when no command came for so long.
+    pub time_to_live: Duration,
+    /// Where odometry begins.
+    pub pose: Pose2,
+}
+
+/// How long the thread waits for the device at a time: so much later than the tick the robot gets a command at most.
+const LOOK: Duration = Duration::from_millis(5);
+/// A device that can't be opened is tried again after that.
+const AGAIN: Duration = Duration::from_millis(500);
+/// A sonar that has said nothing for so long after the connection is complained about.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// How long the last words to the robot may take.
+const FAREWELL: Duration = Duration::from_millis(100);
+
+/// The life of the thread.
+pub fn run(stop: &Stop, settings: Settings) {
+    let mut driver = Driver {
+        stop,
+        began: wall(),
+        odometer: Odometer::new(settings.pose),
+        settings,
+        told: String::new(),
+        ring: None,
+        pending: None,
+        reading: Reading::default(),
+        complained: false,
+    };
+    let mut session = Session::new(driver.settings.model, driver.settings.time_to_live);
+    while !stop.is_set() {
+        let reason = match Port::open(&driver.settings.device, driver.settings.baud) {
+            Ok(port) => driver.serve(&port, &mut session),
+            Err(error) => Err(error),
+        };
+        if let Err(error) = reason {
+            driver.lose(error.to_string());
+        }
+        let begin = driver.now();
+        while !stop.is_set() && driver.now().saturating_sub(begin) < AGAIN {
+            driver.deliver();
+            stop.wait(AGAIN);
+            while let Ok(Some(Order { .. })) = stop.receive() {}
+        }
+    }
+}
+
+/// A device lives by the wall clock: when the agent's time stands still, its robot must stop nevertheless.
+#[allow(clippy::disallowed_methods, reason = "the robot on the other end of the line has no other time")]
+fn wall() -> Instant {
+    Instant::now()
+}
+
+struct Driver<'a> {
+    stop: &'a Stop,
+    began: Instant,
+    settings: Settings,
+    odometer: Odometer,
+    /// The ring of the robot that is connected, and since when.
+    ring: Option<(&'static Model, Ring, Duration)>,
+    /// Why there is no connection, as the log knows it; empty when there is one.
+    told: String,
+    /// The newest reading.
+    reading: Reading,
+    /// What the tick has had no room for.
+    pending: Option<Reading>,
+    /// Whether the log knows that a sonar is silent.
+    complained: bool,
+}
+
+impl Driver<'_> {
+    /// Since the thread began.
+    fn now(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    /// Talks to the robot at an open device, until the thread shall stop.
+    fn serve(&mut self, port: &Port, session: &mut Session) -> Result<(), PortError> {
+        session.begin();
+        self.talk(port, session)?;
+        session.close();
+        let begin = self.now();
+        while !session.outgoing().is_empty() && self.now().saturating_sub(begin) < FAREWELL {
+            port.write(session.outgoing())?;
+            port.wait(LOOK)?;
+        }
+        Ok(())
+    }
+
+    fn talk(&mut self, port: &Port, session: &mut Session) -> Result<(), PortError> {
+        let mut bytes = [0; 1024];
+        while !self.stop.is_set() {
+            port.wait(LOOK)?;
+            let now = self.now();
+            while let Ok(Some(Order { left, right })) = self.stop.receive() {
+                session.drive(left, right, now);
+            }
+            let count = port.read(&mut bytes)?;
+            session.receive(&bytes[..count], now, |event| self.take(event));
+            if let Some(event) = session.poll(now) {
+                self.take(event);
+            }
+            port.write(session.outgoing())?;
+            self.reading.status.bad_checksums = session.bad_checksums();
+            self.deliver();
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, event: Event) {
+        match event {
+            Event::Connected { identity, model } => {
+                let text = format!("{} ({} {})", identity.name, identity.class, identity.model);
+                self.stop.info(format_args!("connected to {text} at {}", self.settings.device.display()));
+                self.told.clear();
+                self.odometer.interrupt();
+                self.ring = Some((model, Ring::new(model, self.settings.sonars), self.now()));
+                self.complained = false;
+                self.reading.status.text = Text::new(&text);
+            }
+            Event::Report(report) => self.report(&report),
+            Event::Lost(loss) => {
+                self.lose(format!("{}: {loss}", self.settings.device.display()));
+            }
+        }
+    }
+
+    fn report(&mut self, report: &Report) {
+        let now = self.now();
+        let Some((model, ring, since)) = &mut self.ring else { return };
+        let heard = ring.advance(&report.ranges, now.as_secs_f64());
+        if let Some(sonar) = ring.silent(now.as_secs_f64())
+            && !self.complained
+            && now.saturating_sub(*since) > PATIENCE
+        {
+            self.complained = true;
+            self.stop.warn(format_args!(
+                "no scans: sonar {sonar} says nothing; has the robot as many as `sonars` says?"
+            ));
+        }
+        let jumps = self.odometer.jumps();
+        self.reading.odometry = self.odometer.advance(report, model);
+        if self.odometer.jumps() > jumps {
+            self.stop.warn(format_args!("the robot's place jumped, which is not counted as motion"));
+        }
+        let ((left, right), (front, back)) = (report.stalls(), report.bumpers());
+        if (left || right)
+            && !(self.reading.status.left_stalled.get() || self.reading.status.right_stalled.get())
+        {
+            self.stop.warn(format_args!("the robot is stalled: something holds it"));
+        }
+        let status = &mut self.reading.status;
+        if status.motors.get() && !report.motors() {
+            self.stop
+                .warn(format_args!("the motors were switched off at the robot: press its motors button"));
+        }
+        status.connection = Connection::UP;
+        status.motors = report.motors().into();
+        status.stop_button = report.stop_button().into();
+        (status.left_stalled, status.right_stalled) = (left.into(), right.into());
+        self.reading.time = self.stop.now();
+        self.reading.voltage = f64::from(report.battery) / 10.0;
+        self.reading.bumper = Bumper { front: front.into(), back: back.into() };
+        self.reading.heard = heard.is_some().into();
+        if let Some(scan) = heard {
+            self.reading.sonar = scan;
+        }
+        self.pending = Some(self.reading);
+    }
+
+    /// There is no connection; the log says each reason once.
+    fn lose(&mut self, reason: String) {
+        let status = &mut self.reading.status;
+        if status.connection == Connection::UP {
+            status.losses += 1;
+        }
+        if reason != self.told {
+            self.stop.warn(format_args!("no connection, which is tried again: {reason}"));
+        }
+        let (bad_checksums, losses) = (status.bad_checksums, status.losses);
+        *status =
+            PioneerStatus { bad_checksums, losses, text: Text::new(&reason), ..PioneerStatus::default() };
+        self.told = reason;
+        self.reading.heard = false.into();
+        self.pending = Some(self.reading);
+    }
+
+    /// Passes the newest reading to the tick, or later when there is no room.
+    fn deliver(&mut self) {
+        if let Some(reading) = self.pending.take()
+            && !matches!(self.stop.send(&reading), Ok(true))
+        {
+            self.pending = Some(reading);
+        }
+    }
+}

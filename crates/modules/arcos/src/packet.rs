@@ -1,0 +1,127 @@
+//! Packets: two header bytes, a count, the data, a checksum; the same in both directions.
+
+/// What every packet begins with.
+pub const HEADER: [u8; 2] = [0xFA, 0xFB];
+
+/// The most bytes that a packet has after its count: the data and two bytes of checksum.
+pub const LARGEST: usize = 249;
+
+/// Bytes of the checksum.
+const CHECKSUM: usize = 2;
+
+/// The checksum of a packet's data: the sum of its pairs of bytes, the high byte first; a last single byte is combined
+/// by exclusive or.
+///
+/// ```
+/// assert_eq!(slate_arcos::packet::checksum(&[0x04, 0x3B, 0x01, 0x00]), 0x053B);
+/// assert_eq!(slate_arcos::packet::checksum(&[0x02]), 0x0002);
+/// ```
+pub fn checksum(data: &[u8]) -> u16 {
+    let (pairs, rest) = data.as_chunks::<2>();
+    let sum = pairs.iter().fold(0_u16, |sum, pair| sum.wrapping_add(u16::from_be_bytes(*pair)));
+    rest.iter().fold(sum, |sum, byte| sum ^ u16::from(*byte))
+}
+
+/// Appends the packet of these data to `bytes`. Data that fit in no packet, none or more than 247 bytes, append
+/// nothing.
+pub fn encode(data: &[u8], bytes: &mut Vec<u8>) {
+    let count = data.len() + CHECKSUM;
+    if data.is_empty() || count > LARGEST {
+        return;
+    }
+    bytes.extend_from_slice(&HEADER);
+    bytes.push(count as u8);
+    bytes.extend_from_slice(data);
+    bytes.extend_from_slice(&checksum(data).to_be_bytes());
+}
+
+/// Finds packets in a stream of bytes that comes in any cuts and with garbage between them.
+///
+/// It holds less than two packets. When a checksum is wrong, the search goes on with the byte after the header, so a
+/// header that garbage imitates hides no packet for good.
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    held: Vec<u8>,
+    bad_checksums: u64,
+    skipped: u64,
+}
+
+impl Decoder {
+    /// Takes bytes, and calls `packet` with the data of each packet that they complete.
+    pub fn receive(&mut self, bytes: &[u8], mut packet: impl FnMut(&[u8])) {
+        for chunk in bytes.chunks(LARGEST) {
+            self.held.extend_from_slice(chunk);
+            let mut from = 0;
+            loop {
+                match look(&self.held[from..]) {
+                    Look::Incomplete => break,
+                    Look::Skip(count) => {
+                        self.skipped += count as u64;
+                        from += count;
+                    }
+                    Look::Bad => {
+                        self.bad_checksums += 1;
+                        self.skipped += 1;
+                        from += 1;
+                    }
+                    Look::Packet(data) => {
+                        packet(data);
+                        from += HEADER.len() + 1 + data.len() + CHECKSUM;
+                    }
+                }
+            }
+            self.held.drain(..from);
+        }
+    }
+
+    /// Forgets the beginning of a packet whose end will not come.
+    pub fn clear(&mut self) {
+        self.held.clear();
+    }
+
+    /// How many packets had a wrong checksum.
+    pub fn bad_checksums(&self) -> u64 {
+        self.bad_checksums
+    }
+
+    /// How many bytes were in no packet.
+    pub fn skipped(&self) -> u64 {
+        self.skipped
+    }
+}
+
+/// What the beginning of some bytes is.
+enum Look<'a> {
+    /// Too little to say.
+    Incomplete,
+    /// So many bytes that begin no packet.
+    Skip(usize),
+    /// A packet with a wrong checksum.
+    Bad,
+    /// The data of a packet.
+    Packet(&'a [u8]),
+}
+
+fn look(bytes: &[u8]) -> Look<'_> {
+    let Some(start) = bytes.iter().position(|byte| *byte == HEADER[0]) else {
+        return if bytes.is_empty() { Look::Incomplete } else { Look::Skip(bytes.len()) };
+    };
+    if start > 0 {
+        return Look::Skip(start);
+    }
+    match bytes {
+        [_, second, ..] if *second != HEADER[1] => Look::Skip(1),
+        [_, _, count, rest @ ..] => {
+            let count = usize::from(*count);
+            if count <= CHECKSUM || count > LARGEST {
+                return Look::Skip(1);
+            }
+            let Some((data, sum)) = rest.get(..count).and_then(|rest| rest.split_last_chunk::<CHECKSUM>())
+            else {
+                return Look::Incomplete;
+            };
+            if checksum(data) == u16::from_be_bytes(*sum) { Look::Packet(data) } else { Look::Bad }
+        }
+        _ => Look::Incomplete,
+    }
+}

@@ -1,0 +1,198 @@
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Bumper, Chassis, Odometry, SonarScan, WheelSpeeds};
+use slate_module::aspect::{Aspect, Threads};
+use slate_module::prelude::*;
+
+use crate::driver::{self, Order, Reading, Settings};
+use crate::model::{MODELS, Model};
+
+/// How the connection to a robot stands.
+#[interface]
+pub enum Connection {
+    /// There is none, and it is tried again and again.
+    Down,
+    /// The robot reports.
+    Up,
+}
+
+/// How a Pioneer is, beside what its sensors measure.
+#[interface]
+#[derive(PartialEq)]
+pub struct PioneerStatus {
+    /// Packets of the robot that came damaged.
+    pub bad_checksums: u64,
+    /// Connections that were lost.
+    pub losses: u64,
+    /// Whether there is a connection.
+    pub connection: Connection,
+    /// Whether the motors are on. They are switched on with each connection; at the robot anybody can switch them off.
+    pub motors: Bool,
+    /// Whether the robot's stop button is pressed.
+    pub stop_button: Bool,
+    /// Whether the left wheel can't turn though it should.
+    pub left_stalled: Bool,
+    /// Whether the right wheel can't turn though it should.
+    pub right_stalled: Bool,
+    /// Not used.
+    pub reserved: [u8; 3],
+    /// The robot's name for itself, or why there is no connection.
+    pub text: Text<252>,
+}
+
+/// The battery of a robot.
+#[interface(ros = "sensor_msgs/msg/BatteryState")]
+#[derive(PartialEq)]
+pub struct Battery {
+    /// Under load; a Pioneer wants to be charged below 11.5 V.
+    #[unit("V")]
+    pub voltage: f64,
+}
+
+/// Ports of [`Pioneer`]: those of a robot in the simulator, as far as a real one has them, and some of its own.
+#[ports]
+pub struct PioneerIo {
+    threads: Aspect<Threads>,
+    /// What the wheels are told, from the gate.
+    #[stale(after = "100ms")]
+    wheels: Input<WheelSpeeds>,
+    /// How it is made.
+    chassis: Output<Chassis>,
+    /// What the sonars heard last; as often as there is anything new from any of them.
+    sonar: Output<SonarScan>,
+    /// What the wheels' encoders say.
+    odometry: Output<Odometry>,
+    /// What the bumpers feel.
+    bumper: Output<Bumper>,
+    /// How full the battery is.
+    battery: Output<Battery>,
+    /// How the robot and the connection to it are.
+    #[safe(PioneerStatus::default())]
+    status: Output<PioneerStatus>,
+}
+
+/// Parameters of [`Pioneer`]; when one changes, the connection is made anew.
+#[params]
+#[derive(PartialEq)]
+pub struct PioneerParams {
+    #[param(default = "/dev/ttyUSB0", doc = "the serial device, best one of /dev/serial/by-id")]
+    device: Text<252>,
+    #[param(default = 9600, range = 9600..=115_200, unit = "baud", doc = "speed of the line, as the robot has it")]
+    baud: u64,
+    #[param(default = "", doc = "which robot it is, such as `p3dx-sh`; empty for what the robot says")]
+    model: Text<28>,
+    #[param(default = 16, range = 0..=16, doc = "how many sonars it has: 8 with a front array alone")]
+    sonars: u64,
+    #[param(default = 0.2, range = 0.05..=1.0, unit = "s", doc = "the wheels stop when no command came for so long")]
+    time_to_live: f64,
+}
+
+/// State of [`Pioneer`]. The connection is no part of what is saved: it is made again.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct PioneerState {
+    /// Where the wheels say the robot is: x, y, theta.
+    pose: [f64; 3],
+    #[serde(skip)]
+    status: PioneerStatus,
+    /// What the thread goes by.
+    #[serde(skip)]
+    params: Option<PioneerParams>,
+}
+
+/// Drives a Pioneer by its ARCOS controller at a serial device.
+///
+/// A thread has the device; the tick passes on what came and what the wheels are told, and never waits.
+pub struct Pioneer;
+
+const DRIVER: &str = "driver";
+
+#[module(stage = SensorAcquire)]
+impl Module for Pioneer {
+    type Io = PioneerIo;
+    type Params = PioneerParams;
+    type State = PioneerState;
+
+    fn create(_: &Setup<'_>, params: &PioneerParams) -> Result<PioneerState, Refusal> {
+        model(params)?;
+        Ok(PioneerState::default())
+    }
+
+    fn tick(state: &mut PioneerState, io: &PioneerIo, params: &PioneerParams, now: &Tick) -> Outcome {
+        if !io.threads.is_running(DRIVER) {
+            state.status = PioneerStatus::default();
+            state.params = Some(*params);
+            let spawned = settings(params, state)
+                .and_then(|settings| io.threads.spawn(DRIVER, |stop| driver::run(stop, settings)));
+            if let Err(reason) = spawned {
+                now.error(format_args!("{reason}"));
+                return Outcome::Failed;
+            }
+        } else if state.params != Some(*params) {
+            // The next tick that finds it ended begins another one.
+            io.threads.stop(DRIVER);
+        }
+        while let Ok(Some(reading)) = io.threads.receive::<Reading>(DRIVER) {
+            state.take(&reading, io, now);
+        }
+        // All that are known have the same body.
+        io.chassis.set(model(params).ok().flatten().unwrap_or(&MODELS[0]).chassis());
+        let command = io.wheels.fresh();
+        let WheelSpeeds { left, right } = command.copied().unwrap_or(WheelSpeeds::ZERO);
+        // Without room the thread has not looked for long, and finds the command too old in any case.
+        let sent = io.threads.send(DRIVER, &Order { left, right });
+        let status = &state.status;
+        let is_well = status.connection == Connection::UP
+            && status.motors.get()
+            && !(status.left_stalled.get() || status.right_stalled.get());
+        if sent == Ok(true) && command.is_some() && is_well { Outcome::Ok } else { Outcome::Degraded }
+    }
+}
+
+/// A reading that had to wait for so long says nothing about now, nanoseconds.
+const OLD: u64 = 500_000_000;
+
+impl PioneerState {
+    fn take(&mut self, reading: &Reading, io: &PioneerIo, now: &Tick) {
+        if reading.status != self.status {
+            self.status = reading.status;
+            io.status.set(reading.status);
+        }
+        let is_old = now.now().saturating_sub(reading.time) > OLD;
+        if reading.status.connection != Connection::UP || is_old {
+            return;
+        }
+        let slate_interfaces::Pose2 { x, y, theta } = reading.odometry.pose;
+        self.pose = [x, y, theta];
+        io.odometry.set(reading.odometry);
+        io.bumper.set(reading.bumper);
+        io.battery.set(Battery { voltage: reading.voltage });
+        if reading.heard.get() {
+            io.sonar.set(reading.sonar);
+        }
+    }
+}
+
+fn model(params: &PioneerParams) -> Result<Option<&'static Model>, Refusal> {
+    let name = params.model.as_str();
+    if name.is_empty() {
+        return Ok(None);
+    }
+    let known = || MODELS.map(|model| model.name).join(", ");
+    Model::named(name)
+        .map(Some)
+        .ok_or_else(|| Refusal(format!("no robot `{name}` is known; known are {}", known())))
+}
+
+fn settings(params: &PioneerParams, state: &PioneerState) -> Result<Settings, Refusal> {
+    let [x, y, theta] = state.pose;
+    Ok(Settings {
+        device: PathBuf::from(params.device.as_str()),
+        baud: params.baud as u32,
+        model: model(params)?,
+        sonars: params.sonars as usize,
+        time_to_live: Duration::from_secs_f64(params.time_to_live),
+        pose: slate_interfaces::Pose2 { x, y, theta },
+    })
+}

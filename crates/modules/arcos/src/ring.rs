@@ -1,0 +1,71 @@
+//! The ring of sonars, put together from the few that each report tells of.
+
+use slate_interfaces::{Echo, SonarPlacement, SonarScan};
+use slate_module::Sequence;
+
+use crate::model::Model;
+use crate::report::Range;
+
+/// A sonar that was not heard of for so long, seconds, makes a scan incomplete. Each is asked about every 0.32 s.
+const STALE: f64 = 1.0;
+
+/// What each sonar said last, and when.
+#[derive(Clone, Debug)]
+pub struct Ring {
+    scan: SonarScan,
+    range: f64,
+    echoes: [Echo; 16],
+    /// Seconds; nothing before the first.
+    heard: [Option<f64>; 16],
+    count: usize,
+}
+
+impl Ring {
+    /// The first `count` sonars of a robot: 8 for one with a front array alone.
+    pub fn new(model: &Model, count: usize) -> Self {
+        let count = count.min(model.sonars.len());
+        let placements =
+            model.sonars.map(|[x, y, degrees]| SonarPlacement { x, y, theta: degrees.to_radians() });
+        Self {
+            scan: SonarScan {
+                field_of_view: model.field_of_view,
+                range_min: model.range_min,
+                range_max: model.range_max,
+                placements: Sequence::new(&placements[..count]),
+                echoes: Sequence::default(),
+            },
+            range: model.range,
+            echoes: [Echo::default(); 16],
+            heard: [None; 16],
+            count,
+        }
+    }
+
+    /// Takes the ranges of a report at that time, seconds. The scan, when there is anything new and no sonar is missing:
+    /// a robot must not take a sonar that is silent for one that hears nothing.
+    pub fn advance(&mut self, ranges: &[Range], now: f64) -> Option<SonarScan> {
+        let mut is_new = false;
+        for Range { sonar, range } in ranges {
+            let place = usize::from(*sonar);
+            if place >= self.count {
+                continue;
+            }
+            let range = f64::from(*range) * self.range;
+            let heard = range < self.scan.range_max;
+            let range = range.clamp(self.scan.range_min, self.scan.range_max);
+            self.echoes[place] = Echo { range, heard: heard.into(), reserved: [0; 7] };
+            self.heard[place] = Some(now);
+            is_new = true;
+        }
+        if !is_new || self.silent(now).is_some() {
+            return None;
+        }
+        self.scan.echoes = Sequence::new(&self.echoes[..self.count]);
+        Some(self.scan)
+    }
+
+    /// The first sonar that has said nothing for too long.
+    pub fn silent(&self, now: f64) -> Option<usize> {
+        self.heard[..self.count].iter().position(|heard| heard.is_none_or(|time| now - time > STALE))
+    }
+}

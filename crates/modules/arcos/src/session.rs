@@ -1,0 +1,370 @@
+//! The conversation with a controller, as a state machine without a device and without a clock.
+//!
+//! Bytes go in by [`receive`](Session::receive), time by [`poll`](Session::poll), and what is to be sent gathers in
+//! [`outgoing`](Session::outgoing). Times are durations since any beginning, by a clock that never stands still.
+
+use std::time::Duration;
+
+use crate::command::Command;
+use crate::model::{MODELS, Model};
+use crate::packet::{self, Decoder};
+use crate::report::{Identity, Report};
+
+/// A link that says nothing for so long is lost.
+pub const SILENCE: Duration = Duration::from_secs(1);
+/// How long an answer may take before the question is sent again.
+const PATIENCE: Duration = Duration::from_millis(300);
+/// How often a question is sent before all begins anew.
+const TRIES: u32 = 3;
+/// From the end of an old connection to the beginning of a new one.
+const PAUSE: Duration = Duration::from_millis(100);
+/// A command that says nothing new is sent so often, as any may get lost; the robot stops when it hears nothing for 2 s.
+const RENEWAL: Duration = Duration::from_millis(250);
+/// Commands are not sent faster than that, but for a stop: the line carries 960 bytes in a second.
+const SPACING: Duration = Duration::from_millis(50);
+/// A robot that stands is told so often that somebody is there.
+const BEAT: Duration = Duration::from_millis(500);
+/// How often a switch is thrown that does not move.
+const SWITCHES: u32 = 6;
+
+/// What happens in a session.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The robot answers, and reports.
+    Connected {
+        /// What it says of itself.
+        identity: Identity,
+        /// What its numbers mean.
+        model: &'static Model,
+    },
+    /// A standard report.
+    Report(Report),
+    /// There is no connection, or there is none any more; it is tried again at once.
+    Lost(Loss),
+}
+
+/// Why there is no connection.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Loss {
+    /// Nothing came.
+    #[error("the robot does not answer: is it switched on, and connected?")]
+    NoAnswer,
+    /// Bytes came, but no packets.
+    #[error("there is noise and no packet on the line: is the speed of the line the robot's?")]
+    Noise,
+    /// Packets came, but not those that were asked for.
+    #[error("the robot answers, but not what it is asked")]
+    Confused,
+    /// It had reported, and nothing came for a second.
+    #[error("the robot fell silent")]
+    Silent,
+    /// It had reported, and bytes came for a second, but no packet.
+    #[error("the robot can't be understood any more: there is only noise on the line")]
+    Drowned,
+    /// Its model is not known.
+    #[error("the robot is a `{0}`; known are {known}: name one in `model`", known = known())]
+    Unknown(String),
+}
+
+fn known() -> String {
+    MODELS.map(|model| model.name).join(", ")
+}
+
+/// Where a session stands.
+#[derive(Clone, Debug)]
+enum State {
+    /// Ends whatever connection there was, and waits so long.
+    Begin { pause: Duration },
+    /// Waits for the controller to have ended it.
+    Pause { until: Duration },
+    /// Waits for the answer to a step of the synchronisation.
+    Sync { step: u8, asked: Duration, tries: u32 },
+    /// Waits for the first report.
+    Opening { identity: Identity, model: &'static Model, asked: Duration, tries: u32 },
+    /// Reports come.
+    Open(Open),
+}
+
+/// An open connection.
+#[derive(Clone, Debug)]
+struct Open {
+    /// When the last report came.
+    heard: Duration,
+    model: &'static Model,
+    /// The motion that was sent last, and when it was another one before.
+    sent: (i16, i16),
+    changed: Duration,
+    renewed: Duration,
+    /// Whether the robot moves, as far as it says.
+    moving: bool,
+    motors: Switch,
+    sonars: Switch,
+}
+
+/// Something to be switched on, by commands that may get lost.
+#[derive(Clone, Copy, Debug, Default)]
+struct Switch {
+    is_on: bool,
+    tries: u32,
+    tried: Duration,
+}
+
+impl Switch {
+    /// Whether to try it now.
+    fn due(&mut self, now: Duration) -> bool {
+        let due = !self.is_on && self.tries < SWITCHES && now.saturating_sub(self.tried) >= PATIENCE;
+        if due {
+            self.tries += 1;
+            self.tried = now;
+        }
+        due
+    }
+}
+
+/// A conversation with a controller.
+#[derive(Clone, Debug)]
+pub struct Session {
+    state: State,
+    decoder: Decoder,
+    outgoing: Vec<u8>,
+    /// When something was sent last.
+    spoke: Duration,
+    /// What is known of the model; else the controller says it.
+    model: Option<&'static Model>,
+    time_to_live: Duration,
+    /// Whether a person has switched the motors off at the robot, also in an earlier connection.
+    switched_off: bool,
+    /// Speeds of the wheels, rad/s, and when they were commanded.
+    commanded: Option<([f64; 2], Duration)>,
+    /// Bytes and packets that came since the connection was begun.
+    bytes: u64,
+    packets: u64,
+}
+
+impl Session {
+    /// A session that begins with the next [`poll`](Self::poll).
+    ///
+    /// Wheels stop when no command came for `time_to_live`. The model is what the robot says if none is given.
+    pub fn new(model: Option<&'static Model>, time_to_live: Duration) -> Self {
+        Self {
+            state: State::Begin { pause: PAUSE },
+            decoder: Decoder::default(),
+            outgoing: Vec::new(),
+            spoke: Duration::ZERO,
+            model,
+            time_to_live,
+            switched_off: false,
+            commanded: None,
+            bytes: 0,
+            packets: 0,
+        }
+    }
+
+    /// Begins anew on another line: what was not sent is forgotten, and so is a packet that was cut off.
+    pub fn begin(&mut self) {
+        self.state = State::Begin { pause: PAUSE };
+        self.outgoing.clear();
+        self.decoder.clear();
+    }
+
+    /// Commands the wheels, rad/s.
+    pub fn drive(&mut self, left: f64, right: f64, now: Duration) {
+        self.commanded = Some(([left, right], now));
+    }
+
+    /// Bytes to be sent; who has sent some takes them away.
+    pub fn outgoing(&mut self) -> &mut Vec<u8> {
+        &mut self.outgoing
+    }
+
+    /// How many packets came damaged.
+    pub fn bad_checksums(&self) -> u64 {
+        self.decoder.bad_checksums()
+    }
+
+    /// Stops the robot and ends the connection.
+    pub fn close(&mut self) {
+        self.commanded = None;
+        for command in [Command::Stop, Command::Close] {
+            command.encode(&mut self.outgoing);
+        }
+        self.state = State::Begin { pause: PAUSE };
+    }
+
+    /// Takes bytes that came.
+    pub fn receive(&mut self, bytes: &[u8], now: Duration, mut event: impl FnMut(Event)) {
+        self.bytes += bytes.len() as u64;
+        let mut decoder = std::mem::take(&mut self.decoder);
+        decoder.receive(bytes, |data| {
+            self.packets += 1;
+            if let Some(happened) = self.packet(data, now) {
+                event(happened);
+            }
+        });
+        self.decoder = decoder;
+    }
+
+    fn packet(&mut self, data: &[u8], now: Duration) -> Option<Event> {
+        match &mut self.state {
+            State::Sync { step, .. } if data.first() == Some(step) => {
+                let step = *step;
+                if step < 2 {
+                    self.ask(step + 1, now);
+                    return None;
+                }
+                let identity = Identity::decode(&data[1..]);
+                let Some(model) = self.model.or_else(|| Model::reported(&identity.model)) else {
+                    // It will not be another one soon.
+                    self.state = State::Begin { pause: SILENCE };
+                    return Some(Event::Lost(Loss::Unknown(identity.model)));
+                };
+                self.state = State::Opening { identity, model, asked: now, tries: 1 };
+                self.open(now);
+                None
+            }
+            State::Opening { identity, model, .. } => {
+                let report = Report::decode(data)?;
+                let (identity, model) = (std::mem::take(identity), *model);
+                self.state = State::Open(Open {
+                    heard: now,
+                    model,
+                    sent: (0, 0),
+                    changed: now,
+                    renewed: Duration::ZERO,
+                    moving: report.moving,
+                    motors: Switch { is_on: self.switched_off, ..Switch::default() },
+                    sonars: Switch::default(),
+                });
+                Some(Event::Connected { identity, model })
+            }
+            State::Open(open) => {
+                let report = Report::decode(data)?;
+                open.heard = now;
+                open.moving = report.moving || report.left != 0 || report.right != 0;
+                // Who switches the motors off at the robot wants them off: they are switched on once.
+                self.switched_off = !report.motors() && open.motors.is_on;
+                open.motors.is_on |= report.motors();
+                open.sonars.is_on |= report.sonars();
+                (self.bytes, self.packets) = (0, 0);
+                Some(Event::Report(report))
+            }
+            _ => None,
+        }
+    }
+
+    /// Lets time pass: sends what is due, and notices what did not come.
+    pub fn poll(&mut self, now: Duration) -> Option<Event> {
+        match &mut self.state {
+            State::Begin { pause } => {
+                let until = now + *pause;
+                // A robot that its watchdog has stopped drives on at the next packet of any kind, as it was told last. So
+                // the first one is a stop, and then the old connection ends, if there is one.
+                self.send(Command::Stop, now);
+                self.send(Command::Close, now);
+                (self.bytes, self.packets) = (0, 0);
+                self.state = State::Pause { until };
+                None
+            }
+            State::Pause { until } => {
+                if now >= *until {
+                    self.ask(0, now);
+                }
+                None
+            }
+            State::Sync { step, asked, tries } => {
+                if now.saturating_sub(*asked) < PATIENCE {
+                    return None;
+                }
+                if *tries == TRIES {
+                    return Some(self.lose(match (self.bytes, self.packets) {
+                        (0, _) => Loss::NoAnswer,
+                        (_, 0) => Loss::Noise,
+                        _ => Loss::Confused,
+                    }));
+                }
+                (*tries, *asked) = (*tries + 1, now);
+                let step = *step;
+                self.send(Command::Sync(step), now);
+                None
+            }
+            State::Opening { asked, tries, .. } => {
+                if now.saturating_sub(*asked) < PATIENCE {
+                    return None;
+                }
+                if *tries == TRIES {
+                    return Some(self.lose(Loss::Confused));
+                }
+                (*tries, *asked) = (*tries + 1, now);
+                self.open(now);
+                None
+            }
+            State::Open(open) => {
+                if now.saturating_sub(open.heard) >= SILENCE {
+                    // A packet may have been cut off.
+                    let noise = self.bytes > packet::LARGEST as u64;
+                    return Some(self.lose(if noise { Loss::Drowned } else { Loss::Silent }));
+                }
+                self.keep(now);
+                None
+            }
+        }
+    }
+
+    fn lose(&mut self, loss: Loss) -> Event {
+        self.state = State::Begin { pause: PAUSE };
+        Event::Lost(loss)
+    }
+
+    fn ask(&mut self, step: u8, now: Duration) {
+        self.state = State::Sync { step, asked: now, tries: 1 };
+        self.send(Command::Sync(step), now);
+    }
+
+    fn open(&mut self, now: Duration) {
+        self.send(Command::Open, now);
+        self.send(Command::Pulse, now);
+    }
+
+    /// Tells an open connection what the robot shall do.
+    fn keep(&mut self, now: Duration) {
+        let fresh = self.commanded.filter(|(_, since)| now.saturating_sub(*since) < self.time_to_live);
+        // What was not sent yet would only grow old.
+        let waits = !self.outgoing.is_empty();
+        let spoke = self.spoke;
+        let State::Open(open) = &mut self.state else { return };
+        if waits {
+            return;
+        }
+        let mut commands = Vec::new();
+        if open.motors.due(now) {
+            commands.push(Command::Enable(true));
+        }
+        if open.sonars.due(now) {
+            commands.push(Command::Sonar(true));
+        }
+        let motion = fresh.map_or((0, 0), |([left, right], _)| open.model.motion(left, right));
+        let since = now.saturating_sub(open.renewed);
+        let is_new = motion != open.sent;
+        if is_new {
+            open.changed = now;
+        }
+        let stands = motion == (0, 0) && !open.moving && now.saturating_sub(open.changed) > SILENCE;
+        if (is_new && (motion == (0, 0) || since >= SPACING)) || (!stands && since >= RENEWAL) {
+            (open.sent, open.renewed) = (motion, now);
+            commands.extend([Command::Velocity(motion.0), Command::Rotation(motion.1)]);
+        } else if now.saturating_sub(spoke) >= BEAT {
+            commands.push(Command::Pulse);
+        }
+        for command in commands {
+            self.send(command, now);
+        }
+    }
+
+    fn send(&mut self, command: Command<'_>, now: Duration) {
+        // A port that takes nothing must not let this grow; what is left out is asked for again.
+        if self.outgoing.len() < 256 {
+            command.encode(&mut self.outgoing);
+            self.spoke = now;
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! The actions of RoCS's Table 2, with their decomposition, for any robot on wheels.
+//!
+//! | action | decomposition |
+//! |---|---|
+//! | `SetWheelSpeed` | atomic |
+//! | `TurnAngle` | atomic |
+//! | `AvoidObstacle` | `TurnAngle`; `SetWheelSpeed` |
+//! | `GoToOrigin` | `TurnToOrigin`; `SetWheelSpeed` |
+//! | `TurnToOrigin` | `TurnAngle` |
+
+use serde::{Deserialize, Serialize};
+use slate_plugin::interfaces::WheelSpeeds;
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
+
+use crate::body::WheeledBody;
+
+/// Turns the wheels for a while.
+#[derive(Serialize, Deserialize)]
+pub struct SetWheelSpeed {
+    speeds: Speeds,
+    left: f64,
+}
+
+/// What [`SetWheelSpeed`] is started with.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub struct Speeds {
+    /// Radians per second.
+    pub left: f64,
+    /// Radians per second.
+    pub right: f64,
+    /// Seconds.
+    pub duration: f64,
+}
+arguments!(Speeds { left, right, duration });
+
+impl ActionKind for SetWheelSpeed {
+    const KIND: &'static str = "SetWheelSpeed";
+    type Arguments = Speeds;
+
+    fn start(speeds: Speeds) -> Self {
+        Self { left: speeds.duration, speeds }
+    }
+}
+
+impl<B: WheeledBody> Action<B> for SetWheelSpeed {
+    fn act(&mut self, acting: &Acting<'_, B>) -> Step {
+        if self.left <= 0.0 {
+            return Step::Done;
+        }
+        self.left -= acting.now.elapsed();
+        let Speeds { left, right, .. } = self.speeds;
+        acting.body.turn_wheels(WheelSpeeds { left, right }, acting.priority);
+        Step::Running
+    }
+}
+
+/// Turns on the spot by an angle.
+#[derive(Serialize, Deserialize)]
+pub struct TurnAngle {
+    turn: Turn,
+    /// The heading to reach, once the robot knows where it looks.
+    heading: Option<f64>,
+}
+
+/// What [`TurnAngle`] is started with.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub struct Turn {
+    /// Radians, counter-clockwise.
+    pub angle: f64,
+    /// Radians per second.
+    pub speed: f64,
+}
+arguments!(Turn { angle, speed });
+
+/// A turn ends this near to its heading, radians.
+const HEADING_TOLERANCE: f64 = 0.1;
+
+impl ActionKind for TurnAngle {
+    const KIND: &'static str = "TurnAngle";
+    type Arguments = Turn;
+
+    fn start(turn: Turn) -> Self {
+        Self { turn, heading: None }
+    }
+}
+
+impl<B: WheeledBody> Action<B> for TurnAngle {
+    fn act(&mut self, acting: &Acting<'_, B>) -> Step {
+        let whereabouts = acting.body.whereabouts();
+        let Some(pose) = whereabouts.pose() else { return Step::Failed };
+        let heading = *self.heading.get_or_insert_with(|| math::wrap_angle(pose.theta + self.turn.angle));
+        let error = math::angle_between(pose.theta, heading);
+        if error.abs() < HEADING_TOLERANCE {
+            return Step::Done;
+        }
+        // Slower near the heading, so that the turn does not overshoot.
+        let speed = math::clamp(4.0 * error, -self.turn.speed, self.turn.speed);
+        acting.body.turn_wheels(whereabouts.wheels_for(0.0, speed), acting.priority);
+        Step::Running
+    }
+}
+
+/// Turns towards a place.
+#[derive(Serialize, Deserialize)]
+pub struct TurnToOrigin {
+    x: f64,
+    y: f64,
+    turn: Option<TurnAngle>,
+}
+
+impl ActionKind for TurnToOrigin {
+    const KIND: &'static str = "TurnToOrigin";
+    type Arguments = (f64, f64);
+
+    fn start((x, y): (f64, f64)) -> Self {
+        Self { x, y, turn: None }
+    }
+
+    fn children(&self, tree: &mut ActionTree) {
+        if let Some(turn) = &self.turn {
+            tree.child(turn);
+        }
+    }
+}
+
+impl<B: WheeledBody> Action<B> for TurnToOrigin {
+    fn act(&mut self, acting: &Acting<'_, B>) -> Step {
+        if self.turn.is_none() {
+            let Some(pose) = acting.body.whereabouts().pose() else { return Step::Failed };
+            let angle = math::angle_between(pose.theta, math::atan2(self.y - pose.y, self.x - pose.x));
+            self.turn = Some(TurnAngle::start(Turn { angle, speed: 1.2 }));
+        }
+        self.turn.as_mut().map_or(Step::Failed, |turn| turn.act(acting))
+    }
+}
+
+/// Goes to a place, as if nothing stood in the way.
+#[derive(Serialize, Deserialize)]
+pub struct GoToOrigin {
+    leg: Leg,
+    turn: Option<TurnToOrigin>,
+    drive: Option<SetWheelSpeed>,
+}
+
+/// What [`GoToOrigin`] is started with.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub struct Leg {
+    /// To the east, metres.
+    pub x: f64,
+    /// To the north, metres.
+    pub y: f64,
+    /// Metres per second.
+    pub speed: f64,
+    /// Metres.
+    pub tolerance: f64,
+}
+arguments!(Leg { x, y, speed, tolerance });
+
+/// Beyond this the robot first turns on the spot, radians.
+const TURN_FIRST: f64 = 0.2;
+
+impl ActionKind for GoToOrigin {
+    const KIND: &'static str = "GoToOrigin";
+    type Arguments = Leg;
+
+    fn start(leg: Leg) -> Self {
+        Self { leg, turn: None, drive: None }
+    }
+
+    fn children(&self, tree: &mut ActionTree) {
+        match (&self.turn, &self.drive) {
+            (Some(turn), _) => tree.child(turn),
+            (None, Some(drive)) => tree.child(drive),
+            (None, None) => {}
+        }
+    }
+}
+
+impl<B: WheeledBody> Action<B> for GoToOrigin {
+    fn act(&mut self, acting: &Acting<'_, B>) -> Step {
+        let whereabouts = acting.body.whereabouts();
+        let Some(pose) = whereabouts.pose() else { return Step::Failed };
+        let (dx, dy) = (self.leg.x - pose.x, self.leg.y - pose.y);
+        let distance = math::hypot(dx, dy);
+        if distance < self.leg.tolerance {
+            return Step::Done;
+        }
+        let error = math::angle_between(pose.theta, math::atan2(dy, dx));
+        if self.turn.is_none() && error.abs() > TURN_FIRST {
+            self.turn = Some(TurnToOrigin::start((self.leg.x, self.leg.y)));
+        }
+        match self.turn.as_mut().map(|turn| turn.act(acting)) {
+            Some(Step::Running) => return Step::Running,
+            Some(Step::Failed) => return Step::Failed,
+            // The wheels must not wait for the next cycle.
+            Some(Step::Done) | None => self.turn = None,
+        }
+        // Slower at the end; towards the goal on an arc.
+        let linear = math::min(self.leg.speed, math::max(1.5 * distance, 0.05));
+        let speeds = whereabouts.wheels_for(linear, math::clamp(2.0 * error, -1.5, 1.5));
+        let drive = self.drive.insert(SetWheelSpeed::start(Speeds {
+            left: speeds.left,
+            right: speeds.right,
+            duration: 1.0,
+        }));
+        drive.act(acting)
+    }
+}
+
+/// Turns away and drives on, out of the way of what is near.
+#[derive(Serialize, Deserialize)]
+pub struct AvoidObstacle {
+    turn: TurnAngle,
+    drive: SetWheelSpeed,
+}
+
+/// What [`AvoidObstacle`] is started with.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub struct Evasion {
+    /// The turn on the spot that comes first, radians.
+    pub angle: f64,
+    /// Then the left wheel, radians per second.
+    pub left: f64,
+    /// And the right wheel, radians per second.
+    pub right: f64,
+    /// For so long, seconds.
+    pub duration: f64,
+}
+arguments!(Evasion { angle, left, right, duration });
+
+impl ActionKind for AvoidObstacle {
+    const KIND: &'static str = "AvoidObstacle";
+    type Arguments = Evasion;
+
+    fn start(evasion: Evasion) -> Self {
+        let Evasion { angle, left, right, duration } = evasion;
+        Self {
+            turn: TurnAngle::start(Turn { angle, speed: 1.0 }),
+            drive: SetWheelSpeed::start(Speeds { left, right, duration }),
+        }
+    }
+
+    fn children(&self, tree: &mut ActionTree) {
+        tree.child(&self.drive);
+    }
+}
+
+impl<B: WheeledBody> Action<B> for AvoidObstacle {
+    fn act(&mut self, acting: &Acting<'_, B>) -> Step {
+        match self.turn.act(acting) {
+            Step::Done => self.drive.act(acting),
+            other => other,
+        }
+    }
+}

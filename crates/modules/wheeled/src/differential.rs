@@ -1,0 +1,36 @@
+//! Two driven wheels, such as those of a Pioneer.
+
+use slate_plugin::interfaces::WheelSpeeds;
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
+
+use crate::actions::{AvoidObstacle, GoToOrigin, SetWheelSpeed, TurnAngle, TurnToOrigin};
+use crate::body::{WheeledBody, Whereabouts};
+
+/// The wheels of a differential drive.
+#[ports]
+pub struct TwoWheels {
+    /// Both wheels.
+    #[safe(WheelSpeeds::ZERO)]
+    wheels: Command<WheelSpeeds>,
+}
+
+/// Two driven wheels, such as those of a Pioneer.
+pub type DifferentialBody = (Whereabouts, TwoWheels);
+
+impl WheeledBody for DifferentialBody {
+    fn whereabouts(&self) -> &Whereabouts {
+        &self.0
+    }
+
+    fn turn_wheels(&self, speeds: WheelSpeeds, priority: Priority) {
+        self.1.wheels.send(speeds, priority);
+    }
+}
+
+repertoire! {
+    /// All that a robot with two driven wheels can do.
+    pub enum DifferentialActions for DifferentialBody as "differential_execute" {
+        SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle
+    }
+}

@@ -1,0 +1,38 @@
+//! Four driven wheels that steer by skidding, such as those of a Summit XL.
+
+use slate_plugin::interfaces::{FourWheelSpeeds, WheelSpeeds};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
+
+use crate::actions::{AvoidObstacle, GoToOrigin, SetWheelSpeed, TurnAngle, TurnToOrigin};
+use crate::body::{WheeledBody, Whereabouts};
+
+/// The wheels of a drive that steers by skidding.
+#[ports]
+pub struct FourWheels {
+    /// All four wheels.
+    #[safe(FourWheelSpeeds::ZERO)]
+    wheels: Command<FourWheelSpeeds>,
+}
+
+/// Four driven wheels, such as those of a Summit XL.
+pub type SkidSteerBody = (Whereabouts, FourWheels);
+
+impl WheeledBody for SkidSteerBody {
+    fn whereabouts(&self) -> &Whereabouts {
+        &self.0
+    }
+
+    fn turn_wheels(&self, WheelSpeeds { left, right }: WheelSpeeds, priority: Priority) {
+        let wheels =
+            FourWheelSpeeds { front_left: left, front_right: right, back_left: left, back_right: right };
+        self.1.wheels.send(wheels, priority);
+    }
+}
+
+repertoire! {
+    /// All that a robot with four driven wheels can do.
+    pub enum SkidSteerActions for SkidSteerBody as "skid_steer_execute" {
+        SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle
+    }
+}

@@ -1,0 +1,147 @@
+//! Which topics this agent shows, and what they look like.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use slate_blackboard::Board;
+use slate_runtime::sharing::is_topic;
+
+use super::shown::Shown;
+use super::stating::Stating;
+use super::{Known, Layout, Member, Topics};
+
+/// How many topics are shown at most that nobody here reads or states: what other robots state has no other limit.
+const UNUSED: usize = 64;
+
+/// The topics on the board.
+pub(super) struct Showing {
+    board: Arc<Board>,
+    room: usize,
+    shown: BTreeMap<String, Shown>,
+    /// Why topics can't be shown.
+    troubles: BTreeMap<String, String>,
+}
+
+/// What became of it.
+#[derive(Default)]
+pub(super) struct Sight {
+    /// Facts that are known.
+    pub facts: u64,
+    /// Facts that show nowhere, but for those that do not fit.
+    pub unshown: u64,
+    /// Facts that do not fit where they would show.
+    pub unfit: u64,
+    /// The topics that are used here or show, and whether each takes the place of one with another layout; or why it does
+    /// not show.
+    pub topics: Vec<(String, Result<bool, String>)>,
+    /// What is new and wrong, for the log.
+    pub troubles: Vec<String>,
+}
+
+impl Showing {
+    pub fn new(board: &Arc<Board>, room: usize) -> Self {
+        Self { board: Arc::clone(board), room, shown: BTreeMap::new(), troubles: BTreeMap::new() }
+    }
+
+    /// Shows what is known at this agent's time `now`, nanoseconds.
+    pub fn update(&mut self, member: &Member, read: &Topics, stating: &[Stating], now: u64) -> Sight {
+        let mut known = member.known();
+        let mut sight = Sight { facts: count(&known), ..Sight::default() };
+        let mut troubles = BTreeMap::new();
+        for topic in self.choose(&known, read, stating) {
+            let facts = known.remove(topic.as_str()).unwrap_or_default();
+            let layout = self.layout(&topic, &facts, member, read, stating);
+            let placed = self.place(&topic, layout);
+            if let Err(reason) = &placed {
+                if self.troubles.get(&topic) != Some(reason) {
+                    sight.troubles.push(format!("team/{topic}: {reason}"));
+                }
+                troubles.insert(topic.clone(), reason.clone());
+            }
+            match self.shown.get_mut(&topic) {
+                Some(shown) => {
+                    sight.troubles.extend(shown.update(&topic, facts, member, now));
+                    sight.unfit += u64::from(shown.unfit_facts());
+                }
+                None => sight.unshown += facts.len() as u64,
+            }
+            sight.topics.push((topic, placed));
+        }
+        self.troubles = troubles;
+        sight.unshown += count(&known);
+        sight
+    }
+
+    /// All topics that are used here, and of the others those that show already and so many more as have room.
+    fn choose(
+        &mut self,
+        known: &BTreeMap<&str, Vec<Known<'_>>>,
+        read: &Topics,
+        stating: &[Stating],
+    ) -> BTreeSet<String> {
+        let stated = stating.iter().map(|stating| stating.topic.clone());
+        let used: BTreeSet<String> = read.keys().cloned().chain(stated).collect();
+        let unused =
+            |shown: &BTreeMap<String, Shown>| shown.keys().filter(|topic| !used.contains(*topic)).count();
+        if unused(&self.shown) >= UNUSED {
+            // An empty one makes room.
+            self.shown.retain(|topic, _| used.contains(topic) || known.contains_key(topic.as_str()));
+        }
+        let room = UNUSED.saturating_sub(unused(&self.shown));
+        let is_new =
+            |topic: &&str| is_topic(topic) && !used.contains(*topic) && !self.shown.contains_key(*topic);
+        let new = known.keys().copied().filter(is_new).take(room).map(str::to_owned);
+        self.shown.keys().cloned().chain(new).chain(used.iter().cloned()).collect()
+    }
+
+    /// What tables about a topic look like: what is read here says so, then what is stated here, and then what other robots say.
+    fn layout(
+        &self,
+        topic: &str,
+        facts: &[Known<'_>],
+        member: &Member,
+        read: &Topics,
+        stating: &[Stating],
+    ) -> Result<Layout, String> {
+        if let Some(descriptor) = read.get(topic).copied().flatten() {
+            return Layout::of(descriptor);
+        }
+        let own = stating.iter().find(|stating| stating.topic == topic);
+        if let Some(table) = own.and_then(|own| own.table(&self.board)) {
+            return table.map(|(_, layout)| layout);
+        }
+        // Robots of several versions may differ, and whoever looks at it here must not see it change to and fro.
+        if let Some(shown) = self.shown.get(topic)
+            && (facts.is_empty() || facts.iter().any(|known| shown.fits(known)))
+        {
+            return Ok(shown.layout);
+        }
+        let mut seen = BTreeSet::new();
+        let schemas = facts.iter().map(|known| known.fact.statement.schema);
+        let mut schemas = schemas.filter(|schema| seen.insert(*schema));
+        match schemas.find_map(|schema| member.interface(schema)) {
+            Some(descriptor) => Layout::of(descriptor),
+            None => Err("it is not known yet what facts about it look like".into()),
+        }
+    }
+
+    /// Puts a topic on the board, unless it is there; says whether it takes the place of one with another layout.
+    fn place(&mut self, topic: &str, layout: Result<Layout, String>) -> Result<bool, String> {
+        let layout = match (layout, self.shown.get(topic)) {
+            // It stays as it is when nobody says any more what it looks like.
+            (Err(_), Some(_)) => return Ok(false),
+            (layout, _) => layout?,
+        };
+        let is_same = |shown: &Shown| shown.layout.descriptor().hash == layout.descriptor().hash;
+        if self.shown.get(topic).is_some_and(is_same) {
+            return Ok(false);
+        }
+        let was_there = self.shown.remove(topic).is_some();
+        self.shown.insert(topic.to_owned(), Shown::new(&self.board, topic, layout, self.room)?);
+        Ok(was_there)
+    }
+}
+
+fn count(known: &BTreeMap<&str, Vec<Known<'_>>>) -> u64 {
+    known.values().map(|facts| facts.len() as u64).sum()
+}

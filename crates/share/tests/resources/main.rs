@@ -1,0 +1,13 @@
+//! What links that come and go leave behind of the files and threads of their process, in which nothing else may run
+//! meanwhile.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+
+#[path = "../agents/mod.rs"]
+mod agents;
+#[cfg(feature = "tls")]
+mod network;
+
+fn main() {
+    #[cfg(feature = "tls")]
+    network::run(std::env::args().nth(1).filter(|argument| !argument.starts_with('-')).as_deref());
+}

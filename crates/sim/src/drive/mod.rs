@@ -1,0 +1,106 @@
+//! Drives: wheels that follow their commands, how they move a robot, and what the encoders say of them.
+
+mod differential;
+mod odometer;
+mod skid_steer;
+
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::clamp;
+
+use crate::geometry::{Point, Pose};
+use crate::robot::{DriveDescription, DriveKind, NoiseDescription};
+
+pub use differential::Differential;
+pub use skid_steer::{Mass, SkidSteer, Velocity};
+
+/// Speeds of the wheels of two sides, radians per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Wheels {
+    /// Left side.
+    pub left: f64,
+    /// Right side.
+    pub right: f64,
+}
+
+/// Speeds of four wheels, radians per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FourWheels {
+    /// Front left wheel.
+    pub front_left: f64,
+    /// Front right wheel.
+    pub front_right: f64,
+    /// Back left wheel.
+    pub back_left: f64,
+    /// Back right wheel.
+    pub back_right: f64,
+}
+
+impl From<Wheels> for FourWheels {
+    fn from(Wheels { left, right }: Wheels) -> Self {
+        Self { front_left: left, front_right: right, back_left: left, back_right: right }
+    }
+}
+
+impl From<FourWheels> for Wheels {
+    /// Each side as fast as its wheels on average.
+    fn from(wheels: FourWheels) -> Self {
+        Self {
+            left: (wheels.front_left + wheels.back_left) / 2.0,
+            right: (wheels.front_right + wheels.back_right) / 2.0,
+        }
+    }
+}
+
+/// The drive of a robot.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Drive {
+    /// Two wheels that do not slip: they say how the robot moves.
+    Differential(Differential),
+    /// Four wheels that rub on the floor: they say what forces there are.
+    SkidSteer(SkidSteer),
+}
+
+impl Drive {
+    /// A standing drive with the biases of this run, under a body of that mass and centre of mass.
+    pub fn new(
+        description: &DriveDescription,
+        noise: &NoiseDescription,
+        mass: f64,
+        center: Point,
+        random: Random,
+    ) -> Self {
+        match description.kind {
+            DriveKind::Differential => Self::Differential(Differential::new(*description, noise, random)),
+            DriveKind::SkidSteer => Self::SkidSteer(SkidSteer::new(description, noise, mass, center, random)),
+        }
+    }
+
+    /// What the wheels are told; held within their limits, and 0 for what is not a number. A drive of two wheels takes
+    /// the average of each side.
+    pub fn command(&mut self, wheels: FourWheels) {
+        match self {
+            Self::Differential(drive) => drive.command(wheels.into()),
+            Self::SkidSteer(drive) => drive.command(wheels),
+        }
+    }
+
+    /// Where the encoders say the robot is, and how it moves (m/s, rad/s).
+    pub fn odometry(&self) -> (Pose, (f64, f64)) {
+        let odometer = match self {
+            Self::Differential(drive) => &drive.odometer,
+            Self::SkidSteer(drive) => &drive.odometer,
+        };
+        (odometer.pose, odometer.measured)
+    }
+}
+
+/// The speed of a wheel that goes from `speed` towards `command` by at most `change`.
+fn follow(speed: f64, command: f64, change: f64) -> f64 {
+    speed + clamp(command - speed, -change, change)
+}
+
+/// A command within the limit; 0 for what is not a number.
+fn held(speed: f64, limit: f64) -> f64 {
+    if speed.is_finite() { clamp(speed, -limit, limit) } else { 0.0 }
+}

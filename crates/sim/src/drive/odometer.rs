@@ -1,0 +1,55 @@
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::{cos, sin, wrap_angle};
+
+use crate::geometry::Pose;
+use crate::robot::NoiseDescription;
+
+/// Believes what the encoders of a robot's two sides say.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Odometer {
+    wheel_radius: f64,
+    /// What it believes to be between the sides.
+    track: f64,
+    /// Factors on the wheels' radii and on the track as odometry believes them.
+    believed: (f64, f64, f64),
+    white: f64,
+    random: Random,
+    /// Where odometry believes to be, from the start.
+    pub pose: Pose,
+    /// Forward speed and turn, as odometry believes them.
+    pub measured: (f64, f64),
+}
+
+impl Odometer {
+    /// With the biases of this run.
+    pub fn new(wheel_radius: f64, track: f64, noise: &NoiseDescription, mut random: Random) -> Self {
+        let mut factor = |deviation: f64| 1.0 + deviation * random.normal();
+        let believed =
+            (factor(noise.wheel_radius_bias), factor(noise.wheel_radius_bias), factor(noise.track_bias));
+        Self {
+            wheel_radius,
+            track,
+            believed,
+            white: noise.wheel_speed,
+            random,
+            pose: Pose::default(),
+            measured: (0.0, 0.0),
+        }
+    }
+
+    /// Counts what the sides turned in `step` seconds at those speeds, radians per second.
+    pub fn measure(&mut self, left: f64, right: f64, step: f64) {
+        let mut noisy = |speed: f64, radius: f64| {
+            speed * self.wheel_radius * radius * (1.0 + self.white * self.random.normal())
+        };
+        let left = noisy(left, self.believed.0);
+        let right = noisy(right, self.believed.1);
+        let (linear, angular) = ((left + right) / 2.0, (right - left) / (self.track * self.believed.2));
+        self.measured = (linear, angular);
+        let middle = self.pose.theta + angular * step / 2.0;
+        self.pose.x += linear * step * cos(middle);
+        self.pose.y += linear * step * sin(middle);
+        self.pose.theta = wrap_angle(self.pose.theta + angular * step);
+    }
+}

@@ -1,0 +1,52 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Clearance, Contacts, Pose2};
+use slate_module::{Queue, math};
+
+use crate::geometry::Point;
+
+/// How a robot has behaved: its way, what it came near to, what it touched.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Conduct {
+    last: Option<Point>,
+    /// Metres.
+    pub length: f64,
+    /// Metres.
+    pub clearance: f64,
+    pub collisions: u64,
+    /// Those in which it was one that moved in.
+    pub caused: u64,
+}
+
+impl Default for Conduct {
+    fn default() -> Self {
+        Self { last: None, length: 0.0, clearance: f64::MAX, collisions: 0, caused: 0 }
+    }
+}
+
+impl Conduct {
+    /// Goes on to where it is now; `counts` says whether the way there is one that counts.
+    pub fn go_on(&mut self, truth: &Pose2, counts: bool) -> Point {
+        let place = Point::new(truth.x, truth.y);
+        if let Some(last) = self.last.replace(place)
+            && counts
+        {
+            self.length += place.minus(last).norm();
+        }
+        place
+    }
+
+    /// Takes in what the robot came near to and touched.
+    pub fn watch(&mut self, robot: &str, clearance: &Clearance, contacts: &Queue<Contacts>) {
+        self.clearance = math::min(self.clearance, clearance.distance);
+        for contacts in contacts.iter() {
+            for contact in contacts.list.iter() {
+                let own = contact.robot.as_str() == robot;
+                if own || contact.other.as_str() == robot {
+                    self.collisions += 1;
+                    let caused = if own { contact.caused } else { contact.caused_by_other };
+                    self.caused += u64::from(caused.get());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Clearance, Contacts, MissionState, Pose2, Verdict};
+use slate_module::prelude::*;
+use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
+
+use super::conduct::Conduct;
+use super::verdict;
+use crate::geometry::Point;
+use crate::scenario::Scenario;
+use crate::shortest_path::shortest_path;
+
+/// How a run went so far.
+#[interface]
+pub struct Metrics {
+    /// The way of the robot until it reached its last goal.
+    #[unit("m")]
+    pub path_length: f64,
+    /// The shortest way of a disc of half the robot's width among what does not move, from goal to goal.
+    #[unit("m")]
+    pub shortest_path: f64,
+    /// The least distance to another body.
+    #[unit("m")]
+    pub minimum_clearance: f64,
+    /// Contacts of the robot.
+    pub collisions: u64,
+    /// Contacts in which the robot was one that moved in.
+    pub collisions_caused: u64,
+}
+
+/// Whether the robot stays where it went.
+#[interface]
+pub struct Stay {
+    /// When it reached its last goal.
+    #[unit("s")]
+    pub time_to_goal: f64,
+    /// The share of the time since then in which it was near to the goal.
+    pub held: f64,
+}
+
+#[ports]
+struct Io {
+    /// Where the robot really is.
+    truth: Input<Pose2>,
+    /// How far the nearest other body really is.
+    clearance: Input<Clearance>,
+    /// All contacts.
+    contacts: Queue<Contacts>,
+    /// How the mission stands.
+    verdict: Output<Verdict>,
+    /// How the run went so far.
+    metrics: Output<Metrics>,
+    /// Whether the robot stays where it went, if it shall.
+    stay: Output<Stay>,
+}
+
+#[params]
+struct Params {
+    #[param(default = "r2", doc = "the robot that is judged")]
+    robot: Text<28>,
+    #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "the goal is reached within this distance")]
+    tolerance: f64,
+    #[param(default = 120.0, range = 0.0..=1e9, unit = "s", doc = "the time that the robot may take to its last goal")]
+    time_limit: f64,
+    #[param(default = 1, range = 1..=1000000, doc = "how often it goes round its goals")]
+    laps: u64,
+    #[param(default = 0.0, range = 0.0..=1e9, unit = "s", doc = "how long the robot shall stay at its last goal")]
+    hold: f64,
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "how near to it that is")]
+    hold_within: f64,
+    #[param(default = 0.9, range = 0.0..=1.0, doc = "for which share of that time")]
+    hold_share: f64,
+}
+
+/// Judges whether a robot reaches its goals in time, one after the other, and whether it stays at the last one.
+#[derive(Debug)]
+pub struct Referee {
+    goals: Vec<Point>,
+    /// The shortest way from the start to the last goal, and once round all.
+    shortest: (f64, f64),
+    course: Course,
+}
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct Course {
+    conduct: Conduct,
+    /// How many goals it has reached.
+    reached: u64,
+    /// When it reached the last one, seconds.
+    arrived: Option<f64>,
+    /// Cycles since then, and those in which it was near.
+    stay: (u64, u64),
+    decided: bool,
+}
+
+impl Instance for Referee {
+    const SECTION: &'static str = "world";
+
+    fn describe(_: &Setup<'_>) -> Result<Description, Refusal> {
+        Ok(Description {
+            ports: Io::describe(),
+            params: Params::DESCRIPTOR,
+            parameters: Params::parameters(),
+            stage: Stage::PostLoop,
+            trigger: Trigger::Stage,
+            deadline: None,
+            unique: String::new(),
+        })
+    }
+
+    fn create(setup: &Setup<'_>, params: &[u8]) -> Result<Self, Refusal> {
+        let table = setup.section.ok_or("the referee needs a [world] table")?;
+        let scenario = Scenario::new(table, setup.seed).map_err(|error| Refusal(error.to_string()))?;
+        let params: Params = slate_module::read_params(params)?;
+        let robot = scenario.placements.iter().find(|placement| placement.name == params.robot.as_str());
+        let robot = robot.ok_or_else(|| format!("no robot `{}` in the world", params.robot))?;
+        let outline = robot.description.outline();
+        let half_width = outline.points.iter().map(|point| point.y).fold(0.0, math::max);
+        let bodies = scenario.static_outlines();
+        let goals = scenario.goals_of(params.robot.as_str());
+        let way = |from: Point, to: Point| {
+            shortest_path(&bodies, from, to, half_width)
+                .ok_or_else(|| format!("there is no way to the goal ({}, {})", to.x, to.y))
+        };
+        let (Some(first), Some(last)) = (goals.first(), goals.last()) else {
+            return Err(format!("[world.goals] has none for `{}`", params.robot).into());
+        };
+        let mut between = 0.0;
+        for leg in goals.windows(2) {
+            between += way(leg[0], leg[1])?;
+        }
+        let shortest = (way(robot.pose.point(), *first)? + between, way(*last, *first)? + between);
+        Ok(Self { goals, shortest, course: Course::default() })
+    }
+
+    fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {
+        let Ok(params) = slate_module::read_params::<Params>(params) else { return Outcome::Failed };
+        ports.with(|io: &Io| self.judge(io, &params, now))
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Refusal> {
+        encode(&self.course)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
+        self.course = decode(state)?;
+        Ok(())
+    }
+}
+
+impl Referee {
+    fn judge(&mut self, io: &Io, params: &Params, now: &Tick) -> Outcome {
+        let Self { goals, shortest, course } = self;
+        if course.decided {
+            return Outcome::Ok;
+        }
+        let late = course.arrived.is_none() && now.seconds() >= params.time_limit;
+        let (Some(truth), Some(clearance)) = (io.truth.fresh(), io.clearance.fresh()) else {
+            // Without a truth there is nothing to judge, and no robot arrives anywhere.
+            if late {
+                course.decided = true;
+                io.verdict.set(verdict(MissionState::FAILED, "the robot was never seen to arrive in time"));
+            }
+            return Outcome::Degraded;
+        };
+        let place = course.conduct.go_on(truth, course.arrived.is_none());
+        course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
+        let all = params.laps.saturating_mul(goals.len() as u64);
+        let away = |number: u64| place.minus(goals[(number % goals.len() as u64) as usize]).norm();
+        if course.reached < all && away(course.reached) <= params.tolerance {
+            course.reached += 1;
+            if course.reached == all {
+                course.arrived = Some(now.seconds());
+            }
+        }
+        let verdict = match course.arrived {
+            Some(_) if params.hold <= 0.0 => verdict(MissionState::SUCCEEDED, "goal reached"),
+            Some(arrived) => {
+                course.stay.0 += 1;
+                course.stay.1 += u64::from(away(all - 1) <= params.hold_within);
+                let held = course.stay.1 as f64 / course.stay.0 as f64;
+                io.stay.set(Stay { time_to_goal: arrived, held });
+                match now.seconds() - arrived >= params.hold {
+                    false => verdict(MissionState::RUNNING, "at the goal"),
+                    true if held >= params.hold_share => {
+                        verdict(MissionState::SUCCEEDED, "goal reached and held")
+                    }
+                    true => verdict(MissionState::FAILED, "goal reached, and left for too long"),
+                }
+            }
+            None if late => verdict(MissionState::FAILED, "time is up"),
+            None => verdict(MissionState::RUNNING, "on the way"),
+        };
+        course.decided = verdict.state != MissionState::RUNNING;
+        io.verdict.set(verdict);
+        io.metrics.set(Metrics {
+            path_length: course.conduct.length,
+            shortest_path: shortest.0 + (params.laps - 1) as f64 * shortest.1,
+            minimum_clearance: course.conduct.clearance,
+            collisions: course.conduct.collisions,
+            collisions_caused: course.conduct.caused,
+        });
+        Outcome::Ok
+    }
+}

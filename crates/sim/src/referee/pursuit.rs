@@ -1,0 +1,149 @@
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Clearance, Contacts, MissionState, Pose2, Verdict};
+use slate_module::prelude::*;
+
+use super::conduct::Conduct;
+use super::verdict;
+
+/// How a robot follows another so far.
+#[interface]
+pub struct Pursuit {
+    /// The share of the time in which the gap was as it shall be, since it first was so.
+    pub gap_in_band: f64,
+    /// When that was.
+    #[unit("s")]
+    pub time_to_band: f64,
+    /// From the reference point of the one to that of the other, now.
+    #[unit("m")]
+    pub gap: f64,
+    /// The least gap.
+    #[unit("m")]
+    pub minimum_gap: f64,
+    /// The greatest gap since it first was as it shall be.
+    #[unit("m")]
+    pub maximum_gap: f64,
+    /// The way of the follower.
+    #[unit("m")]
+    pub path_length: f64,
+    /// The follower's least distance to another body.
+    #[unit("m")]
+    pub minimum_clearance: f64,
+    /// Contacts of the follower.
+    pub collisions: u64,
+    /// Contacts in which the follower was one that moved in.
+    pub collisions_caused: u64,
+}
+
+#[ports]
+pub struct PursuitIo {
+    /// Where the leader really is.
+    leader: Input<Pose2>,
+    /// Where the follower really is.
+    follower: Input<Pose2>,
+    /// How far the nearest other body really is from the follower.
+    clearance: Input<Clearance>,
+    /// All contacts.
+    contacts: Queue<Contacts>,
+    /// How the leader's course goes: its end is the end of this mission.
+    course: Input<Verdict>,
+    /// How the mission stands.
+    verdict: Output<Verdict>,
+    /// How the run went so far.
+    metrics: Output<Pursuit>,
+}
+
+#[params]
+pub struct PursuitParams {
+    #[param(default = "r3", doc = "the robot that follows")]
+    robot: Text<28>,
+    #[param(default = 0.8, range = 0.0..=100.0, unit = "m", doc = "the least gap")]
+    nearest: f64,
+    #[param(default = 2.0, range = 0.0..=100.0, unit = "m", doc = "the greatest gap")]
+    farthest: f64,
+    #[param(default = 0.95, range = 0.0..=1.0, doc = "the share of the time in which the gap shall be between")]
+    share: f64,
+}
+
+/// What the judge has seen.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct PursuitCourse {
+    conduct: Conduct,
+    /// When the gap first was as it shall be, seconds.
+    since: Option<f64>,
+    /// Cycles since then, and those in which it was so.
+    cycles: (u64, u64),
+    /// The least and the greatest gap.
+    extremes: Option<(f64, f64)>,
+    decided: bool,
+}
+
+/// Judges whether a robot follows another at a safe distance.
+#[derive(Debug)]
+pub struct PursuitReferee;
+
+#[module(stage = PostLoop)]
+impl Module for PursuitReferee {
+    type Io = PursuitIo;
+    type Params = PursuitParams;
+    type State = PursuitCourse;
+
+    fn tick(course: &mut PursuitCourse, io: &PursuitIo, params: &PursuitParams, now: &Tick) -> Outcome {
+        if course.decided {
+            return Outcome::Ok;
+        }
+        let led = io.course.fresh().copied().unwrap_or_default();
+        let all = (io.leader.fresh(), io.follower.fresh(), io.clearance.fresh());
+        let (Some(leader), Some(follower), Some(clearance)) = all else {
+            // Who can't be seen is not judged, but a mission that has ended has ended.
+            if led.state != MissionState::RUNNING {
+                course.decided = true;
+                let reason = if led.state == MissionState::FAILED {
+                    led.reason.as_str()
+                } else {
+                    "the follower was not seen"
+                };
+                io.verdict.set(verdict(MissionState::FAILED, reason));
+            }
+            return Outcome::Degraded;
+        };
+        course.conduct.go_on(follower, true);
+        course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
+        let gap = math::hypot(leader.x - follower.x, leader.y - follower.y);
+        let is_right = (params.nearest..=params.farthest).contains(&gap);
+        let extremes = course.extremes.get_or_insert((gap, gap));
+        extremes.0 = math::min(extremes.0, gap);
+        if is_right && course.since.is_none() {
+            course.since = Some(now.seconds());
+            extremes.1 = gap;
+        }
+        extremes.1 = math::max(extremes.1, gap);
+        let (least, greatest) = *extremes;
+        if course.since.is_some() {
+            course.cycles.0 += 1;
+            course.cycles.1 += u64::from(is_right);
+        }
+        let share = course.cycles.1 as f64 / math::max(course.cycles.0 as f64, 1.0);
+        let verdict = match led.state {
+            MissionState::FAILED => led,
+            MissionState::SUCCEEDED if share >= params.share => {
+                verdict(MissionState::SUCCEEDED, "all goals reached, and followed")
+            }
+            MissionState::SUCCEEDED => verdict(MissionState::FAILED, "too near or too far for too long"),
+            _ => verdict(MissionState::RUNNING, "on the way"),
+        };
+        course.decided = verdict.state != MissionState::RUNNING;
+        io.verdict.set(verdict);
+        io.metrics.set(Pursuit {
+            gap_in_band: share,
+            time_to_band: course.since.unwrap_or_default(),
+            gap,
+            minimum_gap: least,
+            maximum_gap: greatest,
+            path_length: course.conduct.length,
+            minimum_clearance: course.conduct.clearance,
+            collisions: course.conduct.collisions,
+            collisions_caused: course.conduct.caused,
+        });
+        Outcome::Ok
+    }
+}

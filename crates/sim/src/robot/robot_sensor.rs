@@ -1,0 +1,61 @@
+use serde::{Deserialize, Serialize};
+
+use super::{is_deviation, is_probability, is_rate};
+
+/// A sensor that sees other robots: it tells which they are, how far away and in which direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotSensorDescription {
+    /// x and y in metres, direction in degrees.
+    pub mount: [f64; 3],
+    /// From the sensor to the reference point of the other, metres.
+    pub range_max: f64,
+    /// Full opening angle, radians; at most a full turn.
+    pub field_of_view: f64,
+    /// The share of the other's width that must be in view, with nothing before it.
+    pub visible_share: f64,
+    /// Standard deviation of a range, metres.
+    pub noise_constant: f64,
+    /// Standard deviation of a range, relative to it.
+    pub noise_proportional: f64,
+    /// Standard deviation of a bearing, radians.
+    pub noise_bearing: f64,
+    /// Probability that a robot is overlooked.
+    pub dropout: f64,
+    /// How often it looks, hertz; at every sweep when left out.
+    #[serde(default)]
+    pub rate: Option<f64>,
+}
+
+impl RobotSensorDescription {
+    /// Which key has a value that no such sensor can have, and what is expected of it.
+    pub(super) fn mistake(&self) -> Option<(&'static str, &'static str)> {
+        let deviation = "expected a standard deviation, not negative";
+        let turn = 2.0 * std::f64::consts::PI;
+        let checks = [
+            ("mount", self.mount.iter().all(|value| value.is_finite()), "expected finite numbers"),
+            (
+                "range_max",
+                self.range_max.is_finite() && self.range_max > 0.0,
+                "expected a positive, finite number",
+            ),
+            (
+                "field_of_view",
+                // People write a full turn with a few digits.
+                self.field_of_view > 0.0 && self.field_of_view < turn + 0.001,
+                "expected an angle above 0, at most a full turn of 6.2832",
+            ),
+            (
+                "visible_share",
+                self.visible_share > 0.0 && self.visible_share <= 1.0,
+                "expected a share above 0, at most 1",
+            ),
+            ("noise_constant", is_deviation(self.noise_constant), deviation),
+            ("noise_proportional", is_deviation(self.noise_proportional), deviation),
+            ("noise_bearing", is_deviation(self.noise_bearing), deviation),
+            ("dropout", is_probability(self.dropout), "expected a probability from 0 to 1"),
+            ("rate", self.rate.is_none_or(is_rate), "expected a positive number of hertz"),
+        ];
+        checks.into_iter().find(|(_, right, _)| !right).map(|(key, _, message)| (key, message))
+    }
+}

@@ -1,0 +1,174 @@
+//! A sensor that sees other robots.
+
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::{atan2, cos, max, sin};
+
+use crate::geometry::{Frame, Point};
+use crate::rate::due;
+use crate::robot::RobotSensorDescription;
+use crate::surroundings::Surroundings;
+
+/// Another robot as a sensor sees it, told in the robot's own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sighting {
+    /// Which robot it is.
+    pub robot: usize,
+    /// From reference point to reference point, metres.
+    pub range: f64,
+    /// Counter-clockwise from the front, radians.
+    pub bearing: f64,
+}
+
+/// How many ways to another robot are looked at.
+const RAYS: u32 = 16;
+
+/// Sees robots of which enough is in view.
+///
+/// It looks at the other along 16 rays, evenly spread over its width as seen from the sensor. A ray counts when it is in
+/// the field of view and no other body is before its end; the robot that has the sensor does not hide anything from it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RobotSensor {
+    description: RobotSensorDescription,
+    random: Random,
+    /// When it looked last, nanoseconds.
+    last: Option<u64>,
+    sightings: Vec<Sighting>,
+    /// Memory for the numbers of bodies that are near.
+    #[serde(skip)]
+    near: Vec<usize>,
+}
+
+impl RobotSensor {
+    /// The sensor of a robot whose noise comes from that stream.
+    pub fn new(description: &RobotSensorDescription, random: Random) -> Self {
+        Self { description: description.clone(), random, last: None, sightings: Vec::new(), near: Vec::new() }
+    }
+
+    /// What it saw when it looked last, the nearest first.
+    pub fn sightings(&self) -> &[Sighting] {
+        &self.sightings
+    }
+
+    /// When it looked last, nanoseconds.
+    pub fn last(&self) -> Option<u64> {
+        self.last
+    }
+
+    /// Looks around from robot number `own`, if it is time to.
+    pub fn look(&mut self, own: usize, surroundings: &Surroundings, now: u64) {
+        if self.description.rate.is_some_and(|rate| !due(rate, 0.0, self.last, now)) {
+            return;
+        }
+        self.last = Some(now);
+        self.sightings.clear();
+        let frame = *surroundings.robots()[own].frame();
+        let [x, y, degrees] = self.description.mount;
+        let (direction, mount) = (degrees.to_radians(), Point::new(x, y));
+        let eye = Eye {
+            origin: frame.apply(mount),
+            axis: frame.rotate(Point::new(cos(direction), sin(direction))),
+            half_field: self.description.field_of_view / 2.0,
+        };
+        let first_robot = surroundings.bodies().len();
+        self.near.clear();
+        surroundings.near(eye.origin, self.description.range_max, |number, _| {
+            if number != first_robot + own {
+                self.near.push(number);
+            }
+        });
+        // Where things are found depends on where others are, and noise must not.
+        self.near.sort_unstable();
+        for &number in &self.near {
+            let Some(robot) = number.checked_sub(first_robot) else { continue };
+            let place = surroundings.robots()[robot].frame().origin;
+            let distance = place.minus(eye.origin).norm();
+            let share = || eye.share_in_view(number, surroundings, &self.near);
+            if distance > self.description.range_max || share() < self.description.visible_share {
+                continue;
+            }
+            if let Some(seen) = measure(&self.description, &mut self.random, frame.local(place).minus(mount))
+            {
+                let way = seen.plus(mount, 1.0);
+                self.sightings.push(Sighting { robot, range: way.norm(), bearing: atan2(way.y, way.x) });
+            }
+        }
+        self.sightings.sort_unstable_by(|a, b| a.range.total_cmp(&b.range).then(a.robot.cmp(&b.robot)));
+    }
+}
+
+/// The way from the sensor to another robot as it is measured; nothing when the robot is overlooked.
+fn measure(description: &RobotSensorDescription, random: &mut Random, way: Point) -> Option<Point> {
+    let RobotSensorDescription { noise_constant, noise_proportional, noise_bearing, dropout, .. } =
+        *description;
+    if [noise_constant, noise_proportional, noise_bearing, dropout].iter().all(|value| *value == 0.0) {
+        return Some(way);
+    }
+    let (lost, far, aside) = (random.unit() < dropout, random.normal(), random.normal() * noise_bearing);
+    let distance = way.norm();
+    let measured = max(distance + far * (noise_constant + noise_proportional * distance), 0.0);
+    let turn = Frame { origin: Point::default(), cos: cos(aside), sin: sin(aside) };
+    let direction = if distance > 0.0 { 1.0 / distance } else { 0.0 };
+    (!lost).then(|| turn.rotate(Point::default().plus(way, measured * direction)))
+}
+
+/// Where a sensor looks from.
+struct Eye {
+    origin: Point,
+    /// Of length 1.
+    axis: Point,
+    half_field: f64,
+}
+
+impl Eye {
+    /// The share of a body's width that is in view, with none of the near ones before it.
+    fn share_in_view(&self, number: usize, surroundings: &Surroundings, near: &[usize]) -> f64 {
+        let (center, radius) = surroundings.circle(number);
+        let way = center.minus(self.origin);
+        // The corners that are seen farthest to the left and to the right.
+        let mut sides = [center; 2];
+        for corner in &surroundings.outline(number).points {
+            let aside = |point: Point| {
+                let to = point.minus(self.origin);
+                way.cross(to) / max(way.dot(to), f64::MIN_POSITIVE)
+            };
+            if aside(*corner) > aside(sides[0]) {
+                sides[0] = *corner;
+            }
+            if aside(*corner) < aside(sides[1]) {
+                sides[1] = *corner;
+            }
+        }
+        // The ways end on the line between these corners, which is inside the other.
+        let width = sides[1].minus(sides[0]);
+        let end = |ray: u32| sides[0].plus(width, (f64::from(ray) + 0.5) / f64::from(RAYS));
+        let mut open =
+            (0..RAYS).filter(|ray| self.looks_at(end(*ray))).fold(0_u32, |rays, ray| rays | 1 << ray);
+        for &other in near.iter().filter(|other| **other != number) {
+            let (place, size) = surroundings.circle(other);
+            let nearest = crate::geometry::nearest_on(self.origin, center, place);
+            if nearest.minus(place).norm() > size + radius {
+                continue;
+            }
+            for ray in 0..RAYS {
+                let hidden = |(a, b)| crosses(self.origin, end(ray), a, b);
+                if open & 1 << ray != 0 && surroundings.outline(other).edges().any(hidden) {
+                    open &= !(1 << ray);
+                }
+            }
+        }
+        f64::from(open.count_ones()) / f64::from(RAYS)
+    }
+
+    fn looks_at(&self, point: Point) -> bool {
+        let way = point.minus(self.origin);
+        atan2(self.axis.cross(way), self.axis.dot(way)).abs() <= self.half_field
+    }
+}
+
+/// Whether the ways from `a` to `b` and from `c` to `d` cross.
+fn crosses(a: Point, b: Point, c: Point, d: Point) -> bool {
+    let (way, other) = (b.minus(a), d.minus(c));
+    way.cross(c.minus(a)) * way.cross(d.minus(a)) <= 0.0
+        && other.cross(a.minus(c)) * other.cross(b.minus(c)) <= 0.0
+}

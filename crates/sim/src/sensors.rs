@@ -1,0 +1,31 @@
+//! The sensors of one robot that look at what is around it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::robot_sensor::RobotSensor;
+use crate::sonar::{Echo, SonarRing};
+use crate::surroundings::{Nearby, Surroundings};
+
+/// What a robot has of them, and what they measured.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Sensors {
+    pub sonar: Option<SonarRing>,
+    pub echoes: Vec<Echo>,
+    pub robot_sensor: Option<RobotSensor>,
+}
+
+impl Sensors {
+    /// Lets them measure from robot number `own`. What is near is memory that many robots share.
+    pub fn sense(&mut self, own: usize, surroundings: &Surroundings, now: u64, nearby: &mut Nearby) {
+        if let Some(ring) = &mut self.sonar {
+            let sounding = ring.sound(now);
+            if sounding != 0 {
+                surroundings.look_around(own, ring.description().range_max, ring.aside(), nearby);
+                ring.sweep(sounding, surroundings.robots()[own].frame(), nearby, &mut self.echoes);
+            }
+        }
+        if let Some(sensor) = &mut self.robot_sensor {
+            sensor.look(own, surroundings, now);
+        }
+    }
+}

@@ -1,0 +1,385 @@
+//! Worlds with robots in virtual time.
+
+mod robot;
+
+use rapier2d_f64::prelude::{ColliderBuilder, PhysicsWorld, Pose as BodyPose, RigidBodyBuilder, Vector};
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::{atan2, wrap_angle};
+
+use crate::contact::{CAUSE_SPEED, Contact, Motion};
+use crate::drive::{Drive, FourWheels};
+use crate::geometry::{Gap, Point, Polygon, Pose};
+use crate::robot::{NoiseDescription, RobotDescription, RobotSensorDescription};
+use crate::robot_sensor::RobotSensor;
+use crate::script::{RandomWalk, Wanderer};
+use crate::sensors::Sensors;
+use crate::sonar::{Echo, SonarRing};
+use crate::surroundings::{Hull, Nearby, Surroundings};
+use crate::touching::{Felt, Touching};
+use crate::workers;
+use crate::world::{Body, DescriptionError, World};
+use robot::Robot;
+
+/// A robot to be put into a world.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// What it is called.
+    pub name: String,
+    /// What it is. Of the profiles of the sensor that sees other robots it has that with the sonars' name, or else the
+    /// only one.
+    pub description: RobotDescription,
+    /// Which profile its sonars have; empty for none.
+    pub sonar: String,
+    /// Where it stands.
+    pub pose: Pose,
+    /// Its script, if it does not obey commands.
+    pub script: Option<RandomWalk>,
+}
+
+impl Placement {
+    /// The profile of its sensor that sees other robots, if it has one.
+    pub fn robot_sensor(&self) -> Option<&RobotSensorDescription> {
+        let profiles = &self.description.robot_sensor;
+        let only = profiles.values().next().filter(|_| profiles.len() == 1);
+        profiles.get(&self.sonar).or(only)
+    }
+}
+
+/// Robots among static bodies.
+#[derive(Serialize, Deserialize)]
+pub struct Simulation {
+    physics: PhysicsWorld,
+    surroundings: Surroundings,
+    robots: Vec<Robot>,
+    /// Those of each robot.
+    sensors: Vec<Sensors>,
+    /// Nanoseconds.
+    now: u64,
+    step: u64,
+    contacts: Vec<Contact>,
+    touching: Touching,
+    /// What presses on each robot.
+    felt: Vec<Felt>,
+    /// Memory for what is around a robot, for each thread. How many threads there are is no part of the state.
+    #[serde(skip, default = "one_thread")]
+    nearby: Vec<Nearby>,
+}
+
+fn one_thread() -> Vec<Nearby> {
+    vec![Nearby::default()]
+}
+
+impl std::fmt::Debug for Simulation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Simulation")
+            .field("now", &self.now)
+            .field("robots", &self.robots.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Simulation {
+    /// A world with robots at time 0; `step` is the time of a physics step in nanoseconds.
+    ///
+    /// # Errors
+    /// When a robot's sensor profile is unknown, it does not fit where it stands, or its script needs other sensors.
+    pub fn new(world: &World, robots: &[Placement], seed: u64, step: u64) -> Result<Self, DescriptionError> {
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = Vector::new(0.0, 0.0);
+        physics.integration_parameters.dt = step as f64 * 1e-9;
+        // By default rapier keeps contacts while bodies move by up to 5 cm, so that a robot would meet walls that end
+        // before it.
+        physics.integration_parameters.contact_recycling = false;
+        let mut bodies = Vec::new();
+        for body in &world.bodies {
+            let polygon = outline_of(&world.name, body)?;
+            let collider = collider(&polygon).ok_or_else(|| {
+                DescriptionError::new(&world.name, format!("body `{}` is not convex", body.name))
+            })?;
+            physics.insert(RigidBodyBuilder::fixed(), collider.user_data(bodies.len() as u128));
+            bodies.push((body.name.clone(), polygon));
+        }
+        let mut simulation = Self {
+            physics,
+            surroundings: Surroundings::new(bodies),
+            robots: Vec::new(),
+            sensors: Vec::new(),
+            now: 0,
+            step,
+            contacts: Vec::new(),
+            touching: Touching::default(),
+            felt: vec![Felt::default(); robots.len()],
+            nearby: one_thread(),
+        };
+        for placement in robots {
+            simulation.place(placement, seed)?;
+        }
+        simulation.surroundings.arrange();
+        simulation.sense();
+        Ok(simulation)
+    }
+
+    fn place(&mut self, placement: &Placement, seed: u64) -> Result<(), DescriptionError> {
+        let Placement { name, description, sonar, pose, script } = placement;
+        let wrong = |message: String| DescriptionError::new(&description.name, message);
+        let stream = |sensor: &str| Random::new(seed, &format!("simulation/{name}/{sensor}"));
+        let ring = match description.sonar.get(sonar) {
+            Some(profile) => Some(profile),
+            None if sonar.is_empty() => None,
+            None => {
+                let known: Vec<_> = description.sonar.keys().map(String::as_str).collect();
+                return Err(wrong(match known[..] {
+                    [] => format!("no sonar profile `{sonar}`: the robot has no sonars"),
+                    _ => format!("no sonar profile `{sonar}`; there are {}", known.join(", ")),
+                }));
+            }
+        };
+        let frame = pose.frame();
+        let hull = Hull::new(description.outline(), frame);
+        self.find_room(name, &hull).map_err(wrong)?;
+        let area = area(&description.outline());
+        let number = self.surroundings.bodies().len() + self.robots.len();
+        let collider = collider(&description.outline())
+            .ok_or_else(|| wrong("the footprint is not convex".into()))?
+            .density(description.mass / area)
+            .friction(0.2)
+            .user_data(number as u128)
+            .build();
+        let properties = collider.mass_properties();
+        let center = Point::new(properties.local_com.x, properties.local_com.y);
+        let body = RigidBodyBuilder::dynamic()
+            .pose(BodyPose::new(Vector::new(pose.x, pose.y), pose.theta))
+            .can_sleep(false);
+        let (handle, _) = self.physics.insert(body, collider);
+        let script = script.map(|walk| Wanderer::new(walk, ring, stream("script")));
+        self.robots.push(Robot {
+            name: name.clone(),
+            handle,
+            mass: description.mass,
+            moment: properties.principal_inertia(),
+            center,
+            pose: *pose,
+            velocity: Point::default(),
+            turn: 0.0,
+            motion: Motion { origin: pose.point(), ..Motion::default() },
+            drive: Drive::new(
+                &description.drive,
+                &description.noise,
+                description.mass,
+                center,
+                stream("drive"),
+            ),
+            script: script.transpose().map_err(|message| wrong(format!("`{name}`: {message}")))?,
+            bumper: description.bumper,
+            noise: description.noise,
+            random: stream("pose"),
+        });
+        self.sensors.push(Sensors {
+            sonar: ring.map(|profile| SonarRing::new(profile, stream("sonar"))),
+            echoes: Vec::with_capacity(16),
+            robot_sensor: placement
+                .robot_sensor()
+                .map(|profile| RobotSensor::new(profile, stream("robot_sensor"))),
+        });
+        self.surroundings.add(hull);
+        Ok(())
+    }
+
+    /// Refuses a robot that stands in something.
+    fn find_room(&self, name: &str, hull: &Hull) -> Result<(), String> {
+        let statics = self.surroundings.bodies().len();
+        for number in 0..statics + self.robots.len() {
+            let (center, radius) = self.surroundings.circle(number);
+            if center.minus(hull.frame().origin).norm() > radius + hull.radius() {
+                continue;
+            }
+            if hull.outline().gap(self.surroundings.outline(number)).distance <= 0.0 {
+                let other = match number.checked_sub(statics) {
+                    Some(robot) => &self.robots[robot].name,
+                    None => &self.surroundings.bodies()[number].0,
+                };
+                return Err(format!("`{name}` stands in `{other}`"));
+            }
+        }
+        Ok(())
+    }
+
+    /// In how many threads robots measure; 1 unless said. It changes nothing but the time that it takes.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.nearby.resize_with(threads.max(1), Nearby::default);
+    }
+
+    /// Virtual time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// The time of a physics step, nanoseconds.
+    pub fn step_time(&self) -> u64 {
+        self.step
+    }
+
+    /// Which number a robot has.
+    pub fn robot(&self, name: &str) -> Option<usize> {
+        self.robots.iter().position(|robot| robot.name == name)
+    }
+
+    /// What the robot of that number is called.
+    pub fn name(&self, robot: usize) -> &str {
+        &self.robots[robot].name
+    }
+
+    /// How many robots there are.
+    pub fn robot_count(&self) -> usize {
+        self.robots.len()
+    }
+
+    /// Tells a robot how fast its wheels should turn: those of its two sides, or each of four. A scripted robot does what
+    /// its script says.
+    pub fn command(&mut self, robot: usize, wheels: impl Into<FourWheels>) {
+        if let Some(robot) = self.robots.get_mut(robot).filter(|robot| robot.script.is_none()) {
+            robot.drive.command(wheels.into());
+        }
+    }
+
+    /// Lets virtual time pass by one step, without sensing.
+    pub fn step(&mut self) {
+        let step = self.step as f64 * 1e-9;
+        for ((robot, sensors), felt) in self.robots.iter_mut().zip(&self.sensors).zip(&self.felt) {
+            robot.drive(&sensors.echoes, *felt, step);
+            let body = &mut self.physics.bodies[robot.handle];
+            body.set_linvel(Vector::new(robot.velocity.x, robot.velocity.y), true);
+            body.set_angvel(robot.turn, true);
+        }
+        self.physics.step();
+        self.now += self.step;
+        for (robot, hull) in self.robots.iter_mut().zip(self.surroundings.robots_mut()) {
+            let body = &self.physics.bodies[robot.handle];
+            let (position, velocity) = (body.position(), body.linvel());
+            let rotation = position.rotation;
+            robot.pose = Pose {
+                x: position.translation.x,
+                y: position.translation.y,
+                theta: wrap_angle(atan2(rotation.im, rotation.re)),
+            };
+            (robot.velocity, robot.turn) = (Point::new(velocity.x, velocity.y), body.angvel());
+            hull.place(robot.pose.frame());
+        }
+        self.surroundings.arrange();
+        self.touch();
+    }
+
+    /// Lets the robots measure what is around them.
+    pub fn sense(&mut self) {
+        let Self { sensors, surroundings, now, nearby, .. } = self;
+        workers::each(sensors, nearby, |robot, sensors, nearby| {
+            sensors.sense(robot, surroundings, *now, nearby);
+        });
+    }
+
+    /// Finds which contacts begin, and what robots feel of those that last.
+    fn touch(&mut self) {
+        let Self { physics, surroundings, robots, felt, touching, contacts, now, .. } = self;
+        let statics = surroundings.bodies().len();
+        let begin = |(i, j): (usize, usize), towards: Point, gap: Gap| {
+            let (robot, other) = (&robots[i], j.checked_sub(statics).map(|other| &robots[other]));
+            let own = robot.motion.towards(gap.from, towards);
+            let theirs = other.map_or(0.0, |other| -other.motion.towards(gap.to, towards));
+            contacts.push(Contact {
+                time: *now,
+                robot: robot.name.clone(),
+                other: other.map_or_else(|| surroundings.bodies()[j].0.clone(), |other| other.name.clone()),
+                caused: own > CAUSE_SPEED,
+                caused_by_other: theirs > CAUSE_SPEED,
+                approach: own + theirs,
+            });
+        };
+        felt.fill(Felt::default());
+        let feel = |(i, j): (usize, usize), gap: Gap| {
+            felt[i].press(surroundings.robots()[i].frame().local(gap.from), robots[i].bumper);
+            if let Some(other) = j.checked_sub(statics) {
+                felt[other].press(surroundings.robots()[other].frame().local(gap.to), robots[other].bumper);
+            }
+        };
+        touching.update(physics, surroundings, *now, begin, feel);
+    }
+
+    /// Where something presses on the robot.
+    pub fn felt(&self, robot: usize) -> Felt {
+        self.felt[robot]
+    }
+
+    /// Whether the robot has bumpers.
+    pub fn has_bumper(&self, robot: usize) -> bool {
+        self.robots[robot].bumper.is_some()
+    }
+
+    /// Whether the robot touches something.
+    pub fn touches(&self, robot: usize) -> bool {
+        self.felt[robot].anywhere
+    }
+
+    /// The contacts that began since they were taken last.
+    pub fn take_contacts(&mut self) -> Vec<Contact> {
+        std::mem::take(&mut self.contacts)
+    }
+
+    /// Where a robot really is.
+    pub fn pose(&self, robot: usize) -> Pose {
+        self.robots[robot].pose
+    }
+
+    /// Where the robot's position and orientation sensors say it is.
+    pub fn measured_pose(&mut self, robot: usize) -> Pose {
+        let robot = &mut self.robots[robot];
+        let NoiseDescription { position, orientation, .. } = robot.noise;
+        let mut pose = robot.pose;
+        if position > 0.0 || orientation > 0.0 {
+            pose.x += position * robot.random.normal();
+            pose.y += position * robot.random.normal();
+            pose.theta = wrap_angle(pose.theta + orientation * robot.random.normal());
+        }
+        pose
+    }
+
+    /// Where the robot's wheels say it is, and how it moves (m/s, rad/s).
+    pub fn odometry(&self, robot: usize) -> (Pose, (f64, f64)) {
+        self.robots[robot].drive.odometry()
+    }
+
+    /// What the robot's sonars heard, and what they are.
+    pub fn sonar(&self, robot: usize) -> Option<(&[Echo], &SonarRing)> {
+        let sensors = &self.sensors[robot];
+        sensors.sonar.as_ref().map(|ring| (sensors.echoes.as_slice(), ring))
+    }
+
+    /// The sensor that sees other robots, and what it saw.
+    pub fn robot_sensor(&self, robot: usize) -> Option<&RobotSensor> {
+        self.sensors[robot].robot_sensor.as_ref()
+    }
+
+    /// The distance from the robot's body to the nearest other one, metres.
+    pub fn clearance(&self, robot: usize) -> f64 {
+        self.surroundings.clearance(robot)
+    }
+
+    /// Static bodies with their outlines.
+    pub fn bodies(&self) -> &[(String, Polygon)] {
+        self.surroundings.bodies()
+    }
+}
+
+fn outline_of(world: &str, body: &Body) -> Result<Polygon, DescriptionError> {
+    body.polygon()
+        .ok_or_else(|| DescriptionError::new(world, format!("body `{}` has no convex outline", body.name)))
+}
+
+fn collider(polygon: &Polygon) -> Option<ColliderBuilder> {
+    let points: Vec<_> = polygon.points.iter().map(|point| Vector::new(point.x, point.y)).collect();
+    ColliderBuilder::convex_hull(&points)
+}
+
+fn area(polygon: &Polygon) -> f64 {
+    polygon.edges().map(|(a, b)| a.cross(b)).sum::<f64>() / 2.0
+}

@@ -1,0 +1,74 @@
+use rapier2d_f64::prelude::RigidBodyHandle;
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+
+use crate::contact::Motion;
+use crate::drive::{Drive, Mass, Velocity};
+use crate::geometry::{Frame, Point, Pose};
+use crate::robot::{BumperDescription, NoiseDescription};
+use crate::script::Wanderer;
+use crate::sonar::Echo;
+use crate::touching::Felt;
+
+/// A robot and how it moves.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Robot {
+    pub name: String,
+    pub handle: RigidBodyHandle,
+    pub mass: f64,
+    /// Against turning about the centre of mass.
+    pub moment: f64,
+    /// Where the centre of mass is, in the robot's frame.
+    pub center: Point,
+    pub pose: Pose,
+    /// Of the centre of mass, in the world.
+    pub velocity: Point,
+    pub turn: f64,
+    /// How its drive moves it.
+    pub motion: Motion,
+    pub drive: Drive,
+    pub script: Option<Wanderer>,
+    pub bumper: Option<BumperDescription>,
+    pub noise: NoiseDescription,
+    /// For the noise of position and orientation.
+    pub random: Random,
+}
+
+impl Robot {
+    /// Decides how the robot moves in the next `step` seconds.
+    pub fn drive(&mut self, echoes: &[Echo], felt: Felt, step: f64) {
+        if let Some(script) = &mut self.script {
+            self.drive.command(script.decide(echoes, step).into());
+        }
+        let origin = self.pose.point();
+        match &mut self.drive {
+            Drive::Differential(drive) => {
+                let (linear, angular) = drive.advance(step);
+                // A turning robot goes along the chord of its arc.
+                let middle = Pose { theta: self.pose.theta + angular * step / 2.0, ..self.pose }.frame();
+                let Frame { cos, sin, .. } = middle;
+                let velocity = Point::new(linear * cos, linear * sin);
+                self.motion = Motion { origin, velocity, angular };
+                (self.velocity, self.turn) = (self.motion.at(middle.apply(self.center)), angular);
+            }
+            Drive::SkidSteer(drive) => {
+                drive.follow(step);
+                let middle = Pose { theta: self.pose.theta + self.turn * step / 2.0, ..self.pose }.frame();
+                let Point { x, y } = middle.turn_back(self.velocity);
+                let body = Mass { mass: self.mass, moment: self.moment };
+                let Velocity { forward, left, turn } =
+                    drive.rub(body, Velocity { forward: x, left: y, turn: self.turn }, step);
+                self.velocity = middle.rotate(Point::new(forward, left));
+                self.turn = turn;
+                // A robot that others push does not move itself.
+                let pushed = felt.anywhere && drive.stands();
+                let whole =
+                    Motion { origin: middle.apply(self.center), velocity: self.velocity, angular: turn };
+                self.motion = match pushed {
+                    true => Motion { origin, ..Motion::default() },
+                    false => Motion { origin, velocity: whole.at(origin), angular: turn },
+                };
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! What stands where: static bodies and robots, and what of them is near.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+use slate_module::math::{max, min};
+
+use crate::geometry::{Extent, Frame, Point, Polygon};
+use crate::grid::Grid;
+
+/// The body of a robot where it is now.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Hull {
+    /// In the robot's own frame.
+    shape: Polygon,
+    /// The circle around the robot's reference point.
+    radius: f64,
+    frame: Frame,
+    /// In the world.
+    outline: Polygon,
+}
+
+impl Hull {
+    /// A robot's shape, in its own frame, at a place.
+    pub fn new(shape: Polygon, frame: Frame) -> Self {
+        let mut outline = Polygon::default();
+        shape.place(&frame, &mut outline);
+        Self { radius: shape.radius(), shape, frame, outline }
+    }
+
+    /// Moves it.
+    pub fn place(&mut self, frame: Frame) {
+        self.frame = frame;
+        self.shape.place(&frame, &mut self.outline);
+    }
+
+    /// Where the robot is.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// The outline in the world.
+    pub fn outline(&self) -> &Polygon {
+        &self.outline
+    }
+
+    /// The circle around the robot's reference point, metres.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+}
+
+/// The bodies around a robot, the nearest first.
+#[derive(Clone, Debug, Default)]
+pub struct Nearby {
+    edges: Vec<(Point, Point)>,
+    bodies: Vec<NearBody>,
+}
+
+/// A body around a robot.
+#[derive(Clone, Debug)]
+pub struct NearBody {
+    edges: Range<usize>,
+    /// It is at least that far from the robot's reference point, metres.
+    pub distance: f64,
+    /// Of a circle around the body.
+    pub center: Point,
+    /// Of the same circle, metres.
+    pub radius: f64,
+}
+
+impl Nearby {
+    /// The bodies, each with those of its edges that can be met; they are counter-clockwise.
+    pub fn bodies(&self) -> impl Iterator<Item = (&NearBody, &[(Point, Point)])> {
+        self.bodies.iter().map(|body| (body, &self.edges[body.edges.clone()]))
+    }
+}
+
+/// All that can be met, heard or seen. Bodies have numbers: first the static ones, then the robots.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Surroundings {
+    bodies: Vec<(String, Polygon)>,
+    extents: Vec<Extent>,
+    body_grid: Grid,
+    robots: Vec<Hull>,
+    robot_grid: Grid,
+    /// The radius of the widest robot.
+    widest: f64,
+}
+
+impl Surroundings {
+    /// Static bodies by their names.
+    pub fn new(bodies: Vec<(String, Polygon)>) -> Self {
+        let extents: Vec<_> = bodies.iter().map(|(_, polygon)| polygon.extent()).collect();
+        let mut body_grid = Grid::default();
+        body_grid.fill(extents.iter().copied());
+        Self { bodies, extents, body_grid, ..Self::default() }
+    }
+
+    /// Puts a robot in. [`arrange`](Self::arrange) must follow.
+    pub fn add(&mut self, hull: Hull) {
+        self.widest = max(self.widest, hull.radius);
+        self.robots.push(hull);
+    }
+
+    /// The robots, to be moved. [`arrange`](Self::arrange) must follow.
+    pub fn robots_mut(&mut self) -> &mut [Hull] {
+        &mut self.robots
+    }
+
+    /// Makes robots that moved to be found where they are.
+    pub fn arrange(&mut self) {
+        let places = self.robots.iter().map(|hull| Extent::around(hull.frame.origin, 0.0));
+        self.robot_grid.fill(places);
+    }
+
+    /// Static bodies with their outlines.
+    pub fn bodies(&self) -> &[(String, Polygon)] {
+        &self.bodies
+    }
+
+    /// The robots.
+    pub fn robots(&self) -> &[Hull] {
+        &self.robots
+    }
+
+    /// The outline of the body of that number.
+    pub fn outline(&self, number: usize) -> &Polygon {
+        match number.checked_sub(self.bodies.len()) {
+            Some(robot) => &self.robots[robot].outline,
+            None => &self.bodies[number].1,
+        }
+    }
+
+    /// A circle around the body of that number.
+    pub fn circle(&self, number: usize) -> (Point, f64) {
+        match number.checked_sub(self.bodies.len()) {
+            Some(robot) => (self.robots[robot].frame.origin, self.robots[robot].radius),
+            None => {
+                let Extent { minimum, maximum } = self.extents[number];
+                let half = maximum.minus(minimum);
+                (minimum.plus(half, 0.5), half.norm() / 2.0)
+            }
+        }
+    }
+
+    /// Tells the numbers of the bodies of which a part may be within `reach` of a point, with a lower bound of their
+    /// distance from it.
+    pub fn near(&self, center: Point, reach: f64, mut found: impl FnMut(usize, f64)) {
+        self.body_grid.near(&Extent::around(center, reach), |body| {
+            let distance = self.extents[body].distance(center);
+            if distance <= reach {
+                found(body, distance);
+            }
+        });
+        self.robot_grid.near(&Extent::around(center, reach + self.widest), |robot| {
+            let hull = &self.robots[robot];
+            let distance = hull.frame.origin.minus(center).norm() - hull.radius;
+            if distance <= reach {
+                found(self.bodies.len() + robot, distance);
+            }
+        });
+    }
+
+    /// Gathers what sensors of a robot can meet that are at most `aside` from its reference point and reach `range`
+    /// metres: bodies with those of their edges that turn their outside to one of them.
+    pub fn look_around(&self, robot: usize, range: f64, aside: f64, into: &mut Nearby) {
+        let Nearby { edges, bodies } = into;
+        edges.clear();
+        bodies.clear();
+        let center = self.robots[robot].frame.origin;
+        let own = self.bodies.len() + robot;
+        let squares = (aside * aside, (range + aside) * (range + aside));
+        self.near(center, range + aside, |number, distance| {
+            if number == own {
+                return;
+            }
+            let first = edges.len();
+            edges.extend(self.outline(number).edges().filter(|(a, b)| {
+                let along = b.minus(*a);
+                // How far the reference point is outside of the edge, times its length.
+                let outside = along.cross(a.minus(center));
+                let (square, length) = (outside * outside, along.dot(along));
+                if outside > 0.0 { square <= squares.1 * length } else { square <= squares.0 * length }
+            }));
+            let (center, radius) = self.circle(number);
+            bodies.push(NearBody { edges: first..edges.len(), distance, center, radius });
+        });
+        bodies.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
+    }
+
+    /// The distance from a robot's body to the nearest other one, metres; infinite when there is none.
+    pub fn clearance(&self, robot: usize) -> f64 {
+        let Hull { radius, frame, outline, .. } = &self.robots[robot];
+        let own = self.bodies.len() + robot;
+        let mut reach = radius + min(self.robot_grid.cell_size(), self.body_grid.cell_size());
+        loop {
+            let mut nearest = f64::INFINITY;
+            self.near(frame.origin, reach, |number, distance| {
+                // The distance is one from the reference point, and the body's own parts are nearer by its radius.
+                if number != own && distance - radius < nearest {
+                    nearest = min(nearest, outline.gap(self.outline(number)).distance);
+                }
+            });
+            // What was not looked at is farther from the reference point than `reach`.
+            if nearest <= reach - radius || reach.is_infinite() {
+                return nearest;
+            }
+            let looked_at = Extent::around(frame.origin, reach);
+            let everywhere = self.robot_grid.covered_by(&looked_at) && self.body_grid.covered_by(&looked_at);
+            reach = if everywhere { f64::INFINITY } else { 2.0 * reach };
+        }
+    }
+}

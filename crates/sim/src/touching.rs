@@ -1,0 +1,105 @@
+//! Which bodies touch, since when, and where robots feel it.
+
+use std::collections::BTreeMap;
+
+use rapier2d_f64::prelude::{ColliderHandle, PhysicsWorld};
+use serde::{Deserialize, Serialize};
+
+use crate::contact::{APART, GRAZE, TOUCH};
+use crate::geometry::{Gap, Point};
+use crate::robot::BumperDescription;
+use crate::surroundings::Surroundings;
+
+/// Where something presses on a robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Felt {
+    /// Whether it touches anything at all.
+    pub anywhere: bool,
+    /// Whether its front bumper is pressed.
+    pub front: bool,
+    /// Whether its back bumper is pressed.
+    pub back: bool,
+}
+
+impl Felt {
+    /// Something touches there, in the robot's frame.
+    pub(crate) fn press(&mut self, at: Point, bumper: Option<BumperDescription>) {
+        self.anywhere = true;
+        if let Some(BumperDescription { front, back }) = bumper {
+            self.front |= at.x >= front;
+            self.back |= at.x <= back;
+        }
+    }
+}
+
+/// Robots and other bodies in contact. A pair has the number of the robot that looks at the other, and the other's number
+/// among all bodies.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Touching {
+    /// When they touched last, nanoseconds.
+    pairs: BTreeMap<(usize, usize), u64>,
+    /// Memory for the pairs that press on each other, with the contact's normal as the robot sees it.
+    #[serde(skip)]
+    pressing: Vec<((usize, usize), Point)>,
+}
+
+impl Touching {
+    /// Finds which contacts last, end and begin; tells those that begin, with the contact's normal, and those that are
+    /// felt now, with where the bodies are nearest.
+    pub fn update(
+        &mut self,
+        physics: &PhysicsWorld,
+        surroundings: &Surroundings,
+        now: u64,
+        mut began: impl FnMut((usize, usize), Point, Gap),
+        mut felt: impl FnMut((usize, usize), Gap),
+    ) {
+        self.press(physics, surroundings.bodies().len());
+        let gap = |(i, j): (usize, usize)| surroundings.robots()[i].outline().gap(surroundings.outline(j));
+        for (pair, towards) in &self.pressing {
+            // The solver also presses on what would meet within the step; where a corner only grazed another, the
+            // bodies are still apart afterwards.
+            let known = self.pairs.contains_key(pair);
+            if !known && gap(*pair).distance > GRAZE {
+                continue;
+            }
+            if self.pairs.insert(*pair, now).is_none() {
+                began(*pair, *towards, gap(*pair));
+            }
+        }
+        self.pairs.retain(|pair, last| {
+            let between = gap(*pair);
+            if *last != now && between.distance < TOUCH {
+                *last = now;
+            }
+            if *last == now {
+                felt(*pair, between);
+            }
+            now - *last < APART
+        });
+    }
+
+    /// Gathers what presses on what, in order.
+    fn press(&mut self, physics: &PhysicsWorld, statics: usize) {
+        self.pressing.clear();
+        for pair in physics.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {
+            let (impulse, normal) = pair.max_impulse();
+            let number = |handle: ColliderHandle| {
+                physics.colliders.get(handle).map(|collider| collider.user_data as usize)
+            };
+            let (Some(first), Some(second)) = (number(pair.collider1), number(pair.collider2)) else {
+                continue;
+            };
+            if impulse > 0.0 {
+                let normal = Point::new(normal.x, normal.y);
+                // The robot, or of two robots the first, looks at the other: walls do not.
+                let first_looks = first >= statics && (second < statics || first < second);
+                self.pressing.push(match first_looks {
+                    true => ((first - statics, second), normal),
+                    false => ((second - statics, first), Point::default().minus(normal)),
+                });
+            }
+        }
+        self.pressing.sort_unstable_by_key(|(pair, _)| *pair);
+    }
+}

@@ -1,0 +1,137 @@
+//! The `[world]` table: robots and worlds by name and by path, sensors of their own, and what is refused.
+
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
+
+use std::path::PathBuf;
+
+use slate_module::blackboard::interface::Value;
+use slate_module::{Instance, Setup};
+use slate_sim::{Scenario, Simulator};
+
+/// A `[world]` table with one robot `r` whose entry is given, and more keys of the world.
+fn table(robot: &str, more: &str) -> Value {
+    let text = format!(
+        r#"{{"arena": "rocs_arena", "layout": "one", "robots": {{"r": {robot}}},
+            "layouts": {{"one": {{"robots": {{"r": {{"x": 0, "y": 0, "theta": 0}}}}}}}} {more}}}"#
+    );
+    serde_json::from_str(&text).unwrap()
+}
+
+fn scenario(robot: &str, more: &str) -> Scenario {
+    Scenario::new(&table(robot, more), 0).unwrap()
+}
+
+fn refusal(robot: &str, more: &str) -> String {
+    Scenario::new(&table(robot, more), 0).unwrap_err().to_string()
+}
+
+fn says(text: &str, words: &[&str]) {
+    assert!(words.iter().all(|word| text.contains(word)), "{words:?} is not all in: {text}");
+}
+
+fn in_project(path: &str) -> String {
+    format!("{}/../../{path}", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn robots_and_arenas_are_found_by_name_and_by_path() {
+    let path = in_project("robots/summit_xl.toml");
+    let by_path = scenario(&format!(r#"{{"model": "{path}"}}"#), "");
+    let by_name = scenario(r#"{"model": "summit_xl"}"#, "");
+    assert_eq!(by_path.placements[0].description, by_name.placements[0].description);
+    let mut table = table(r#"{"model": "summit_xl"}"#, "");
+    let Value::Table(entries) = &mut table else { unreachable!() };
+    let (_, arena) = entries.iter_mut().find(|(key, _)| key == "arena").unwrap();
+    *arena = Value::Text(in_project("worlds/rocs_arena.toml"));
+    assert_eq!(Scenario::new(&table, 0).unwrap().world, by_name.world);
+}
+
+#[test]
+fn what_is_not_there_is_refused_with_what_was_tried_and_what_there_is() {
+    let text = refusal(r#"{"model": "summit"}"#, "");
+    says(&text, &["[world]", "robots.r", "summit", "pioneer_p3dx, summit_xl", ".toml"]);
+    let tried = std::path::absolute("robots/mine.toml").unwrap();
+    says(&refusal(r#"{"model": "robots/mine.toml"}"#, ""), &["[world]", "robots.r", tried.to_str().unwrap()]);
+}
+
+#[test]
+fn a_mistake_in_a_robots_file_is_found_there() {
+    let text = std::fs::read_to_string(in_project("robots/summit_xl.toml")).unwrap();
+    let path: PathBuf = std::env::temp_dir().join(format!("slate_sim_robot_{}.toml", std::process::id()));
+    std::fs::write(&path, text.replace("mass = 51.0", "mass = -1")).unwrap();
+    let refused = refusal(&format!(r#"{{"model": "{}"}}"#, path.display()), "");
+    std::fs::remove_file(&path).unwrap();
+    says(&refused, &[path.to_str().unwrap(), "line 4", "positive"]);
+}
+
+#[test]
+fn a_robots_own_sonar_profile_comes_before_the_worlds() {
+    let sonar = |robot: &str| scenario(robot, r#", "sonar": "vrep""#).placements[0].sonar.clone();
+    assert_eq!(sonar(r#"{"model": "pioneer_p3dx"}"#), "vrep");
+    assert_eq!(sonar(r#"{"model": "pioneer_p3dx", "sonar": "real"}"#), "real");
+    assert_eq!(sonar(r#"{"model": "pioneer_p3dx", "sonar": ""}"#), "");
+}
+
+#[test]
+fn the_sensor_that_sees_robots_goes_with_the_sonars_unless_said() {
+    let range = |robot: &str, more: &str| {
+        let scenario = scenario(robot, more);
+        scenario.placements[0].robot_sensor().map(|sensor| sensor.range_max)
+    };
+    let summit = r#"{"model": "summit_xl"}"#;
+    assert_eq!(range(summit, r#", "sonar": "vrep""#), Some(10.0));
+    assert_eq!(range(summit, r#", "sonar": "real""#), Some(8.0));
+    assert_eq!(range(summit, r#", "sonar": "real", "robot_sensor": "vrep""#), Some(10.0));
+    let own = r#"{"model": "summit_xl", "robot_sensor": "real"}"#;
+    assert_eq!(range(own, r#", "sonar": "vrep", "robot_sensor": "vrep""#), Some(8.0));
+    let none = r#"{"model": "summit_xl", "robot_sensor": ""}"#;
+    assert_eq!(range(none, r#", "sonar": "vrep""#), None);
+    // What is said for the world is not said to robots that see nobody.
+    assert_eq!(range(r#"{"model": "pioneer_p3dx"}"#, r#", "robot_sensor": "vrep""#), None);
+    says(&refusal(summit, r#", "robot_sensor": "eyes""#), &["summit_xl", "eyes", "real, vrep"]);
+    says(
+        &refusal(r#"{"model": "pioneer_p3dx", "robot_sensor": "vrep"}"#, ""),
+        &["pioneer_p3dx", "no sensor"],
+    );
+}
+
+#[test]
+fn threads_are_a_number_of_them() {
+    assert_eq!(scenario(r#"{"model": "summit_xl"}"#, r#", "threads": 2"#).threads, 2);
+    says(&refusal(r#"{"model": "summit_xl"}"#, r#", "threads": 0"#), &["[world]", "threads"]);
+}
+
+fn create(robot: &str, more: &str) -> Result<Simulator, String> {
+    let table = table(robot, more);
+    let setup = Setup { name: "simulator", seed: 0, period: 20_000_000, section: Some(&table) };
+    Simulator::create(&setup, &[]).map_err(|refusal| refusal.to_string())
+}
+
+#[test]
+fn a_script_needs_sonars_that_look_ahead_or_none() {
+    let wanderer = r#"{"model": "summit_xl", "script": {}}"#;
+    assert!(create(wanderer, r#", "sonar": "vrep""#).is_ok(), "three sonars are enough");
+    says(&create(wanderer, "").unwrap_err(), &["`r`", "blind = true", "sonar profile"]);
+    assert!(create(r#"{"model": "summit_xl", "script": {"blind": true}}"#, "").is_ok());
+}
+
+#[test]
+fn a_robot_has_the_ports_of_what_it_is_made_of() {
+    let ports = |robot: &str, more: &str| {
+        let table = table(robot, more);
+        let setup = Setup { name: "simulator", seed: 0, period: 20_000_000, section: Some(&table) };
+        let ports = Simulator::describe(&setup).unwrap().ports;
+        ports.into_iter().map(|port| (port.name, port.descriptor.name.to_owned())).collect::<Vec<_>>()
+    };
+    let has = |ports: &[(String, String)], name: &str, interface: &str| {
+        ports.iter().any(|(port, descriptor)| port == name && descriptor == interface)
+    };
+    let pioneer = ports(r#"{"model": "pioneer_p3dx"}"#, r#", "sonar": "vrep""#);
+    assert!(has(&pioneer, "r/wheels", "WheelSpeeds"));
+    assert!(has(&pioneer, "r/bumper", "Bumper") && !has(&pioneer, "r/sightings", "Sightings"), "{pioneer:?}");
+    let summit = ports(r#"{"model": "summit_xl"}"#, r#", "sonar": "vrep""#);
+    assert!(has(&summit, "r/wheels", "FourWheelSpeeds") && has(&summit, "r/sightings", "Sightings"));
+    assert!(!has(&summit, "r/bumper", "Bumper"), "{summit:?}");
+    let blind = ports(r#"{"model": "summit_xl", "robot_sensor": ""}"#, "");
+    assert!(!has(&blind, "r/sightings", "Sightings"));
+}

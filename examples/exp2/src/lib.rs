@@ -1,0 +1,36 @@
+//! The second experiment of RoCS (section 6.4): another robot with the same task. A Summit XL, which has four wheels, three
+//! sonars and a sensor that sees other robots, goes to a place and holds it. All its blocks come from `slate-wheeled`.
+
+/// What the example is called.
+pub const NAME: &str = "exp2";
+/// What it shows.
+pub const ABOUT: &str = "RoCS EXP2: a Summit XL with four wheels reaches (1.2, 1.2) and holds that place";
+/// Its configuration.
+pub const CONFIGURATION: &str = include_str!("../exp2.toml");
+
+/// Variants of the example by the value of `controller`, and the settings that make them.
+pub const CONTROLLERS: [(&str, &[&str]); 3] = [
+    ("slate", &[]),
+    (
+        "rocs",
+        &[
+            "robots.r3.modules.avoid_obstacle.enabled=false",
+            "robots.r3.modules.give_way.enabled=false",
+            "robots.r3.modules.avoid_wall.enabled=true",
+            // The authors' wheels turn with 1 rad/s.
+            "robots.r3.modules.planner.params.speed=0.11",
+            "robots.r3.modules.planner.params.careful_speed=0.11",
+        ],
+    ),
+    (
+        "rocs-fixed",
+        &[
+            "robots.r3.modules.avoid_obstacle.enabled=false",
+            "robots.r3.modules.give_way.enabled=false",
+            "robots.r3.modules.avoid_wall.enabled=true",
+            "robots.r3.modules.avoid_wall.params.fixed=true",
+            "robots.r3.modules.planner.params.speed=0.11",
+            "robots.r3.modules.planner.params.careful_speed=0.11",
+        ],
+    ),
+];

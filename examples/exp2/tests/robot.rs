@@ -1,0 +1,112 @@
+//! EXP2's robot: it reaches its place on four wheels, stays there, and gives way.
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+use slate::blackboard::interface::Value;
+use slate::interfaces::{Chassis, FourWheelSpeeds, Orientation, Point2, Position, Sighting, Sightings};
+use slate::mapek::{self, ActionKind, ExecuteBlock, Planned, ReactiveBlock};
+use slate::module::testing::Fixture;
+use slate::module::{Sequence, Text};
+use slate::runtime::configuration::{self, Configuration};
+use slate::runtime::{Agent, Options, Rate};
+use slate::sim::robot::RobotDescription;
+use slate_wheeled::actions::{GoToOrigin, Leg};
+use slate_wheeled::give_way::GiveWayModel;
+use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::skid_steer::SkidSteerActions;
+
+fn agent(sets: &[&str]) -> Agent {
+    let options = configuration::Options {
+        sets: sets.iter().map(|set| (*set).to_owned()).collect(),
+        extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+        ..configuration::Options::default()
+    };
+    let configuration = Configuration::from_text("exp2.toml", slate_exp2::CONFIGURATION, &options).unwrap();
+    let plugins = [slate::sim::plugin(), slate_wheeled::plugin()];
+    let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
+    Agent::load(&configuration, &plugins, options).unwrap()
+}
+
+fn value(agent: &Agent, path: &str) -> Option<Value> {
+    agent.board().read(path).unwrap().map(|(value, _)| value)
+}
+
+fn number(agent: &Agent, path: &str) -> f64 {
+    value(agent, path).and_then(|value| value.as_f64()).unwrap()
+}
+
+/// Runs until the referee has decided; what it said.
+fn verdict(agent: &mut Agent) -> String {
+    loop {
+        agent.step();
+        let state = value(agent, "referee/verdict/state");
+        match state.as_ref().and_then(Value::as_str) {
+            None | Some("RUNNING") => {}
+            Some(state) => return state.into(),
+        }
+    }
+}
+
+fn model() -> WheeledModel {
+    let chassis: Chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
+    WheeledModel { chassis, ..WheeledModel::default() }
+}
+
+#[test]
+fn ten_seeds_reach_the_place_hold_it_and_cause_no_contact() {
+    for seed in 1..=10 {
+        let mut agent = agent(&[&format!("agent.seed={seed}")]);
+        assert_eq!(verdict(&mut agent), "SUCCEEDED", "seed {seed}");
+        assert_eq!(number(&agent, "referee/metrics/collisions_caused"), 0.0, "seed {seed}");
+        assert!(number(&agent, "referee/stay/held") >= 0.9, "seed {seed}");
+    }
+}
+
+#[test]
+fn it_holds_its_place_from_where_the_authors_let_it_begin() {
+    assert_eq!(verdict(&mut agent(&["world.layout=authors"])), "SUCCEEDED");
+}
+
+#[test]
+fn who_leaves_the_place_has_not_held_it() {
+    // Its plan goes elsewhere than the referee looks.
+    let mut agent = agent(&["robots.r3.modules.knowledge.params.goal_x=0.6", "world.layout=authors"]);
+    assert_eq!(verdict(&mut agent), "FAILED");
+}
+
+#[test]
+fn the_actions_of_two_wheels_turn_four() {
+    let mut execute = Fixture::<ExecuteBlock<SkidSteerActions>>::new();
+    execute.set("position", Position { x: 1.0, y: 0.0, z: 0.0 });
+    execute.set("orientation", Orientation { theta: 0.0 });
+    execute.set("robot", model());
+    let action = GoToOrigin::request(Leg { x: 0.0, y: 0.0, speed: 0.4, tolerance: 0.05 });
+    execute.push("plan", Planned { ticket: 1, action, ..Planned::default() });
+    execute.tick();
+    let status = execute.output::<mapek::ExecuteStatus>("status").unwrap();
+    assert_eq!(status.tree.as_str(), "GoToOrigin > TurnToOrigin > TurnAngle");
+    let wheels = execute.output::<FourWheelSpeeds>("wheels").unwrap();
+    assert!(wheels.front_left != 0.0 && wheels.front_left == -wheels.front_right, "{wheels:?}");
+    assert_eq!((wheels.front_left, wheels.front_right), (wheels.back_left, wheels.back_right));
+}
+
+/// What the model does about a robot that is seen in that direction, at that distance: the speed of its wheels, if any.
+fn gives_way(range: f64, bearing: f64, from_its_place: f64) -> Option<f64> {
+    let mut model_of = Fixture::<ReactiveBlock<GiveWayModel>>::new();
+    model_of.set("position", Position { x: 1.2 + from_its_place, y: 1.2, z: 0.0 });
+    model_of.set("orientation", Orientation { theta: 0.0 });
+    model_of.set("goal", Point2 { x: 1.2, y: 1.2 });
+    model_of.set("robot", model());
+    let seen = Sighting { range, bearing, name: Text::new("r1") };
+    model_of.set("robots", Sightings { list: Sequence::new(&[seen]) });
+    model_of.tick();
+    model_of.sent::<mapek::Reflex>("reflex").first().map(|reflex| reflex.action.arguments[1])
+}
+
+#[test]
+fn it_gives_way_only_to_who_is_near_and_only_so_far() {
+    assert!(gives_way(0.8, 0.1, 0.0).unwrap() < 0.0, "back from who comes ahead");
+    assert!(gives_way(0.8, 3.0, 0.0).unwrap() > 0.0, "ahead of who comes behind");
+    assert_eq!(gives_way(1.5, 0.1, 0.0), None, "who is far away does not matter");
+    assert_eq!(gives_way(0.8, 1.57, 0.0), None, "nobody can go sideways");
+    assert_eq!(gives_way(0.8, 0.1, -0.2), None, "it has gone far enough");
+}

@@ -1,0 +1,50 @@
+//! The third experiment of RoCS (section 6.5): other tasks for the same robots. R2, a Pioneer, visits the four corners, R3, a
+//! Summit XL, follows it at a safe distance, and R1 wanders. New are the two plans, [`patrol`] and [`follow`]; all other
+//! blocks come from `slate-wheeled`.
+
+pub mod follow;
+pub mod patrol;
+
+use slate_plugin::mapek::PlanBlock;
+use slate_plugin::prelude::*;
+
+/// What the example is called.
+pub const NAME: &str = "exp3";
+/// What it shows.
+pub const ABOUT: &str = "RoCS EXP3: a Pioneer visits the four corners, a Summit XL follows it";
+/// Its configuration.
+pub const CONFIGURATION: &str = include_str!("../exp3.toml");
+
+/// Variants of the example by the value of `controller`, and the settings that make them.
+pub const CONTROLLERS: [(&str, &[&str]); 3] = [
+    ("slate", &[]),
+    (
+        "rocs",
+        &[
+            "robots.r2.modules.avoid_obstacle.enabled=false",
+            "robots.r2.modules.avoid_wall.enabled=true",
+            "robots.r3.modules.avoid_obstacle.enabled=false",
+            "robots.r3.modules.avoid_wall.enabled=true",
+            // The authors' wheels turn with 1 rad/s.
+            "robots.r2.modules.planner.params.speed=0.0975",
+            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "robots.r3.modules.planner.params.speed=0.11",
+        ],
+    ),
+    (
+        "rocs-fixed",
+        &[
+            "robots.r2.modules.avoid_obstacle.enabled=false",
+            "robots.r2.modules.avoid_wall.enabled=true",
+            "robots.r2.modules.avoid_wall.params.fixed=true",
+            "robots.r3.modules.avoid_obstacle.enabled=false",
+            "robots.r3.modules.avoid_wall.enabled=true",
+            "robots.r3.modules.avoid_wall.params.fixed=true",
+            "robots.r2.modules.planner.params.speed=0.0975",
+            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "robots.r3.modules.planner.params.speed=0.11",
+        ],
+    ),
+];
+
+plugin!(PlanBlock<patrol::PatrolPlanner>, PlanBlock<follow::FollowPlanner>);
