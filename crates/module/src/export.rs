@@ -2,7 +2,6 @@
 //! another library throws.
 
 use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::instance::Authored;
 use crate::place;
@@ -50,7 +49,7 @@ impl Sink {
 /// # Safety
 /// The sink is as the host made it.
 unsafe fn answer(sink: *const Sink, call: impl FnOnce() -> Result<Vec<u8>, Refusal>) -> i32 {
-    let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
+    let result = place::catch(call).unwrap_or_else(|payload| {
         let reason = placed_message(payload.as_ref());
         discard(payload);
         Err(Refusal(reason))
@@ -86,7 +85,12 @@ unsafe fn with_setup<R>(
 
 unsafe extern "C" fn describe<I: Instance>(setup: *const SetupTable, sink: *const Sink) -> i32 {
     // SAFETY: the host passes a setup and a sink that live during the call.
-    unsafe { answer(sink, || with_setup(setup, |setup| portable::encode_description(&I::describe(setup)?))) }
+    unsafe {
+        answer(sink, || {
+            place::remember();
+            with_setup(setup, |setup| portable::encode_description(&I::describe(setup)?))
+        })
+    }
 }
 
 unsafe extern "C" fn create<I: Instance>(
@@ -114,7 +118,7 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
         let params = std::slice::from_raw_parts(frame.params, frame.params_size);
         (*instance.cast::<I>()).tick(&mut PortCursor::new(frame), params, &Tick::new(frame))
     };
-    match catch_unwind(AssertUnwindSafe(step)) {
+    match place::catch(step) {
         Ok(outcome) => outcome as i32,
         Err(payload) => {
             let reason = placed_message(payload.as_ref());
@@ -156,7 +160,7 @@ unsafe extern "C" fn destroy<I: Instance>(instance: *mut (), sink: *const Sink) 
 
 /// Drops what a panic carried, which may itself panic.
 pub(crate) fn discard(payload: Box<dyn Any + Send>) {
-    let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
+    let _ = place::catch_aside(move || drop(payload));
 }
 
 /// What a panic that was just caught says, and where it came from.

@@ -1,9 +1,9 @@
 use std::marker::PhantomData;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use slate_blackboard::interface::{Interface, Value};
 
 use crate::export::discard;
+use crate::place;
 use crate::{Description, Module, Outcome, Params, PortCursor, Ports, Refusal, Tick};
 
 /// What a module is told when it is set up.
@@ -99,7 +99,7 @@ impl<M: Module> Instance for Authored<M> {
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
         let old = std::mem::replace(&mut self.state, decode(state)?);
         // The new state is in place, so a panic of the old one's end is no refusal.
-        let _ = catch_unwind(AssertUnwindSafe(|| drop(old))).map_err(discard);
+        let _ = place::catch_aside(|| drop(old)).map_err(discard);
         Ok(())
     }
 

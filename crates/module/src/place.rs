@@ -1,7 +1,11 @@
 //! Where a panic came from: only the panic hook is told, and the log of the module wants it.
+//!
+//! A panic that is caught is told by the log, so nothing is printed beside. To print the way there takes longer than many a
+//! cycle; who wants it asks for it (`RUST_BACKTRACE=full`).
 
 use std::cell::Cell;
 use std::fmt::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
 /// A file and a line; a long path loses its end.
@@ -14,23 +18,48 @@ pub(crate) struct Place {
 thread_local! {
     /// Has nothing to drop: a thread's destructors would keep the library of the module open.
     static LAST: Cell<Option<Place>> = const { Cell::new(None) };
+    static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Makes panics leave their place; whatever else is done about them still is.
+/// Makes panics leave their place; whatever else is done about those that nobody catches here still is.
 pub(crate) fn remember() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
+        let is_full = std::env::var_os("RUST_BACKTRACE").is_some_and(|wanted| wanted == "full");
         let before = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
-            LAST.set(panic.location().map(|location| {
+            let place = panic.location().map(|location| {
                 let mut place = Place { text: [0; 120], length: 0 };
                 // What doesn't fit is cut.
                 let _ = write!(place, "{}:{}", location.file(), location.line());
                 place
-            }));
-            before(panic);
+            });
+            // A second panic before the first was caught ends the process.
+            let is_first = LAST.replace(place).is_none();
+            if is_full || !(is_first && IS_CAUGHT.get()) {
+                before(panic);
+            }
         }));
     });
+}
+
+/// Runs a call whose panics are caught and told by the log.
+pub(crate) fn catch<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
+    run(true, call)
+}
+
+/// Runs a call whose panics are caught and no matter; they are printed as any others.
+pub(crate) fn catch_aside<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
+    let result = run(false, call);
+    let _ = take();
+    result
+}
+
+fn run<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
+    let before = IS_CAUGHT.replace(is_caught);
+    let result = catch_unwind(AssertUnwindSafe(call));
+    IS_CAUGHT.set(before);
+    result
 }
 
 /// The place of this thread's last panic, once.

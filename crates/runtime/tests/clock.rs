@@ -99,8 +99,12 @@ fn jumps_of_the_date_by_an_hour_make_nothing_late_and_nothing_early() {
         assert!(passed >= 390 * MS && passed <= took, "nor does it jump: {passed} of {took} ns");
         let (ticks, misses, _) = agent.counts("counter").unwrap();
         assert_eq!((ticks, misses), (200, 0));
-        let periodic = agent.counts("periodic").unwrap().0;
-        assert!(periodic >= 90 && periodic <= took / (4 * MS) + 2, "{periodic} ticks in {took} ns");
+        // A busy machine may let it miss some of its turns, and those are counted.
+        let (ticks, misses, _) = agent.counts("periodic").unwrap();
+        assert!(
+            ticks + misses >= 90 && ticks <= took / (4 * MS) + 2,
+            "{ticks} ticks and {misses} missed in {took} ns"
+        );
         // On threads of their own the last ones may be on their way.
         let command = number(&agent, "wheel/command/value");
         assert!(
