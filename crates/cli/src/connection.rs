@@ -1,6 +1,7 @@
 //! Finding the agent that a command is for.
 
 use clap::Args;
+use slate::blackboard::is_within;
 use slate::runtime::remote::{Client, agents};
 use slate::runtime::sharing::TEAM;
 
@@ -28,9 +29,28 @@ impl AgentOption {
         }
     }
 
-    /// Connects to the agent that a URL names when it is here, or else to one that knows it.
+    /// Connects to the agent that a URL names when it is here, or else to one that knows it. For a path of no agent, to the
+    /// only one that has such a property: a robot is found by its own name, whichever agent runs it.
     pub fn connect_for(&self, url: &str) -> Result<Client, Failure> {
-        self.named(url).map_or_else(|| self.connect_beside(url), |name| Ok(Client::connect(name)?))
+        let owner = || self.owner(url).map_or_else(|| self.connect_beside(url), Ok);
+        self.named(url).map_or_else(owner, |name| Ok(Client::connect(name)?))
+    }
+
+    /// The only agent of several that has the property at a path.
+    fn owner(&self, path: &str) -> Option<Client> {
+        let running = agents();
+        if self.agent.is_some() || running.len() < 2 || path.contains("://") {
+            return None;
+        }
+        let path = path.trim_start_matches('/');
+        let mut owners = running.iter().filter_map(|name| {
+            // One that ends just now has nothing.
+            let mut client = Client::connect(name).ok()?;
+            let properties = client.properties(None).ok()?;
+            properties.iter().any(|property| is_within(path, &property.path)).then_some(client)
+        });
+        let first = owners.next();
+        first.filter(|_| owners.next().is_none())
     }
 
     /// Connects to an agent that knows the one that a URL names.

@@ -57,15 +57,17 @@ pub struct Mission {
 impl Mission {
     /// Loads an application; nothing is started when anything does not fit.
     pub fn load(application: Application, how: How) -> Result<Self, Failure> {
+        let configuration = &application.configuration;
+        let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
         let options = Options {
             mode: how.mode.mode(),
             rate: how.rate,
             workers: how.workers,
             log: how.log,
-            // Robots in the embedded simulator arm themselves; real ones wait for a person.
             // Many runs at once would be several agents of one name.
             sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
-            armed: !how.disarmed && application.configuration.time_source().is_some(),
+            // Robots in the embedded simulator arm themselves; real ones wait for a person.
+            armed: !how.disarmed && is_simulated,
             ..Options::default()
         };
         let agent = if how.follows {

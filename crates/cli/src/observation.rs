@@ -87,6 +87,10 @@ impl Observation {
         let mut robots = Vec::new();
         let mut find_at = |spanned: &Spanned<Setting>| {
             let text = spanned.value.as_str().unwrap_or_default();
+            if text.starts_with("slate://") {
+                // What another agent has is in the report of that one.
+                return None;
+            }
             match board.find(text.trim_start_matches('/')) {
                 Ok((property, _)) => Some(property),
                 Err(error) => {
@@ -118,6 +122,9 @@ impl Observation {
         let verdict = find("mission.outcome");
         let speed = configuration.value("report.speed").and_then(|spanned| {
             let text = spanned.value.as_str().unwrap_or_default();
+            if text.starts_with("slate://") {
+                return None;
+            }
             let field = board.find(text.trim_start_matches('/')).ok().and_then(|(property, name)| {
                 let field = property.descriptor().fields.iter().find(|field| field.name == name)?;
                 Some((property, field))

@@ -68,7 +68,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         follows: true,
         disarmed: options.disarmed,
     };
-    let has_mission = application.configuration.mission().is_some();
+    let judge = application.configuration.mission().map(|mission| mission.outcome.agent().map(str::to_owned));
     let mission = Mission::load(application, how)?;
     if let Some(snapshot) = &snapshot {
         mission.resume(snapshot)?;
@@ -106,8 +106,14 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     // Only now, as a configuration that is refused leaves nothing behind.
     std::fs::create_dir_all(&directory)
         .map_err(|source| Failure::File { path: directory.clone(), source })?;
-    if !has_mission {
-        eprintln!("the configuration has no [mission], so the agent runs until it is interrupted");
+    match judge {
+        None => eprintln!("the configuration has no [mission], so the agent runs until it is interrupted"),
+        // Whoever supervises both knows when that one has ended.
+        Some(Some(_)) if supervised => {}
+        Some(Some(agent)) => {
+            eprintln!("agent `{agent}` has the mission, so this one runs until it is interrupted")
+        }
+        Some(None) => {}
     }
     let server = Server::open(&mission.agent);
     match &server {

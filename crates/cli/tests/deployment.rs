@@ -164,6 +164,32 @@ fn the_example_runs_with_one_command_to_its_end() {
 }
 
 #[test]
+fn a_robot_behaves_the_same_in_an_agent_of_its_own() {
+    let running = Running::new("team-robots");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/exp1/agents.toml");
+    let mut started = Started::new(&running, &["run", file.to_str().unwrap(), "--json", "--seed", "3"]);
+    // Whichever agent has it, a property is found by the robot's name, and so it is in one agent.
+    wait_for("the robot's driving", || running.call(&["get", "/r2/planner/state"]).status.success());
+    let get = |path: &str| running.done(&["get", path]);
+    assert_eq!(get("/r2/wheels/gate/mode").trim(), "ARMED", "the simulator embodies it");
+    assert_eq!(get("/referee/params/robot").trim(), "r2");
+    let (status, printed) = started.finish();
+    assert_eq!(status.code(), Some(0), "{printed}");
+    assert!(printed.contains("r2 ended with exit code 1"), "it ends when the mission has ended: {printed}");
+
+    let summary = printed.lines().find(|line| line.starts_with('{')).unwrap();
+    let apart = serde_json::from_str::<Value>(summary).unwrap()["agents"]["base"]["summary"].clone();
+    let (together, _) = common::exp1(running.folder(), &["--seed", "3"]);
+    let figure = |summary: &Value, name: &str| summary[name].as_f64().unwrap();
+    for name in ["outcome", "collisions_caused"] {
+        assert_eq!(apart[name], together[name], "{apart}");
+    }
+    // Between processes and by the wall clock, what a robot hears is some milliseconds older.
+    let ratio = figure(&apart, "path_length_m") / figure(&together, "path_length_m");
+    assert!((0.8..1.25).contains(&ratio), "{apart} beside {together}");
+}
+
+#[test]
 fn the_same_file_serves_a_process_each() {
     let mut running = team("team-each");
     running.start("watcher", &["run", "team.toml", "--agent", "watcher", "--headless"]);

@@ -26,6 +26,10 @@ pub struct Member {
     pub name: String,
     /// As tools find it.
     pub called: String,
+    /// The agent that has its mission, with which it ends.
+    pub mission_of: Option<String>,
+    /// Whether that one has ended.
+    pub is_over: bool,
     pub supervisor: Supervisor,
     pub running: Option<Running>,
     /// How often it was started anew.
@@ -59,9 +63,13 @@ impl Member {
         width: usize,
         application: &Application,
     ) -> Self {
+        let configuration = &application.configuration;
+        let mission_of = configuration.mission().and_then(|mission| mission.outcome.agent());
         Self {
             name: name.into(),
-            called: application.configuration.agent_name().into(),
+            called: configuration.agent_name().into(),
+            mission_of: mission_of.map(str::to_owned),
+            is_over: false,
             supervisor: Supervisor::default(),
             running: None,
             restarts: 0,

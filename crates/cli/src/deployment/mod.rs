@@ -165,7 +165,8 @@ impl Deployment {
 
     /// When something is to be done unless something happens.
     fn due(&self) -> Option<Instant> {
-        let restarts = self.members.iter().filter_map(|member| member.supervisor.due());
+        let waiting = self.members.iter().filter(|member| member.code.is_none());
+        let restarts = waiting.filter_map(|member| member.supervisor.due());
         let restart = restarts.min().map(|due| self.start + Duration::from_nanos(due));
         self.stopping.map(|since| since + PATIENCE).or(restart)
     }
@@ -197,7 +198,12 @@ impl Deployment {
         let member = &mut self.members[index];
         let Some(status) = member.reap() else { return };
         let name = &member.name;
-        let code = code(status);
+        let is_over = member.is_over;
+        let code = match code(status) {
+            // It was asked to end, and its run is judged where its mission is.
+            code if is_over && BY_ITSELF.contains(&code) => 0,
+            code => code,
+        };
         if self.stopping.is_some() {
             member.code = Some(code);
             if self.refused.is_none() {
@@ -211,11 +217,29 @@ impl Deployment {
             member.code = Some(code.max(1));
             self.refused = Some(code.max(1));
             self.stop();
-        } else if BY_ITSELF.contains(&code) {
+        } else if is_over || BY_ITSELF.contains(&code) {
             say(format_args!("{name} {}", describe(status)));
             member.code = Some(code);
+            let called = member.called.clone();
+            self.end_with(&called);
         } else {
             Self::fall(member, at, &describe(status), code);
+        }
+    }
+
+    /// Asks those to end whose mission was that of an agent which has ended.
+    fn end_with(&mut self, called: &str) {
+        for member in self.members.iter_mut().filter(|member| member.mission_of.as_deref() == Some(called)) {
+            member.is_over = true;
+            match &member.running {
+                Some(running) => running.interrupt(),
+                // It waits to be started anew, and never is.
+                None => drop(member.code.get_or_insert(2)),
+            }
+        }
+        let mut members = self.members.iter();
+        if members.all(|member| member.is_over || member.code.is_some()) {
+            self.stopping = Some(now());
         }
     }
 
@@ -244,7 +268,8 @@ impl Deployment {
         }
         let at = self.nanoseconds();
         for member in &mut self.members {
-            if member.supervisor.take_due(at)
+            if member.code.is_none()
+                && member.supervisor.take_due(at)
                 && let Err(error) = member.start(true, &self.sender)
             {
                 Self::fall(member, at, &format!("can't be started: {error}"), 2);

@@ -71,8 +71,9 @@ impl Layers {
         let Some(agents) = self.problems.as_table("agents", agents) else { return };
         for (name, entry) in agents.iter() {
             let good = self.problems.agent_name(name, entry.key);
-            if self.problems.as_table(&format!("agents.{name}"), entry).is_some() && good {
+            if let Some(table) = self.problems.as_table(&format!("agents.{name}"), entry).filter(|_| good) {
                 self.agents.entry(name.into()).or_insert(entry.key);
+                self.division.note(name, entry, table, &mut self.problems);
             }
         }
         let Some(wanted) = self.agent.clone().filter(|wanted| self.agents.contains_key(wanted)) else {
@@ -83,7 +84,9 @@ impl Layers {
         let own = document
             .and_then(|document| document.get("agents")?.as_table_like()?.get(&wanted)?.as_table_like());
         let Some(own) = own else { return };
-        let table = Table::of_item(own, part, &mut self.problems);
+        let mut table = Table::of_item(own, part, &mut self.problems);
+        // It is noted.
+        table.entries.remove("runs");
         self.is_named |= table.at(["agent", "name"].into_iter()).is_some();
         self.own = true;
         self.table(part, table);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use toml_edit::{Document, TomlError};
 
+use super::division::Division;
 use super::files::{File, Files, Unreadable};
 use super::path;
 use super::problems::{Problem, Problems, suggestion};
@@ -28,6 +29,10 @@ pub(super) struct Layers {
     pub(super) agent: Option<String>,
     /// The agents that the texts describe, and where each is first.
     pub(super) agents: BTreeMap<String, Span>,
+    /// What each of them runs.
+    pub(super) division: Division,
+    /// Whether another of them has the module that is the time source.
+    pub(super) clock_elsewhere: bool,
     /// Whether the wanted one's table says how it is called.
     pub(super) is_named: bool,
     /// Whether what is read now belongs to the wanted one's table.

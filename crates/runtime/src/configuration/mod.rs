@@ -8,6 +8,7 @@
 //!
 //! A file may describe several agents: each has a table `agents.NAME` with what a configuration has, also an `include`,
 //! which goes over what the same file says outside of `agents` for all of them. [`Options::agent`] says which one is read.
+//! With `agents.NAME.runs` it has those robots and modules of what stands outside, and no other agent does.
 //!
 //! A [`Configuration`] never changes. A [`Database`] holds the one of a running agent, with a last layer of changes
 //! made at run time.
@@ -34,6 +35,7 @@ mod build;
 mod compare;
 mod database;
 mod diagnostic;
+mod division;
 mod exclusive;
 mod files;
 mod layers;
@@ -108,6 +110,7 @@ pub struct Configuration {
     merged: Table,
     agent: model::Agent,
     time_source: Option<Spanned<String>>,
+    clock_elsewhere: bool,
     mission: Option<Mission>,
     snapshot: Option<Trigger>,
     log: Log,
@@ -178,6 +181,12 @@ impl Configuration {
     /// The module that is the time source; without one, it is the system's clock.
     pub fn time_source(&self) -> Option<&Spanned<String>> {
         self.time_source.as_ref()
+    }
+
+    /// Whether the time source is a module that another agent of the file runs, as where a simulator embodies the robots
+    /// of other agents. This agent then goes by the system's clock.
+    pub fn is_clock_elsewhere(&self) -> bool {
+        self.clock_elsewhere
     }
 
     /// What ends the run.

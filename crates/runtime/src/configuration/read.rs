@@ -63,6 +63,7 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
     layers.flat_sets.clear();
     layers.hold(waiting);
     layers.sets(SourceKind::Change, changes.iter().copied());
+    let of_files = layers.divide(of_files, options);
     let files = std::mem::take(&mut layers.files);
     let changes = std::mem::take(&mut layers.flat_sets);
     let paths = std::mem::take(&mut layers.read);
@@ -105,7 +106,7 @@ fn build(
     options: &Options,
     described: Option<Described>,
 ) -> Result<Configuration, Report> {
-    let Layers { sources, mut problems, mut merged, incomplete, .. } = layers;
+    let Layers { sources, mut problems, mut merged, incomplete, clock_elsewhere, .. } = layers;
     if incomplete {
         return Err(report(&sources, problems));
     }
@@ -143,6 +144,7 @@ fn build(
                 merged,
                 agent,
                 time_source,
+                clock_elsewhere,
                 mission,
                 snapshot,
                 plugins,

@@ -61,9 +61,9 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
         };
         let Some(path) = path else { continue };
         match section {
-            "links" => resolve_keys(&mut entry.value, &["from"], scope),
+            "links" => resolve_keys(&mut entry.value, &["from"], &in_agent(scope)),
             "actuators" => {
-                resolve_keys(&mut entry.value, &["command", "commands"], scope);
+                resolve_keys(&mut entry.value, &["command", "commands"], &in_agent(scope));
                 if let Value::Table(table) = &mut entry.value.value
                     && let Some(modules) = table.entries.get_mut("modules")
                 {
@@ -101,29 +101,36 @@ fn destination(key: &str, scope: &str, entry: &Entry, problems: &mut Problems) -
     Some(url.path_in(scope))
 }
 
-/// Makes the URLs of a value absolute: the value itself when it is text, else the values of these keys.
-fn resolve_keys(value: &mut Spanned<Value>, keys: &[&str], scope: &str) {
+/// Changes the URLs of a value: the value itself when it is text, else the values of these keys.
+pub(super) fn resolve_keys(
+    value: &mut Spanned<Value>,
+    keys: &[&str],
+    resolve: &dyn Fn(&str) -> Option<String>,
+) {
     match &mut value.value {
         Value::Table(table) => {
             let named = table.entries.iter_mut().filter(|(name, _)| keys.contains(&name.as_str()));
-            named.for_each(|(_, entry)| resolve(&mut entry.value.value, scope));
+            named.for_each(|(_, entry)| each_text(&mut entry.value.value, resolve));
         }
-        text => resolve(text, scope),
+        text => each_text(text, resolve),
     }
 }
 
 /// Makes URLs absolute; what is none stays as written and is reported by whoever reads it.
-fn resolve(value: &mut Value, scope: &str) {
-    each_text(value, &|text| {
+fn in_agent(scope: &str) -> impl Fn(&str) -> Option<String> {
+    move |text| {
         let url = Url::parse(text).ok()?;
         let relative = url.agent().is_none() && url.path_in("").contains('/');
         relative.then(|| format!("/{}", url.path_in(scope)))
-    });
+    }
 }
 
-/// Changes a text, or those of a list.
-fn each_text(value: &mut Value, change: &dyn Fn(&str) -> Option<String>) {
+/// Changes all texts of a value.
+pub(super) fn each_text(value: &mut Value, change: &dyn Fn(&str) -> Option<String>) {
     match value {
+        Value::Table(table) => {
+            table.entries.values_mut().for_each(|entry| each_text(&mut entry.value.value, change));
+        }
         Value::List(items) => items.iter_mut().for_each(|item| each_text(&mut item.value, change)),
         Value::Text(text) => {
             if let Some(changed) = change(text) {

@@ -3,6 +3,7 @@
 
 mod agents;
 mod changes;
+mod division;
 mod files;
 mod handlers;
 mod layers;

@@ -1,0 +1,232 @@
+//! Which of several agents runs what stands outside of `agents`, so that one file serves robots in one agent and robots
+//! in agents of their own.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use slate_blackboard::Url;
+
+use super::Options;
+use super::layers::Layers;
+use super::problems::{Problems, suggestion};
+use super::scope::{SECTIONS, each_text, resolve_keys};
+use super::source::{Sources, Span, Spanned};
+use super::value::{Entry, Table, Value};
+
+/// The agents of a file, with what each says that it runs.
+#[derive(Default)]
+pub(super) struct Division(BTreeMap<String, Part>);
+
+struct Part {
+    /// How others find it.
+    called: String,
+    /// Where it is described.
+    key: Span,
+    /// Robots and modules; nothing when it does not say.
+    runs: Option<Vec<Spanned<String>>>,
+}
+
+impl Division {
+    /// Notes what a text says of an agent; a later one overrides it.
+    pub(super) fn note(&mut self, agent: &str, entry: &Entry, table: &Table, problems: &mut Problems) {
+        let part = self.0.entry(agent.into()).or_insert_with(|| Part {
+            called: agent.into(),
+            key: entry.key,
+            runs: None,
+        });
+        if let Some(runs) = table.get("runs") {
+            part.runs = Some(problems.texts("runs", runs, "r2"));
+        }
+        if let Some(name) = table.at(["agent", "name"].into_iter()).and_then(|name| name.as_str()) {
+            part.called = name.into();
+        }
+    }
+
+    /// Leaves in `merged` what one agent runs. What it reads of the others gets their names. Says whether another one
+    /// has the clock.
+    pub(super) fn leave(
+        &self,
+        agent: &str,
+        merged: &mut Table,
+        sources: &Sources,
+        extra_tables: &[String],
+        problems: &mut Problems,
+    ) -> bool {
+        if self.0.values().all(|part| part.runs.is_none()) || !self.0.contains_key(agent) {
+            return false;
+        }
+        let side = Side { parts: &self.0, agent, names: Names::of(merged, sources) };
+        side.check(problems);
+        for section in SECTIONS {
+            let Some(Value::Table(table)) =
+                merged.entries.get_mut(section).map(|entry| &mut entry.value.value)
+            else {
+                continue;
+            };
+            table.entries.retain(|name, entry| side.keeps(name, entry, sources, problems));
+            for entry in table.entries.values_mut() {
+                let keys: &[&str] = if section == "modules" { &[] } else { &["from", "command", "commands"] };
+                resolve_keys(&mut entry.value, keys, &|url| side.address(url));
+            }
+        }
+        for name in extra_tables.iter().map(String::as_str).chain(["mission"]) {
+            if let Some(entry) = merged.entries.get_mut(name) {
+                each_text(&mut entry.value.value, &|text| side.address(text));
+            }
+        }
+        let source = merged.at(["time", "source"].into_iter()).and_then(|source| source.as_str());
+        let keeper = source.and_then(|source| side.owner(first(source)));
+        let is_elsewhere = keeper.is_some_and(|keeper| keeper != agent);
+        if is_elsewhere {
+            merged.entries.remove("time");
+        }
+        self.introduce(agent, merged);
+        is_elsewhere
+    }
+
+    /// Lets an agent find the others on this machine, unless the file says where they are.
+    fn introduce(&self, agent: &str, merged: &mut Table) {
+        let empty = |key| Entry { key, value: Spanned::new(Value::Table(Table::default()), key) };
+        let mut table = merged;
+        let key = self.0[agent].key;
+        for name in ["share", "agents"] {
+            let entry = table.entries.entry(name.into()).or_insert_with(|| empty(key));
+            // What is no table is told by whoever reads it.
+            let Value::Table(inner) = &mut entry.value.value else { return };
+            table = inner;
+        }
+        for (_, part) in self.0.iter().filter(|(name, _)| *name != agent) {
+            table.entries.entry(part.called.clone()).or_insert_with(|| empty(part.key));
+        }
+    }
+}
+
+impl Layers {
+    /// Leaves what the wanted agent runs, here and in what the files say.
+    pub(super) fn divide(&mut self, mut of_files: Table, options: &Options) -> Table {
+        let Some(wanted) = self.agent.clone().filter(|wanted| self.agents.contains_key(wanted)) else {
+            return of_files;
+        };
+        if !self.incomplete {
+            let Self { division, merged, sources, problems, .. } = self;
+            let extra = &options.extra_tables;
+            division.leave(&wanted, &mut of_files, sources, extra, &mut Problems::default());
+            self.clock_elsewhere = division.leave(&wanted, merged, sources, extra, problems);
+        }
+        of_files
+    }
+}
+
+/// The first names of modules and actuators, which are those of robots where there are some.
+struct Names {
+    /// Where each is written first.
+    common: BTreeMap<String, Span>,
+    /// Those that the agent's own table brings.
+    own: BTreeSet<String>,
+}
+
+impl Names {
+    fn of(merged: &Table, sources: &Sources) -> Self {
+        let mut names = Self { common: BTreeMap::new(), own: BTreeSet::new() };
+        let tables =
+            ["modules", "actuators"].into_iter().filter_map(|section| merged.get(section)?.as_table());
+        for (name, entry) in tables.flat_map(Table::iter) {
+            match is_own(sources, entry.key) {
+                true => drop(names.own.insert(first(name).into())),
+                false => drop(names.common.entry(first(name).into()).or_insert(entry.key)),
+            }
+        }
+        names
+    }
+}
+
+/// A file as one of its agents sees it.
+struct Side<'a> {
+    parts: &'a BTreeMap<String, Part>,
+    agent: &'a str,
+    names: Names,
+}
+
+impl Side<'_> {
+    /// The agent that says it runs something of that name.
+    fn runner(&self, name: &str) -> Option<&str> {
+        let runs = |part: &Part| part.runs.iter().flatten().any(|run| run.value == name);
+        self.parts.iter().find(|(_, part)| runs(part)).map(|(agent, _)| agent.as_str())
+    }
+
+    /// Agents that run whatever no other one says that it runs.
+    fn others(&self) -> impl Iterator<Item = &str> {
+        self.parts.iter().filter(|(_, part)| part.runs.is_none()).map(|(agent, _)| agent.as_str())
+    }
+
+    /// The agent that has something of that name; nothing when that is unknown.
+    fn owner(&self, name: &str) -> Option<&str> {
+        if let Some(runner) = self.runner(name) {
+            return Some(runner);
+        }
+        let is_here = self.others().any(|other| other == self.agent);
+        match self.names.common.contains_key(name) && !is_here {
+            true => self.others().next(),
+            false => (is_here || self.names.own.contains(name)).then_some(self.agent),
+        }
+    }
+
+    fn check(&self, problems: &mut Problems) {
+        let known: Vec<&str> = self.names.common.keys().chain(&self.names.own).map(String::as_str).collect();
+        for run in self.parts[self.agent].runs.iter().flatten() {
+            if !known.contains(&run.value.as_str()) {
+                let message = format!("no robot or module is called `{}`", run.value);
+                problems.add(run.span, message, suggestion(run, &known));
+            }
+            if let Some(other) = self.runner(run).filter(|other| *other != self.agent) {
+                let message = format!("`{other}` runs `{}`, too", run.value);
+                problems.add(run.span, message, "name it in the `runs` of one agent");
+            }
+        }
+        let rest = self.names.common.iter().filter(|(name, _)| self.runner(name).is_none());
+        let others: Vec<_> = self.others().map(|other| format!("`{other}`")).collect();
+        for (name, key) in rest {
+            let help =
+                "name it in the `runs` of one agent; an agent without `runs` runs all that no other one does";
+            match others.len() {
+                0 => problems.add(*key, format!("no agent runs `{name}`"), help),
+                1 => {}
+                _ => {
+                    let message = format!("several agents run `{name}`: {}", others.join(", "));
+                    problems.add(*key, message, help);
+                }
+            }
+        }
+    }
+
+    /// Whether the agent has a module, an actuator or the input of a link.
+    fn keeps(&self, name: &str, entry: &Entry, sources: &Sources, problems: &mut Problems) -> bool {
+        let is_own = is_own(sources, entry.key);
+        match self.runner(first(name)) {
+            Some(runner) if is_own && runner != self.agent => {
+                let help = format!("write it in [agents.{runner}]");
+                problems.add(entry.key, format!("`{runner}` runs `{}`", first(name)), help);
+                false
+            }
+            Some(runner) => runner == self.agent,
+            None => is_own || self.parts[self.agent].runs.is_none(),
+        }
+    }
+
+    /// The URL of what another agent has, for a path in the file.
+    fn address(&self, text: &str) -> Option<String> {
+        let url = Url::parse(text).ok().filter(|url| url.agent().is_none() && text.starts_with('/'))?;
+        let path = url.path_in("");
+        let owner = self.owner(first(&path)).filter(|owner| *owner != self.agent)?;
+        Some(format!("slate://{}/{path}", self.parts[owner].called))
+    }
+}
+
+/// Whether something is written in the table of one agent.
+fn is_own(sources: &Sources, span: Span) -> bool {
+    sources.0[span.source].place.own
+}
+
+/// The first of the names that slashes separate.
+fn first(name: &str) -> &str {
+    name.split('/').next().unwrap_or(name)
+}
