@@ -95,7 +95,7 @@ fn a_memory_is_that_of_one_run_at_a_time() {
     let two = format!("{text}[modules.other]\nplugin = \"counter\"\n{text}");
     drop(_first);
     let told = refusal(&two);
-    assert!(told.contains("`other`") && told.contains("just being written"), "{told}");
+    assert!(told.contains("`other`") && told.contains("another run or module has it"), "{told}");
 }
 
 #[test]

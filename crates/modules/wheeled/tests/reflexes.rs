@@ -95,7 +95,7 @@ fn scan(walls: &[((f64, f64), f64)]) -> SonarScan {
     };
     let echoes: Vec<_> = placements.iter().map(echo).collect();
     SonarScan {
-        field_of_view: 0.5236,
+        field_of_view: std::f64::consts::FRAC_PI_6,
         range_min: 0.0,
         range_max: 1.0,
         placements: Sequence::new(&placements),

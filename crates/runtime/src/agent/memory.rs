@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -18,7 +18,7 @@ pub(super) type States = BTreeMap<String, Result<Vec<u8>, String>>;
 #[derive(Debug)]
 struct Remembering {
     module: String,
-    file: std::path::PathBuf,
+    file: PathBuf,
     at: Span,
     /// The hash of the file that it began with; none when there was none.
     began: Option<u64>,
@@ -83,16 +83,19 @@ impl Memories {
 
 const AFRESH: &str = "put a copy of it there, or move it away to begin without a memory";
 
+/// What is wrong, and what helps.
 type Problem = (String, &'static str);
 
-/// What a module begins with, with its hash, and the file that takes the place of that at the end.
-fn begin(
-    module: &Module,
-    file: &Path,
-    keeps: bool,
-) -> Result<(Option<(u64, Vec<u8>)>, Option<Replacement>), Problem> {
+/// The hash of a file, and the state in it; nothing when there is none.
+type Began = Option<(u64, Vec<u8>)>;
+
+/// What a module begins with, and the file that takes the place of that at the end.
+fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Replacement>), Problem> {
     // First, so that no other run writes it between.
-    let unwritable = |error: io::Error| (format!("it can't be written: {error}"), help(error.kind()));
+    let unwritable = |error: io::Error| match error.kind() {
+        io::ErrorKind::AlreadyExists => ("another run or module has it".into(), help(error.kind())),
+        kind => (format!("it can't be written: {error}"), help(kind)),
+    };
     let place = keeps.then(|| Replacement::create(file)).transpose().map_err(unwritable)?;
     let bytes = match std::fs::read(file) {
         Ok(bytes) => bytes,
