@@ -1,5 +1,6 @@
 //! What a run has shown of itself until now; it goes into snapshots, so that a report is whole when a run goes on from one.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,9 @@ pub struct Course(Arc<Mutex<State>>);
 struct State {
     /// What the run is called.
     name: String,
+    /// What the modules began with that remember; who goes on from a snapshot has begun where that run did.
+    #[serde(default)]
+    memories: BTreeMap<String, String>,
     /// Cycles made, and the time of the last one.
     cycles: u64,
     now: u64,
@@ -32,9 +36,14 @@ struct State {
 }
 
 impl Course {
-    /// At the start of a run of that name.
-    pub fn new(name: &str) -> Self {
-        Self(Arc::new(Mutex::new(State { name: name.into(), ..State::default() })))
+    /// At the start of a run of that name, with what its modules remember.
+    pub fn new(name: &str, memories: BTreeMap<String, String>) -> Self {
+        Self(Arc::new(Mutex::new(State { name: name.into(), memories, ..State::default() })))
+    }
+
+    /// What the modules began with that remember.
+    pub fn memories(&self) -> BTreeMap<String, String> {
+        self.state().memories.clone()
     }
 
     /// What a run was called that a snapshot was taken of.

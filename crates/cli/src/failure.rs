@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use slate::blackboard::nearest_names;
 use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
+use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
 use slate::runtime::remote::{ClientError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
@@ -48,6 +49,8 @@ pub enum Failure {
     Library(#[from] LibraryError),
     #[error("{0}")]
     Snapshot(SnapshotError),
+    #[error("{0}")]
+    Memory(#[from] MemoryError),
     #[error("`{name}` can't be the name of a plugin: {reason}")]
     PluginName { name: String, reason: &'static str },
     #[error("no plugin `{name}` is loaded")]
@@ -118,6 +121,7 @@ impl Failure {
                 "leave `--rate` out, or give the configuration a time source (`time.source`)".into()
             }
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
+            Self::Memory(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
                               XDG_RUNTIME_DIR"
                 .into(),

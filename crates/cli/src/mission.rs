@@ -7,6 +7,7 @@ use std::time::Instant;
 use slate::blackboard::interface::Value;
 use slate::record::{Outcome, Scene, Summary, Trajectory};
 use slate::runtime::log::LogTarget;
+use slate::runtime::memory::MemoryError;
 use slate::runtime::snapshot::Snapshot;
 use slate::runtime::{Agent, Control, Cycle, End, Options, Rate};
 use slate::share::agent::AgentSharing;
@@ -27,6 +28,14 @@ pub struct Finished {
     pub summary: Summary,
     pub scene: Scene,
     pub trajectory: Trajectory,
+    /// Whether what modules remember of it was written.
+    pub remembered: Result<(), MemoryError>,
+}
+
+/// What the modules of an agent remember, as a condition of the run: a fingerprint of the file that each began with.
+fn memories(agent: &Agent) -> BTreeMap<String, String> {
+    let text = |began: Option<u64>| began.map_or_else(|| "none".into(), |hash| format!("{hash:016x}"));
+    agent.memories().map(|(module, began)| (format!("memory of {module}"), text(began))).collect()
 }
 
 /// How a run is made.
@@ -66,6 +75,8 @@ impl Mission {
             log: how.log,
             // Many runs at once would be several agents of one name.
             sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
+            // Many runs at once would all begin with the same memory, and only one could write it.
+            keeps_memory: how.follows,
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
             armed: !how.disarmed && is_simulated,
             ..Options::default()
@@ -77,7 +88,7 @@ impl Mission {
         };
         let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
         let scene = scene::of(&application.configuration)?;
-        let course = Course::new(&application.name);
+        let course = Course::new(&application.name, memories(&agent));
         agent.composer().keep(course::NAME, Arc::new(course.clone()));
         Ok(Self {
             agent,
@@ -133,6 +144,7 @@ impl Mission {
         let status = self.status_counts();
         let mut conditions = scene::conditions(&self.application.configuration);
         conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
+        conditions.extend(self.course.memories());
         let summary = Summary {
             example: self.application.name.clone(),
             seed: self.application.configuration.seed().value,
@@ -156,7 +168,8 @@ impl Mission {
             digest,
         };
         let trajectory = self.course.take_trajectory();
-        Ok(Finished { summary, scene: self.scene, trajectory })
+        let remembered = self.agent.remember();
+        Ok(Finished { summary, scene: self.scene, trajectory, remembered })
     }
 
     fn judge(&self, end: &End) -> (Outcome, Option<String>) {

@@ -129,6 +129,11 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     drop(server);
     drop(display);
     let finished = finished?;
+    let is_forgotten = finished.remembered.is_err();
+    if let Err(error) = finished.remembered {
+        // The report is written in any case, and if it can't be, that is told too.
+        Failure::from(error).print();
+    }
     let report =
         Report { summary: &finished.summary, scene: &finished.scene, trajectory: &finished.trajectory };
     report.write(&directory)?;
@@ -143,5 +148,5 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     if options.common.json {
         output::line(finished.summary.json_line()?);
     }
-    Ok(u8::from(!finished.summary.succeeded()))
+    Ok(if is_forgotten { 2 } else { u8::from(!finished.summary.succeeded()) })
 }

@@ -358,9 +358,9 @@ pub use block::BlockState;
 pub use execute::{ExecuteBlock, ExecutePorts, Execution};
 pub use kind::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
 pub use knowledge::{
-    Device, Fact, FactTable, Facts, Knowledge, KnowledgeBlock, Live, Merge, MostCertain, Newest, RobotModel,
-    Stated, Statements, StoredPlan, StrategyModel, StrategyRecord, StrategyReport, Union, Version,
-    WorldModel,
+    Device, Fact, FactTable, Facts, Knowledge, KnowledgeBlock, Live, Merge, MostCertain, Newest,
+    PlanDescription, PlanLibrary, PlanOutcome, RobotModel, Role, Stated, Statements, StoredPlan,
+    StrategyModel, StrategyPorts, StrategyRecord, StrategyReport, Union, Version, WorldModel,
 };
 pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason};
 pub use monitor::{Monitor, MonitorBlock, MonitorPorts};

@@ -16,6 +16,7 @@ pub mod isolation;
 mod link;
 pub mod log;
 mod main_loop;
+pub mod memory;
 pub mod plugin;
 mod printable;
 pub mod remote;

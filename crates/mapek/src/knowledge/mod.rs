@@ -1,6 +1,7 @@
 //! What a robot knows.
 
 mod facts;
+mod plans;
 mod robot;
 mod statements;
 mod strategy;
@@ -10,6 +11,7 @@ mod world;
 use std::marker::PhantomData;
 
 pub use facts::{Fact, Facts, Live, Merge, MostCertain, Newest, Union, Version};
+pub use plans::{PlanDescription, PlanLibrary, PlanOutcome, Role, StrategyPorts};
 pub use robot::{Device, RobotModel};
 use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
 pub use statements::Statements;

@@ -25,12 +25,22 @@ impl StoredPlan {
     pub fn promise(&self) -> f64 {
         (self.succeeded as f64 + 1.0) / (self.tried as f64 + 2.0)
     }
+
+    fn record(&mut self, success: bool, seconds: f64) -> bool {
+        // What was remembered may be any number.
+        self.tried = self.tried.saturating_add(1);
+        if success {
+            self.succeeded = self.succeeded.saturating_add(1);
+            self.seconds += seconds;
+        }
+        true
+    }
 }
 
 /// The strategies from which the Plan can choose (RoCS, 4.2): plans by role, with their past outcomes.
 ///
-/// Keep it in the state of the Plan that uses it, from where it is saved with the robot and shown by a
-/// [`StrategyReport`].
+/// Keep it as the state of the robot's Knowledge and call [`update`](StrategyModel::update) in its own: from there it is saved
+/// with the robot, kept from run to run if the configuration names a file for that, and shown by a [`StrategyReport`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StrategyModel {
     role: String,
@@ -71,16 +81,15 @@ impl StrategyModel {
 
     /// Notes how a plan of the robot's role went and how many seconds it took; false when there is no such plan.
     pub fn record(&mut self, name: &str, success: bool, seconds: f64) -> bool {
-        let Self { role, plans } = self;
-        let Some(plan) = plans.iter_mut().find(|plan| plan.name == name && plan.role == *role) else {
-            return false;
-        };
-        plan.tried += 1;
-        if success {
-            plan.succeeded += 1;
-            plan.seconds += seconds;
-        }
-        true
+        let index = self.plans.iter().position(|plan| plan.name == name && plan.role == self.role);
+        index.is_some_and(|index| self.plans[index].record(success, seconds))
+    }
+
+    /// As [`record`](StrategyModel::record), of a plan of any role: the robot may have another one by now.
+    pub fn record_for(&mut self, role: &str, name: &str, success: bool, seconds: f64) -> bool {
+        let mut plans = self.plans.iter_mut();
+        let plan = plans.find(|plan| plan.name == name && plan.role == role);
+        plan.is_some_and(|plan| plan.record(success, seconds))
     }
 
     /// All plans, in the order in which they were learned.

@@ -7,6 +7,13 @@
 //! | `AvoidObstacle` | `TurnAngle`; `SetWheelSpeed` |
 //! | `GoToOrigin` | `TurnToOrigin`; `SetWheelSpeed` |
 //! | `TurnToOrigin` | `TurnAngle` |
+//!
+//! Two more are not in the table, so that everybody sees which reflex has the robot:
+//!
+//! | action | decomposition |
+//! |---|---|
+//! | `ReleaseBumper` | `SetWheelSpeed` |
+//! | `KeepWall` | `SetWheelSpeed` |
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::WheelSpeeds;
@@ -253,4 +260,42 @@ impl<B: WheeledBody> Action<B> for AvoidObstacle {
             other => other,
         }
     }
+}
+
+/// Makes an action that is [`SetWheelSpeed`] under a name of its own.
+macro_rules! named_drive {
+    ($(#[$attribute:meta])* $name:ident) => {
+        $(#[$attribute])*
+        #[derive(Serialize, Deserialize)]
+        pub struct $name {
+            drive: SetWheelSpeed,
+        }
+
+        impl ActionKind for $name {
+            const KIND: &'static str = stringify!($name);
+            type Arguments = Speeds;
+
+            fn start(speeds: Speeds) -> Self {
+                Self { drive: SetWheelSpeed::start(speeds) }
+            }
+
+            fn children(&self, tree: &mut ActionTree) {
+                tree.child(&self.drive);
+            }
+        }
+
+        impl<B: WheeledBody> Action<B> for $name {
+            fn act(&mut self, acting: &Acting<'_, B>) -> Step {
+                self.drive.act(acting)
+            }
+        }
+    };
+}
+named_drive! {
+    /// Gets away from what presses on the robot.
+    ReleaseBumper
+}
+named_drive! {
+    /// Goes along a wall.
+    KeepWall
 }

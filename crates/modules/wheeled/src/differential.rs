@@ -4,7 +4,9 @@ use slate_plugin::interfaces::WheelSpeeds;
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
-use crate::actions::{AvoidObstacle, GoToOrigin, SetWheelSpeed, TurnAngle, TurnToOrigin};
+use crate::actions::{
+    AvoidObstacle, GoToOrigin, KeepWall, ReleaseBumper, SetWheelSpeed, TurnAngle, TurnToOrigin,
+};
 use crate::body::{WheeledBody, Whereabouts};
 
 /// The wheels of a differential drive.
@@ -31,6 +33,6 @@ impl WheeledBody for DifferentialBody {
 repertoire! {
     /// All that a robot with two driven wheels can do.
     pub enum DifferentialActions for DifferentialBody as "differential_execute" {
-        SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle
+        SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle, ReleaseBumper, KeepWall
     }
 }

@@ -4,7 +4,9 @@ use slate_plugin::interfaces::{FourWheelSpeeds, WheelSpeeds};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
-use crate::actions::{AvoidObstacle, GoToOrigin, SetWheelSpeed, TurnAngle, TurnToOrigin};
+use crate::actions::{
+    AvoidObstacle, GoToOrigin, KeepWall, ReleaseBumper, SetWheelSpeed, TurnAngle, TurnToOrigin,
+};
 use crate::body::{WheeledBody, Whereabouts};
 
 /// The wheels of a drive that steers by skidding.
@@ -33,6 +35,6 @@ impl WheeledBody for SkidSteerBody {
 repertoire! {
     /// All that a robot with four driven wheels can do.
     pub enum SkidSteerActions for SkidSteerBody as "skid_steer_execute" {
-        SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle
+        SetWheelSpeed, TurnAngle, TurnToOrigin, GoToOrigin, AvoidObstacle, ReleaseBumper, KeepWall
     }
 }

@@ -7,6 +7,7 @@ mod composition;
 mod consent;
 mod deepening;
 mod looping;
+mod memory;
 mod parameters;
 mod relinking;
 mod settings;
@@ -41,6 +42,7 @@ pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginEr
 pub(crate) use composer::{Property, WeakComposer};
 use composition::Composition;
 pub use looping::SystemClock;
+use memory::Memories;
 use settings::Settings;
 pub(crate) use sharing::Readers;
 use sharing::Remotes;
@@ -77,6 +79,8 @@ pub struct Options {
     /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
     /// first, with the same plugins. Nothing for this program.
     pub isolation_program: Option<PathBuf>,
+    /// Whether [`Agent::remember`] is to write what modules remember; their files are kept from other runs until then.
+    pub keeps_memory: bool,
     /// What carries values to other agents and from them, if links or `[share]` want that.
     pub sharing: Option<Box<dyn Sharing>>,
 }
@@ -94,6 +98,7 @@ impl Default for Options {
             time_source: None,
             calendar: None,
             isolation_program: None,
+            keeps_memory: false,
             sharing: None,
         }
     }
@@ -131,6 +136,8 @@ pub struct Agent {
     composer: Composer,
     hang: Duration,
     threads: Arc<ThreadKeeper>,
+    /// What its modules remember.
+    memories: Memories,
     /// Those that change while it runs.
     settings: Option<Settings>,
 }
@@ -154,6 +161,7 @@ impl Agent {
         if options.mode == Mode::Threaded && options.rate == Rate::Max {
             return Err(StartError::ThreadedMax);
         }
+        let (memories, states) = Memories::read(configuration, options.keeps_memory)?;
         let driven = configuration.time_source().is_some() || options.time_source.is_some();
         let lockstep = driven && options.mode == Mode::Staged;
         let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
@@ -232,10 +240,12 @@ impl Agent {
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
         shared.logger.show(&shared.board)?;
-        composer.start(plugins).map_err(|error| match error {
+        let restored = composer.start(plugins, &states).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
         })?;
+        memories
+            .check(configuration, &restored, |module| composer.composition().present.contains_key(module))?;
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration)?;
         if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
@@ -244,7 +254,7 @@ impl Agent {
         }
         composer.check_facts(configuration)?;
         composer.share().map_err(|error| sharing::refused(configuration, error))?;
-        Ok(Self { shared, composer, hang, threads, settings: None })
+        Ok(Self { shared, composer, hang, threads, memories, settings: None })
     }
 
     /// As [`load`](Agent::load), and the agent follows what is changed in the database while it is there: parameters,

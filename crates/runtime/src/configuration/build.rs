@@ -1,5 +1,5 @@
 use std::cmp::Ordering;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use slate_blackboard::Url;
 use slate_module::{Stage, Trigger};
@@ -80,6 +80,7 @@ impl Build<'_> {
             "enabled",
             "isolated",
             "isolation",
+            "memory",
             "stage",
             "every",
             "on",
@@ -113,6 +114,8 @@ impl Build<'_> {
                 None => Spanned::new(false, entry.key),
             },
             isolation: self.isolation(name, table),
+            memory: (self.problems.text(table, "memory", "r2.memory"))
+                .map(|file| Spanned::new(PathBuf::from(&file.value), file.span)),
             trigger: self.trigger(table),
             deadline: self.problems.duration(table, "deadline"),
         })

@@ -23,6 +23,8 @@ pub struct Module {
     pub isolated: Spanned<bool>,
     /// What holds for that process.
     pub isolation: Isolation,
+    /// The file in which it remembers its state from run to run; relative to the folder that the agent is started in.
+    pub memory: Option<Spanned<PathBuf>>,
     /// Overrides the stage that the module names itself.
     pub stage: Option<Spanned<Stage>>,
     /// Overrides the trigger that the module names itself.

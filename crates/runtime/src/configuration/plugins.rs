@@ -102,6 +102,7 @@ impl Configuration {
             enabled: Spanned::new(true, span),
             isolated: Spanned::new(false, span),
             isolation: Isolation::default(),
+            memory: None,
             stage: None,
             trigger: None,
             deadline: None,

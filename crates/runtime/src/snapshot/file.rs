@@ -131,7 +131,7 @@ fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
 }
 
 /// What is wrong with a document, in words.
-fn describe(error: ciborium::de::Error<io::Error>) -> String {
+pub(crate) fn describe(error: ciborium::de::Error<io::Error>) -> String {
     match error {
         ciborium::de::Error::Io(_) => "it ends too early".into(),
         ciborium::de::Error::Syntax(at) => format!("byte {at} is no CBOR"),

@@ -15,6 +15,7 @@ use std::path::Path;
 pub use crate::comparison::Comparison;
 pub use error::SnapshotError;
 pub use file::PluginMark;
+pub(crate) use file::describe;
 pub(crate) use image::{
     Bytes, FrozenActuator, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image,
 };

@@ -19,6 +19,7 @@ use slate_blackboard::{Board, BoardError, nearest_names};
 use slate_module::{Level, ModuleKind, Plugin};
 
 use super::composition::Composition;
+use super::memory::States;
 use crate::log::Levels;
 use crate::main_loop::Shared;
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
@@ -152,8 +153,13 @@ impl Composer {
         Some(Held { composition, overview: &self.overview })
     }
 
-    /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration.
-    pub(super) fn start(&self, linked: &[Plugin]) -> Result<(), PluginError> {
+    /// Loads what the agent begins with: the plugins that are linked in, and those of the configuration. Returns which modules
+    /// took over a state, or why they did not.
+    pub(super) fn start(
+        &self,
+        linked: &[Plugin],
+        states: &States,
+    ) -> Result<BTreeMap<String, Result<(), String>>, PluginError> {
         let mut composition = self.composition();
         composition.linked = linked.to_vec();
         let configuration = Arc::clone(&composition.configuration);
@@ -170,8 +176,7 @@ impl Composer {
         let (catalogue, origins, _) = gathered.done();
         composition.origins = origins;
         let target = composition.target(|present| *present = catalogue);
-        composition.change(target, &self.shared, &BTreeMap::new())?;
-        Ok(())
+        Ok(composition.change(target, &self.shared, states)?.restored)
     }
 
     /// Loads a plugin, or a list of plugins, of the configuration, with the plugins that it needs. The modules of the

@@ -1,0 +1,105 @@
+use slate_module::{Bool, Input, Output, Queue, Sequence, Text, interface, ports};
+
+use super::strategy::{StoredPlan, StrategyModel, StrategyReport};
+use crate::ActionRequest;
+
+/// The role that a robot has.
+#[interface]
+#[derive(PartialEq)]
+pub struct Role {
+    /// Its name, such as `defender`; empty for none.
+    pub name: Text<28>,
+}
+
+/// A plan, as Knowledge is told of it and tells it to the Plan.
+#[interface]
+#[derive(PartialEq)]
+pub struct PlanDescription {
+    /// Its name; empty when there is none.
+    pub name: Text<28>,
+    /// The role that it belongs to.
+    pub role: Text<28>,
+    /// Its actions, one after the other.
+    pub actions: Sequence<ActionRequest, 8>,
+}
+
+/// Plans that a robot may choose from.
+#[interface]
+pub struct PlanLibrary {
+    /// One after the other; of equally promising ones the first is chosen.
+    pub plans: Sequence<PlanDescription, 8>,
+}
+
+/// How a plan went.
+#[interface]
+#[derive(PartialEq)]
+pub struct PlanOutcome {
+    /// How long it took.
+    #[unit("s")]
+    pub seconds: f64,
+    /// Its name.
+    pub name: Text<28>,
+    /// The role that it belongs to.
+    pub role: Text<28>,
+    /// Whether it brought what it should.
+    pub success: Bool,
+    /// Not used.
+    pub reserved: [u8; 7],
+}
+
+/// What the Knowledge of a robot with strategies has beside its other ports.
+#[ports]
+pub struct StrategyPorts {
+    /// The robot's role: set by the configuration, or told by whoever gives roles.
+    role: Input<Role>,
+    /// Plans to learn.
+    library: Input<PlanLibrary>,
+    /// How plans went, from the Plan.
+    #[window(16)]
+    outcomes: Queue<PlanOutcome>,
+    /// The most promising plan of the role. Written anew when role or library were told, and when a plan has failed: each
+    /// time the Plan may begin with it.
+    strategy: Output<PlanDescription>,
+    /// How all plans have done.
+    report: Output<StrategyReport>,
+}
+
+impl StrategyModel {
+    /// Takes over what the ports tell, and writes what follows from it.
+    pub fn update(&mut self, ports: &StrategyPorts) {
+        let (mut begins, mut changed) = (false, false);
+        if let Some(role) = ports.role.new() {
+            self.take_role(role.name.as_str());
+            begins = true;
+        }
+        if let Some(library) = ports.library.new() {
+            for plan in library.plans.iter() {
+                self.learn(plan.name.as_str(), plan.role.as_str(), &plan.actions);
+            }
+            begins = true;
+        }
+        for outcome in ports.outcomes.iter() {
+            let (role, name) = (outcome.role.as_str(), outcome.name.as_str());
+            changed |= self.record_for(role, name, outcome.success.get(), outcome.seconds);
+            begins |= !outcome.success.get();
+        }
+        if begins {
+            ports.strategy.set(self.best().map(StoredPlan::describe).unwrap_or_default());
+        }
+        if begins || changed {
+            ports.report.set(self.report());
+        }
+    }
+}
+
+impl StoredPlan {
+    /// As it is told to others: at most eight actions.
+    pub fn describe(&self) -> PlanDescription {
+        let actions = &self.actions[..self.actions.len().min(8)];
+        PlanDescription {
+            name: Text::new(&self.name),
+            role: Text::new(&self.role),
+            actions: Sequence::new(actions),
+        }
+    }
+}

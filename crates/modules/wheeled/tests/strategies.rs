@@ -1,0 +1,161 @@
+//! A robot with a role and several plans for it: which one it follows, and what it learns from how that goes.
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+use slate::interfaces::{Orientation, Position};
+use slate::mapek::{
+    ActionKind, ActionRequest, Ended, Ending, ExecuteStatus, KnowledgeBlock, PlanBlock, PlanDescription,
+    PlanLibrary, PlanOutcome, PlanStep, Planned, Role, Route, StrategyReport,
+};
+use slate::module::testing::Fixture;
+use slate::module::{Sequence, Text};
+use slate_wheeled::actions::{GoToOrigin, Leg};
+use slate_wheeled::strategic_knowledge::StrategicKnowledge;
+use slate_wheeled::strategy_planner::StrategyPlanner;
+
+fn way(x: f64) -> ActionRequest {
+    GoToOrigin::request(Leg { x, y: 0.0, speed: 0.4, tolerance: 0.1 })
+}
+
+fn plan(role: &str, name: &str, ways: &[f64]) -> PlanDescription {
+    let actions: Vec<_> = ways.iter().map(|x| way(*x)).collect();
+    PlanDescription { name: Text::new(name), role: Text::new(role), actions: Sequence::new(&actions) }
+}
+
+fn library() -> PlanLibrary {
+    let plans = [
+        plan("messenger", "west", &[-1.0, -2.0]),
+        plan("messenger", "east", &[1.0, 2.0]),
+        plan("guard", "stay", &[0.0]),
+    ];
+    PlanLibrary { plans: Sequence::new(&plans) }
+}
+
+fn role(name: &str) -> Role {
+    Role { name: Text::new(name) }
+}
+
+fn outcome(role: &str, name: &str, success: bool) -> PlanOutcome {
+    PlanOutcome {
+        seconds: 5.0,
+        name: Text::new(name),
+        role: Text::new(role),
+        success: success.into(),
+        reserved: [0; 7],
+    }
+}
+
+type Knowing = Fixture<KnowledgeBlock<StrategicKnowledge>>;
+
+/// The name of the plan that Knowledge has told in this tick, if it told one.
+fn told(knowledge: &mut Knowing) -> Option<String> {
+    knowledge.tick();
+    Some(knowledge.output::<PlanDescription>("strategy")?.name.as_str().to_owned())
+}
+
+fn knowing() -> Knowing {
+    let mut knowledge = Knowing::new();
+    knowledge.set("role", role("messenger"));
+    knowledge.set("library", library());
+    knowledge
+}
+
+#[test]
+fn the_role_and_past_outcomes_choose_the_plan() {
+    let mut knowledge = knowing();
+    assert_eq!(told(&mut knowledge).as_deref(), Some("west"), "of equal ones the first");
+    assert_eq!(told(&mut knowledge), None, "nothing has happened");
+    knowledge.push("outcomes", outcome("messenger", "west", false));
+    assert_eq!(told(&mut knowledge).as_deref(), Some("east"));
+    knowledge.push("outcomes", outcome("messenger", "east", true));
+    assert_eq!(told(&mut knowledge), None, "what has succeeded need not be done again");
+    knowledge.set("role", role("guard"));
+    assert_eq!(told(&mut knowledge).as_deref(), Some("stay"));
+    knowledge.push("outcomes", outcome("messenger", "east", true));
+    assert_eq!(told(&mut knowledge), None, "the outcome of a role that it had counts, too");
+    let report = knowledge.output::<StrategyReport>("report").unwrap();
+    let tries: Vec<_> = report.records.iter().map(|record| (record.tried, record.succeeded)).collect();
+    assert_eq!(tries, [(1, 0), (2, 2), (0, 0)]);
+    knowledge.set("role", role("cook"));
+    assert_eq!(told(&mut knowledge).as_deref(), Some(""), "there is no plan for that");
+}
+
+#[test]
+fn what_was_learned_is_all_that_it_remembers() {
+    let mut knowledge = knowing();
+    knowledge.push("outcomes", outcome("messenger", "west", false));
+    assert_eq!(told(&mut knowledge).as_deref(), Some("east"));
+    let state = knowledge.save().unwrap();
+    let mut restarted = knowing();
+    restarted.restore(&state).unwrap();
+    assert_eq!(told(&mut restarted).as_deref(), Some("east"));
+}
+
+type Planning = Fixture<PlanBlock<StrategyPlanner>>;
+
+/// A planner that knows where its robot is.
+fn planning() -> Planning {
+    let mut planner = Planning::new();
+    planner.push("position", Position::default());
+    planner.push("orientation", Orientation::default());
+    planner
+}
+
+/// What Execute says when the action of that ticket has ended so.
+fn ended(number: u64, ticket: u64, ending: Ending) -> ExecuteStatus {
+    let ended = Ended { number, ticket, ending, route: Route::DELIBERATIVE, ..Ended::default() };
+    ExecuteStatus { ticket, ended: Sequence::new(&[ended]), ..ExecuteStatus::default() }
+}
+
+/// What the planner sends in this tick: the kind of step, and where to.
+fn sent(planner: &mut Planning) -> Vec<(PlanStep, Option<f64>, u64)> {
+    planner.tick();
+    let sent = planner.sent::<Planned>("plan");
+    sent.iter().map(|plan| (plan.step, plan.action.arguments.first().copied(), plan.ticket)).collect()
+}
+
+#[test]
+fn a_plan_is_followed_action_by_action_and_its_success_is_told() {
+    let mut planner = planning();
+    assert_eq!(sent(&mut planner), [], "there is no plan");
+    planner.set("strategy", plan("messenger", "west", &[-1.0, -2.0]));
+    assert_eq!(sent(&mut planner), [(PlanStep::REPLACE, Some(-1.0), 1)]);
+    // A reflex comes between.
+    planner.set("situation", ExecuteStatus { replan: true.into(), ..ended(1, 1, Ending::CANCELLED) });
+    assert_eq!(sent(&mut planner), [(PlanStep::REPLACE, Some(-1.0), 2)]);
+    planner.set("situation", ended(2, 2, Ending::COMPLETED));
+    assert_eq!(sent(&mut planner), [(PlanStep::REPLACE, Some(-2.0), 3)]);
+    assert_eq!(planner.output::<PlanOutcome>("outcome"), None);
+    planner.advance(1_500_000_000);
+    planner.set("situation", ended(3, 3, Ending::COMPLETED));
+    sent(&mut planner);
+    let outcome = planner.output::<PlanOutcome>("outcome").unwrap();
+    assert!(outcome.success.get() && outcome.name.as_str() == "west" && outcome.role.as_str() == "messenger");
+    assert!(outcome.seconds >= 1.5);
+    planner.set("situation", ended(3, 4, Ending::COMPLETED));
+    assert_eq!(sent(&mut planner), [], "it has done what it should");
+}
+
+#[test]
+fn a_plan_fails_by_an_action_or_by_time_and_the_next_one_waits_for_knowledge() {
+    for fails_by_time in [false, true] {
+        let mut planner = planning();
+        planner.set("strategy", plan("messenger", "west", &[-1.0]));
+        sent(&mut planner);
+        match fails_by_time {
+            true => planner.advance(61_000_000_000),
+            false => planner.set("situation", ended(1, 1, Ending::FAILED)),
+        }
+        assert_eq!(sent(&mut planner), [(PlanStep::CLEAR, None, 2)], "what is under way ends");
+        let outcome = planner.output::<PlanOutcome>("outcome").unwrap();
+        assert!(!outcome.success.get() && outcome.name.as_str() == "west", "{outcome:?}");
+        planner.set("situation", ended(2, 2, Ending::CANCELLED));
+        assert_eq!(sent(&mut planner), [], "Knowledge has not yet learned of it");
+        planner.set("strategy", plan("messenger", "east", &[1.0]));
+        assert_eq!(sent(&mut planner), [(PlanStep::REPLACE, Some(1.0), 3)]);
+        // Another role in the middle of that: it is no failure.
+        planner.set("strategy", plan("guard", "stay", &[0.0]));
+        let steps = sent(&mut planner);
+        assert_eq!(steps.first(), Some(&(PlanStep::CLEAR, None, 4)));
+        assert_eq!(planner.output::<PlanOutcome>("outcome"), None);
+    }
+}

@@ -1,0 +1,172 @@
+//! Modules that remember: their states come from files before the run, and go back there after it.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use xxhash_rust::xxh3::xxh3_64;
+
+use super::Agent;
+use crate::configuration::{Configuration, Diagnostic, Module, Report, Span};
+use crate::memory::{Memory, MemoryError, help};
+use crate::replacement::Replacement;
+
+/// The states of modules that others of that name have left, or why they could not be saved.
+pub(super) type States = BTreeMap<String, Result<Vec<u8>, String>>;
+
+/// A module that remembers.
+#[derive(Debug)]
+struct Remembering {
+    module: String,
+    file: PathBuf,
+    at: Span,
+    /// The hash of the file that it began with; none when there was none.
+    began: Option<u64>,
+    /// The file that takes its place at the end, kept from others until then; none when this run is not remembered.
+    place: Option<Replacement>,
+}
+
+/// All modules that remember.
+#[derive(Debug, Default)]
+pub(super) struct Memories(Vec<Remembering>);
+
+impl Memories {
+    /// Reads all files of a configuration; `keeps` says whether they are written at the end.
+    pub fn read(configuration: &Configuration, keeps: bool) -> Result<(Self, States), Report> {
+        let (mut memories, mut states, mut wrong) = (Vec::new(), States::new(), Vec::new());
+        for module in configuration.modules() {
+            let Some(file) = &module.memory else { continue };
+            match begin(module, &file.value, keeps) {
+                Ok((began, place)) => {
+                    let name = module.name.value.clone();
+                    let (began, state) = began.unzip();
+                    states.extend(state.map(|state| (name.clone(), Ok(state))));
+                    memories.push(Remembering {
+                        module: name,
+                        file: file.value.clone(),
+                        at: file.span,
+                        began,
+                        place,
+                    });
+                }
+                Err((problem, help)) => {
+                    wrong.push(complaint(configuration, module, file.span, &problem, help))
+                }
+            }
+        }
+        if wrong.is_empty() { Ok((Self(memories), states)) } else { Err(Report::from(wrong)) }
+    }
+
+    /// Whether all modules are there and have taken their states.
+    pub fn check(
+        &self,
+        configuration: &Configuration,
+        restored: &BTreeMap<String, Result<(), String>>,
+        is_present: impl Fn(&str) -> bool,
+    ) -> Result<(), Report> {
+        let mut wrong = Vec::new();
+        for own in &self.0 {
+            let problem = match restored.get(&own.module) {
+                Some(Err(reason)) => format!("`{}` does not take what is in it: {reason}", own.module),
+                None if !is_present(&own.module) => format!("`{}` is not loaded at the start", own.module),
+                _ => continue,
+            };
+            if let Some(module) =
+                configuration.modules().iter().find(|module| module.name.value == own.module)
+            {
+                wrong.push(complaint(configuration, module, own.at, &problem, AFRESH));
+            }
+        }
+        if wrong.is_empty() { Ok(()) } else { Err(Report::from(wrong)) }
+    }
+}
+
+const AFRESH: &str = "put a copy of it there, or move it away to begin without a memory";
+
+/// What is wrong, and what helps.
+type Problem = (String, &'static str);
+
+/// The hash of a file, and the state in it; nothing when there is none.
+type Began = Option<(u64, Vec<u8>)>;
+
+/// What a module begins with, and the file that takes the place of that at the end.
+fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Replacement>), Problem> {
+    // First, so that no other run writes it between.
+    let unwritable = |error: io::Error| match error.kind() {
+        io::ErrorKind::AlreadyExists => ("another run or module has it".into(), help(error.kind())),
+        kind => (format!("it can't be written: {error}"), help(kind)),
+    };
+    let place = keeps.then(|| Replacement::create(file)).transpose().map_err(unwritable)?;
+    let bytes = match std::fs::read(file) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((None, place)),
+        Err(error) => return Err((format!("it can't be read: {error}"), AFRESH)),
+    };
+    let memory = Memory::from_bytes(&bytes).map_err(|problem| (problem, AFRESH))?;
+    if memory.kind != module.plugin.value {
+        return Err((
+            format!("it is that of a `{}`, and this is a `{}`", memory.kind, module.plugin.value),
+            AFRESH,
+        ));
+    }
+    Ok((Some((xxh3_64(&bytes), memory.state)), place))
+}
+
+fn complaint(
+    configuration: &Configuration,
+    module: &Module,
+    at: Span,
+    problem: &str,
+    help: &str,
+) -> Diagnostic {
+    let file = module.memory.as_ref().map(|file| crate::printable(&file.value).to_string());
+    let message = format!("the memory of `{}` ({}): {problem}", module.name.value, file.unwrap_or_default());
+    configuration.diagnostic(at, message, Some(help.into()))
+}
+
+impl Agent {
+    /// The modules that remember, each with the hash of the file that it began with; nothing when there was none. They are
+    /// inputs of the run, as the configuration is.
+    pub fn memories(&self) -> impl Iterator<Item = (&str, Option<u64>)> {
+        self.memories.0.iter().map(|own| (own.module.as_str(), own.began))
+    }
+
+    /// Writes what modules remember of this run into the files that the configuration names for it, if the agent was made to
+    /// [keep](super::Options::keeps_memory) that. Once, after the run.
+    ///
+    /// # Errors
+    /// When a module stands not still or is not there, or a file can't be written: what was there stays.
+    pub fn remember(&mut self) -> Result<(), MemoryError> {
+        let mut all = std::mem::take(&mut self.memories.0);
+        all.retain(|own| own.place.is_some());
+        if all.is_empty() {
+            return Ok(());
+        }
+        let mut modules = self.composer.snapshot()?.image.modules;
+        let mut written = Vec::new();
+        for Remembering { module, file, place, .. } in all {
+            let state = modules.remove(&module).and_then(|own| Some((own.kind, own.state?.0)));
+            let Some((kind, state)) = state else { return Err(MemoryError::Lost { module, file }) };
+            let failed = |source: io::Error| MemoryError::File {
+                module: module.clone(),
+                file: file.clone(),
+                help: help(source.kind()),
+                source,
+            };
+            let bytes = Memory { kind, state }.to_bytes().map_err(failed)?;
+            let Some(mut place) = place else { continue };
+            place.write_all(&bytes).map_err(failed)?;
+            written.push((place, module, file));
+        }
+        // Only when all are written does any take its place.
+        for (place, module, file) in written {
+            place.keep().map_err(|source| MemoryError::File {
+                module,
+                file,
+                help: help(source.kind()),
+                source,
+            })?;
+        }
+        Ok(())
+    }
+}

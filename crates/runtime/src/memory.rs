@@ -1,0 +1,140 @@
+//! What a module remembers from run to run: its state, in a file that the configuration names.
+//!
+//! The file is read before the run begins, as an input of it, and written at its end, all of it or nothing.
+
+use std::io;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+use crate::snapshot::{Bytes, describe};
+
+/// The version of the format.
+const VERSION: u64 = 1;
+
+/// The state of a module when a run ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// The kind of module, such as `strategic_knowledge`.
+    pub kind: String,
+    /// Its state, as the module saves it.
+    pub state: Vec<u8>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    /// The version of the format.
+    slate_memory: u64,
+    kind: String,
+    /// Of kind and state.
+    checksum: u64,
+    state: Bytes,
+}
+
+/// What is read first, whatever else a later version has.
+#[derive(Deserialize)]
+struct Beginning {
+    slate_memory: u64,
+}
+
+impl Memory {
+    fn checksum(&self) -> u64 {
+        xxh3_64_with_seed(&self.state, xxh3_64_with_seed(self.kind.as_bytes(), VERSION))
+    }
+
+    /// As it is written to a file.
+    ///
+    /// # Errors
+    /// When the encoder refuses it, which no memory makes it do.
+    pub fn to_bytes(&self) -> io::Result<Vec<u8>> {
+        let document = Document {
+            slate_memory: VERSION,
+            kind: self.kind.clone(),
+            checksum: self.checksum(),
+            state: Bytes(self.state.clone()),
+        };
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&document, &mut bytes).map_err(io::Error::other)?;
+        Ok(bytes)
+    }
+
+    /// Reads what a file has.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where if that is known.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
+        let version =
+            |found: u64| format!("it has version {found} of the format, and this program reads {VERSION}");
+        let document: Document =
+            ciborium::from_reader(bytes).map_err(|error| {
+                match ciborium::from_reader::<Beginning, _>(bytes) {
+                    Ok(Beginning { slate_memory: found }) if found != VERSION => version(found),
+                    _ => match error {
+                        ciborium::de::Error::Io(_) => {
+                            format!("it ends too early, after byte {}", bytes.len())
+                        }
+                        ciborium::de::Error::Semantic(..) => "something else is in it".into(),
+                        other => describe(other),
+                    },
+                }
+            })?;
+        if document.slate_memory != VERSION {
+            return Err(version(document.slate_memory));
+        }
+        let memory = Self { kind: document.kind, state: document.state.0 };
+        // CBOR has several ways to write some values, so a change may be none of the values.
+        let again = memory.to_bytes().map_err(|error| error.to_string())?;
+        if again != bytes {
+            let same = again.iter().zip(bytes).take_while(|(own, found)| own == found).count();
+            return Err(match memory.checksum() == document.checksum {
+                true => format!("something else is in it from byte {same} on"),
+                false => "its checksum is another one: it is damaged".into(),
+            });
+        }
+        Ok(memory)
+    }
+}
+
+/// Why modules can't be kept in mind; their files are as they were.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum MemoryError {
+    /// The file can't be written.
+    #[error("the memory of `{module}` can't be written to {}: {source}; it is as it was before this run", file.display())]
+    #[diagnostic(help("{help}"))]
+    File {
+        /// The module.
+        module: String,
+        /// The file.
+        file: PathBuf,
+        /// What went wrong.
+        source: io::Error,
+        /// What to do.
+        help: &'static str,
+    },
+    /// The module has no state, as it has failed or is not there any more.
+    #[error("`{module}` has failed or left, so there is nothing to remember: {} is as it was before this run", file.display())]
+    #[diagnostic(help("look at the log for why it did"))]
+    Lost {
+        /// The module.
+        module: String,
+        /// The file.
+        file: PathBuf,
+    },
+    /// The states can't be copied.
+    #[error("nothing of this run is remembered: {0}")]
+    Unsaved(#[from] crate::snapshot::SnapshotError),
+}
+
+/// What helps when a memory can't be written.
+pub(crate) fn help(kind: io::ErrorKind) -> &'static str {
+    match kind {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            "make room on the disk, or name a file on another one"
+        }
+        io::ErrorKind::NotFound => "name a file in a folder that exists",
+        io::ErrorKind::AlreadyExists => "wait for the other run that has this memory, or name another file",
+        _ => "name a file in a folder that can be written to",
+    }
+}
