@@ -37,6 +37,7 @@ pub(crate) struct Surroundings<'a> {
     obstacles: [Obstacle; NEARBY],
     count: usize,
     margin: f64,
+    pose: Pose2,
 }
 
 impl<'a> Surroundings<'a> {
@@ -51,7 +52,7 @@ impl<'a> Surroundings<'a> {
         time: f64,
     ) -> Self {
         let mut surroundings =
-            Self { footprint, parameters, obstacles: [Obstacle::default(); NEARBY], count: 0, margin };
+            Self { footprint, parameters, obstacles: [Obstacle::default(); NEARBY], count: 0, margin, pose };
         let mut reach = parameters.look_ahead + margin;
         // There is always room for the nearest.
         for _ in 0..8 {
@@ -120,6 +121,9 @@ impl<'a> Surroundings<'a> {
 
     /// Whether no obstacle is too near to the outline at that pose of the present frame, `later` seconds from now.
     fn keeps_off(&self, path: Path, later: f64) -> bool {
+        if self.parameters.room.is_some_and(|room| !self.stays_within(path, room)) {
+            return false;
+        }
         let reach = self.margin + self.parameters.other_speed * later;
         self.obstacles().iter().all(|obstacle| {
             let seen_from = |x: f64, y: f64| {
@@ -144,6 +148,23 @@ impl<'a> Surroundings<'a> {
             };
             distance >= margin || distance >= least
         })
+    }
+
+    /// Whether the outline at that pose of the present frame is within the room, or no farther out than now.
+    fn stays_within(&self, path: Path, room: f64) -> bool {
+        let Pose2 { x, y, theta } = self.pose;
+        let (sine, cosine) = (math::sin(theta), math::cos(theta));
+        let there = Pose2 {
+            x: x + cosine * path.x - sine * path.y,
+            y: y + sine * path.x + cosine * path.y,
+            theta: theta + math::atan2(path.sine, path.cosine),
+        };
+        let out = |pose: Pose2| {
+            let farthest = |most, corner: Point2| math::max(most, math::max(corner.x.abs(), corner.y.abs()));
+            self.footprint.corners(pose).fold(0.0, farthest) + self.margin - room
+        };
+        let far = out(there);
+        far <= 0.0 || far <= out(self.pose) + SLACK
     }
 
     /// Whether the robot can turn on the spot by that angle, radians.
@@ -189,6 +210,33 @@ impl<'a> Surroundings<'a> {
                     best = twist;
                     least = cost;
                 }
+            }
+        }
+        best
+    }
+
+    /// Of the motions that are safe, the one most like another.
+    pub(crate) fn nearest_to(&self, motion: Twist2) -> Twist2 {
+        const SPEEDS: [f64; 9] = [0.0, 0.1, -0.1, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0];
+        const TURNS: [f64; 9] = [0.0, 0.15, -0.15, 0.35, -0.35, 0.6, -0.6, 1.0, -1.0];
+        let parameters = self.parameters;
+        let unlike = |twist: Twist2| {
+            (twist.linear - motion.linear).abs() + 0.4 * (twist.angular - motion.angular).abs()
+        };
+        let mut best = Twist2::ZERO;
+        let mut least = unlike(best);
+        let slower = [0.75, 0.5, 0.25]
+            .map(|part| Twist2 { linear: part * motion.linear, angular: part * motion.angular });
+        let others = SPEEDS.iter().flat_map(|speed| TURNS.iter().map(move |turn| (speed, turn)));
+        let others = others.map(|(speed, turn)| Twist2 {
+            linear: speed * parameters.speed,
+            angular: turn * parameters.turn_rate,
+        });
+        for twist in slower.into_iter().chain(others) {
+            let cost = unlike(twist);
+            if cost < least && self.safe(twist) {
+                best = twist;
+                least = cost;
             }
         }
         best

@@ -41,6 +41,8 @@ pub struct Parameters {
     pub scan_age: f64,
     /// Without progress for this time the robot tries to get out, seconds.
     pub patience: f64,
+    /// The room is known to reach so far from the origin of the world to each side, metres, if it is known.
+    pub room: Option<f64>,
 }
 
 impl Default for Parameters {
@@ -64,6 +66,7 @@ impl Default for Parameters {
             silence: 0.3,
             scan_age: 0.3,
             patience: 4.0,
+            room: None,
         }
     }
 }

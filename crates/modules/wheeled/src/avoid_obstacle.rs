@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Avoider, Decision, Footprint, Other, Parameters};
 use slate_plugin::interfaces::{
-    Echo, Orientation, Point2, Pose2, Position, Sightings, SonarPlacement, SonarScan, WheelSpeeds,
+    Echo, Orientation, Point2, Pose2, Position, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
@@ -26,6 +26,9 @@ pub struct AvoidObstacleSensors {
     robots: Input<Sightings>,
     /// Where the robot shall go, from its knowledge.
     goal: Input<Point2>,
+    /// How the Plan would move now, if it says so; else it is taken to go straight to the goal.
+    #[stale(after = "1s")]
+    motion: Input<Twist2>,
     /// The robot's body, from its knowledge.
     robot: Input<WheeledModel>,
 }
@@ -43,6 +46,8 @@ pub struct AvoidObstacleParams {
     other_radius: f64,
     #[param(default = 6.0, range = 0.1..=1e6, unit = "s", doc = "what was heard is remembered so long; longer without sonars all around")]
     memory: f64,
+    #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
+    room: f64,
 }
 
 /// What it remembers.
@@ -95,6 +100,7 @@ impl ReactiveModel for AvoidObstacleModel {
             turn_rate: params.turn_rate,
             margin: params.margin,
             memory: params.memory,
+            room: (params.room < 1e6).then_some(params.room),
             // A heavy robot brakes less hard than one would like to.
             deceleration: math::min(usual.deceleration, braking),
             angular_deceleration: math::min(usual.angular_deceleration, 2.0 * braking / robot.chassis.track),
@@ -129,9 +135,11 @@ impl ReactiveModel for AvoidObstacleModel {
             avoider.see(others.iter().map(disc), now.seconds());
         }
         avoider.hear(pose, &scan, &parameters, now.seconds());
-        let Decision::Avoid(twist) = avoider.steer(pose, *goal, &parameters, now.seconds()) else {
-            return None;
+        let decision = match sensors.motion.fresh() {
+            Some(motion) => avoider.guard(pose, *goal, *motion, &parameters, now.seconds()),
+            None => avoider.steer(pose, *goal, &parameters, now.seconds()),
         };
+        let Decision::Avoid(twist) = decision else { return None };
         let WheelSpeeds { left, right } = robot.wheels_for(twist.linear, twist.angular);
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
     }

@@ -24,6 +24,7 @@ pub mod journey;
 pub mod knowledge;
 pub mod localize;
 pub mod locate_robot;
+pub mod look_ahead;
 pub mod monitors;
 pub mod skid_steer;
 pub mod tracks;
