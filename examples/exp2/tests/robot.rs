@@ -134,8 +134,14 @@ fn it_gives_way_only_to_who_is_near_and_only_so_far() {
 #[test]
 fn who_gives_way_looks_at_all_robots_and_listens() {
     let lost = seen(0.5, f64::NAN);
-    assert!(gives_way_to(&[lost, seen(0.8, 0.1)], &[], 0.0).unwrap() < 0.0, "of the nearest nothing is known");
-    assert!(gives_way_to(&[seen(0.7, 1.57), seen(0.8, 3.0)], &[], 0.0).unwrap() > 0.0, "the nearest is beside");
+    assert!(
+        gives_way_to(&[lost, seen(0.8, 0.1)], &[], 0.0).unwrap() < 0.0,
+        "of the nearest nothing is known"
+    );
+    assert!(
+        gives_way_to(&[seen(0.7, 1.57), seen(0.8, 3.0)], &[], 0.0).unwrap() > 0.0,
+        "the nearest is beside"
+    );
     assert_eq!(gives_way_to(&[seen(0.8, 3.0), seen(0.85, 0.1)], &[], 0.0), None, "it is between two");
     assert_eq!(gives_way_to(&[seen(0.8, 3.0)], &[0.1], 0.0), None, "something is ahead");
     assert!(gives_way_to(&[seen(0.8, 0.1)], &[0.1], 0.0).unwrap() < 0.0, "what is ahead is not behind");

@@ -168,7 +168,13 @@ impl FollowMemory {
     }
 
     /// How to move now.
-    fn look_ahead(&self, pose: Pose2, leader: Point2, sides: &Sides, params: &FollowParams) -> Option<Twist2> {
+    fn look_ahead(
+        &self,
+        pose: Pose2,
+        leader: Point2,
+        sides: &Sides,
+        params: &FollowParams,
+    ) -> Option<Twist2> {
         let is_leader = |place: Point2| math::hypot(place.x - leader.x, place.y - leader.y) <= SAME;
         let mut outlook = Outlook {
             footprint: self.footprint.as_ref()?,
@@ -207,11 +213,8 @@ impl FollowMemory {
 fn law(pose: Pose2, leader: Point2, params: &FollowParams) -> Twist2 {
     let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
     let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
-    let wanted = math::clamp(
-        params.gain * (math::hypot(dx, dy) - params.distance),
-        -params.speed,
-        params.speed,
-    );
+    let wanted =
+        math::clamp(params.gain * (math::hypot(dx, dy) - params.distance), -params.speed, params.speed);
     let linear = if bearing.abs() > MISALIGNED { 0.0 } else { wanted * math::cos(bearing) };
     Twist2 { linear, angular: math::clamp(params.turn_gain * bearing, -params.turn_rate, params.turn_rate) }
 }

@@ -37,11 +37,13 @@ const BAND: [f64; 2] = [0.95, 1.75];
 /// Who stands nearer than this to the line on which the leader comes is in its way, metres.
 const LANE: f64 = 0.95;
 /// So far ahead of the leader that matters, metres.
-const LANE_LENGTH: f64 = 2.2;
+const LANE_LENGTH: f64 = 3.5;
+/// Farther from the middle of the room than this, and than the leader, it may be shut in, metres.
+const OUTSIDE: f64 = 1.5;
 /// Slower than this a robot stands, m/s.
 const SLOW: f64 = 0.08;
-/// More than the least distance is better, up to so much, metres.
-const COMFORT: f64 = 0.12;
+/// More than the least distance is better, up to so much, metres: to robots, and to walls.
+const COMFORT: [f64; 2] = [0.12, 0.04];
 /// What a touch costs, and each metre within.
 const TOUCH: [f64; 2] = [20.0, 200.0];
 
@@ -71,7 +73,10 @@ impl Outlook<'_> {
         let heading = Point2 { x: math::cos(pose.theta), y: math::sin(pose.theta) };
         let facing = (heading.x * dx + heading.y * dy) / math::max(gap, 0.1);
         let mut cost = 0.05 * (1.0 - facing) + self.lane(pose, leader);
-        cost += 6.0 * squared(BAND[0] - gap) + 4.0 * squared(gap - BAND[1]);
+        // The leader may turn at any time.
+        cost += 6.0 * squared(BAND[0] + 0.08 * time - gap) + 4.0 * squared(gap - BAND[1]);
+        cost +=
+            0.5 * squared(from_middle(pose.x, pose.y) - math::max(from_middle(leader.x, leader.y), OUTSIDE));
         let sure = 1.0 / (1.0 + 0.5 * time);
         cost += sure * self.touch(pose, heading, leader);
         let mut way = gap;
@@ -108,16 +113,16 @@ impl Outlook<'_> {
     fn touch(&self, pose: Pose2, heading: Point2, robot: Point2) -> f64 {
         let (dx, dy) = (robot.x - pose.x, robot.y - pose.y);
         let (x, y) = (heading.x * dx + heading.y * dy, heading.x * dy - heading.y * dx);
-        let wanted = self.margin + COMFORT + self.radius;
+        let wanted = self.margin + COMFORT[0] + self.radius;
         let distance = self.footprint.distance_within(x, y, wanted) - self.radius;
-        too_near(distance, self.margin)
+        too_near(distance, self.margin, COMFORT[0])
     }
 
     /// Too near to the walls.
     fn walls(&self, pose: Pose2, heading: Point2) -> f64 {
         let reach = self.footprint.radius() + self.footprint.centre().abs();
         let farthest = math::max(pose.x.abs(), pose.y.abs());
-        if farthest + reach + self.margin + COMFORT < self.room {
+        if farthest + reach + COMFORT[1] < self.room {
             return 0.0;
         }
         let out = self.footprint.outline().fold(0.0, |most, [x, y]| {
@@ -125,7 +130,7 @@ impl Outlook<'_> {
             let north = pose.y + heading.y * x + heading.x * y;
             math::max(most, math::max(east.abs(), north.abs()))
         });
-        too_near(self.room - out, 0.5 * self.margin)
+        too_near(self.room - out, 0.0, COMFORT[1])
     }
 
     /// The way to the leader round another robot, on the side where there is room.
@@ -165,14 +170,18 @@ impl Outlook<'_> {
     }
 }
 
+fn from_middle(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 /// The square of what is positive.
 fn squared(excess: f64) -> f64 {
     let excess = math::max(excess, 0.0);
     excess * excess
 }
 
-fn too_near(distance: f64, margin: f64) -> f64 {
+fn too_near(distance: f64, margin: f64, comfort: f64) -> f64 {
     let inside = margin - distance;
     let touch = if inside > 0.0 { TOUCH[0] + TOUCH[1] * inside } else { 0.0 };
-    touch + 30.0 * squared(inside + COMFORT)
+    touch + 30.0 * squared(inside + comfort)
 }

@@ -161,7 +161,7 @@ impl<'a> Surroundings<'a> {
         };
         let out = |pose: Pose2| {
             let farthest = |most, corner: Point2| math::max(most, math::max(corner.x.abs(), corner.y.abs()));
-            self.footprint.corners(pose).fold(0.0, farthest) + self.margin - room
+            self.footprint.corners(pose).fold(0.0, farthest) - room
         };
         let far = out(there);
         far <= 0.0 || far <= out(self.pose) + SLACK

@@ -107,25 +107,18 @@ impl ReactiveModel for AvoidObstacleModel {
             ..usual
         };
         let mut scan = *scan;
+        if let Some(room) = parameters.room {
+            leave_out(&mut scan, |placement, echo, scan| is_echo_of_room(pose, placement, echo, scan, room));
+        }
         if let Some(robots) = sensors.robots.fresh() {
             // An older look, placed from where the robot is now, would be a robot that moves.
             if sensors.robots.new().is_some() {
                 others.see(pose, robots, now.seconds());
             }
             // What a robot answers is no obstacle that stays behind when it drives on.
-            let is_seen = |placement: &SonarPlacement, echo: &Echo| {
-                others
-                    .iter()
-                    .any(|other| is_echo_of(pose, placement, echo, &scan, other, params.other_radius))
-            };
-            let mut echoes = [Echo::default(); 16];
-            for ((heard, echo), placement) in
-                echoes.iter_mut().zip(scan.echoes.iter()).zip(scan.placements.iter())
-            {
-                let range = if is_seen(placement, echo) { f64::NAN } else { echo.range };
-                *heard = Echo { range, ..*echo };
-            }
-            scan.echoes = Sequence::new(&echoes[..scan.echoes.len()]);
+            leave_out(&mut scan, |placement, echo, scan| {
+                others.iter().any(|other| is_echo_of(pose, placement, echo, scan, other, params.other_radius))
+            });
             let disc = |other: &Track| Other {
                 x: other.x,
                 y: other.y,
@@ -143,6 +136,39 @@ impl ReactiveModel for AvoidObstacleModel {
         let WheelSpeeds { left, right } = robot.wheels_for(twist.linear, twist.angular);
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
     }
+}
+
+/// Makes echoes no numbers, so that nothing is marked where they come from.
+fn leave_out(scan: &mut SonarScan, is_known: impl Fn(&SonarPlacement, &Echo, &SonarScan) -> bool) {
+    let mut echoes = [Echo::default(); 16];
+    for ((heard, echo), placement) in echoes.iter_mut().zip(scan.echoes.iter()).zip(scan.placements.iter()) {
+        let range = if is_known(placement, echo, scan) { f64::NAN } else { echo.range };
+        *heard = Echo { range, ..*echo };
+    }
+    scan.echoes = Sequence::new(&echoes[..scan.echoes.len()]);
+}
+
+/// Whether a sonar on a robot at `pose` may have heard a wall of the known room, whose place an echo tells less well.
+fn is_echo_of_room(
+    pose: Pose2,
+    placement: &SonarPlacement,
+    echo: &Echo,
+    scan: &SonarScan,
+    room: f64,
+) -> bool {
+    let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+    let x = pose.x + cosine * placement.x - sine * placement.y;
+    let y = pose.y + sine * placement.x + cosine * placement.y;
+    let along = |angle: f64| {
+        let (east, north) = (math::cos(angle), math::sin(angle));
+        let to = |at: f64, way: f64| {
+            if way.abs() > 1e-6 { (room - at * way.signum()) / way.abs() } else { f64::INFINITY }
+        };
+        math::min(to(x, east), to(y, north))
+    };
+    let (axis, half) = (pose.theta + placement.theta, scan.field_of_view / 2.0);
+    let nearest = math::min(along(axis), math::min(along(axis - half), along(axis + half)));
+    echo.heard.get() && echo.range >= nearest - SPREAD
 }
 
 /// Whether a sonar on a robot at `pose` may have heard another robot that is seen.
