@@ -38,6 +38,8 @@ const BAND: [f64; 2] = [0.95, 1.75];
 const LANE: f64 = 0.95;
 /// So far ahead of the leader that matters, metres.
 const LANE_LENGTH: f64 = 3.5;
+/// A way past a robot that is no wider than the follower and this may be closed before it is through, metres.
+const NARROW: f64 = 0.15;
 /// Farther from the middle of the room than this, and than the leader, it may be shut in, metres.
 const OUTSIDE: f64 = 1.5;
 /// Slower than this a robot stands, m/s.
@@ -85,11 +87,8 @@ impl Outlook<'_> {
             cost += sure * self.touch(pose, heading, place);
             way = math::max(way, self.way_round(pose, leader, place));
         }
-        let far = gap - self.distance;
-        cost += match far > 0.0 {
-            true => squared(math::min(way - self.distance, 4.0 * far)),
-            false => squared(far),
-        };
+        // Whom somebody else stands before may be lost, however near it is.
+        cost += math::max(squared(way - self.distance), squared(self.distance - gap));
         cost + self.walls(pose, heading)
     }
 
@@ -160,7 +159,7 @@ impl Outlook<'_> {
         let out = |sign: f64| {
             let side = sign * wide / math::max(aside, 1e-6);
             let (x, y) = (robot.x + side * nearest[0], robot.y + side * nearest[1]);
-            math::max(x.abs(), y.abs()) > self.room - half_width
+            math::max(x.abs(), y.abs()) > self.room - half_width - NARROW
         };
         let (short, long) = (arc(between), arc(std::f64::consts::TAU - between));
         match (out(1.0), out(-1.0)) {
