@@ -2,14 +2,14 @@
 //! at the next seconds.
 
 use serde::{Deserialize, Serialize};
-use slate_avoidance::Footprint;
+use slate_avoidance::{Course, Footprint, Sides};
 use slate_plugin::interfaces::{Point2, Pose2, Sightings, Twist2};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::locate_robot::Located;
-use slate_wheeled::look_ahead::{Course, Sides};
+use slate_wheeled::own_motion::OwnMotion;
 use slate_wheeled::tracks::Tracks;
 
 use crate::outlook::{Moving, Outlook};
@@ -59,11 +59,8 @@ pub struct FollowMemory {
     seen: f64,
     others: Tracks,
     footprint: Option<Footprint>,
-    /// Where the robot was a moment ago, and when, seconds.
-    anchor: Option<(f64, f64, f64, f64)>,
-    /// How it moves: forward (m/s) and turning (rad/s).
-    moves: (f64, f64),
-    /// How it wants to move.
+    motion: OwnMotion,
+    /// How it wants to move: forward (m/s) and turning (rad/s).
     wants: (f64, f64),
     /// When it looks ahead again, seconds.
     due: f64,
@@ -112,9 +109,9 @@ impl Plan for FollowPlanner {
             (memory.leader, memory.seen) = (Some((located.x, located.y)), time);
         }
         let pose = noticed.robot.robot.pose;
-        memory.notice(pose, noticed, time);
+        let moving = memory.notice(pose, noticed, time);
         let known = memory.leader.filter(|_| time - memory.seen <= PATIENCE);
-        let (Some((x, y)), Some(sides)) = (known, Sides::of(&noticed.robot)) else {
+        let (Some((x, y)), Some(sides)) = (known, noticed.robot.sides()) else {
             // Whom it does not know, it does not follow.
             if newest.is_some() && !situation.is_idle() {
                 plan.clear();
@@ -126,7 +123,9 @@ impl Plan for FollowPlanner {
             return;
         }
         memory.due = time + PERIOD;
-        let Some(motion) = memory.look_ahead(pose, leader, &sides, params) else { return };
+        let Some(motion) = memory.look_ahead(Course { pose, motion: moving }, leader, &sides, params) else {
+            return;
+        };
         memory.wants = (motion.linear, motion.angular);
         let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
         let range = math::hypot(dx, dy);
@@ -148,7 +147,7 @@ impl Plan for FollowPlanner {
 
 impl FollowMemory {
     /// Takes in who is seen, and how the robot itself moves.
-    fn notice(&mut self, pose: Pose2, noticed: &FollowNoticing, time: f64) {
+    fn notice(&mut self, pose: Pose2, noticed: &FollowNoticing, time: f64) -> Twist2 {
         if let Some(robots) = noticed.robots.new() {
             self.others.see(pose, robots, time);
         }
@@ -157,20 +156,13 @@ impl FollowMemory {
             let corners: Vec<_> = outline.iter().map(|corner| [corner.x, corner.y]).collect();
             self.footprint = Footprint::new(&corners).ok();
         }
-        let (x, y, theta, since) = *self.anchor.get_or_insert((pose.x, pose.y, pose.theta, time));
-        let elapsed = time - since;
-        if elapsed >= 0.5 * PERIOD {
-            let middle = theta + 0.5 * math::angle_between(theta, pose.theta);
-            let way = (pose.x - x) * math::cos(middle) + (pose.y - y) * math::sin(middle);
-            self.moves = (way / elapsed, math::angle_between(theta, pose.theta) / elapsed);
-            self.anchor = Some((pose.x, pose.y, pose.theta, time));
-        }
+        self.motion.notice(pose, time)
     }
 
     /// How to move now.
     fn look_ahead(
         &self,
-        pose: Pose2,
+        course: Course,
         leader: Point2,
         sides: &Sides,
         params: &FollowParams,
@@ -199,9 +191,7 @@ impl FollowMemory {
         let change = |motion: Twist2| {
             CHANGE[0] * (motion.linear - linear).abs() + CHANGE[1] * (motion.angular - angular).abs()
         };
-        let first = std::iter::once(law(pose, leader, params)).chain(motions(&SPEEDS, &TURNS));
-        let (linear, angular) = self.moves;
-        let course = Course { pose, motion: Twist2 { linear, angular } };
+        let first = std::iter::once(law(course.pose, leader, params)).chain(motions(&SPEEDS, &TURNS));
         let second = motions(&LATER_SPEEDS, &LATER_TURNS);
         sides.best(course, first.map(|motion| (motion, change(motion))), second, |pose, time| {
             outlook.cost(pose, time)

@@ -123,21 +123,22 @@ impl Avoider {
 
     /// Says whether the straight way from `pose` to `goal` is free at `time` (seconds), and else how to move.
     pub fn steer(&mut self, pose: Pose2, goal: Point2, parameters: &Parameters, time: f64) -> Decision {
-        self.decide(pose, goal, None, parameters, time)
+        self.decide(pose, goal, None, Twist2::ZERO, parameters, time)
     }
 
-    /// Says whether a motion that is planned is safe, and else how to move: as nearly like it as is safe, and when that
-    /// does not help, round what is in the way to `goal`.
+    /// Says whether a motion that is planned is safe for a robot that is `moving`, and else how to move: as nearly like it
+    /// as is safe, and when that does not help, round what is in the way to `goal`.
     pub fn guard(
         &mut self,
         pose: Pose2,
+        moving: Twist2,
         goal: Point2,
         planned: Twist2,
         parameters: &Parameters,
         time: f64,
     ) -> Decision {
-        match (planned.linear + planned.angular).is_finite() {
-            true => self.decide(pose, goal, Some(planned), parameters, time),
+        match (planned.linear + planned.angular + moving.linear + moving.angular).is_finite() {
+            true => self.decide(pose, goal, Some(planned), moving, parameters, time),
             false => self.stand(),
         }
     }
@@ -147,6 +148,7 @@ impl Avoider {
         pose: Pose2,
         goal: Point2,
         planned: Option<Twist2>,
+        moving: Twist2,
         parameters: &Parameters,
         time: f64,
     ) -> Decision {
@@ -170,8 +172,9 @@ impl Avoider {
         }
         let seen = self.seen.is_some_and(|seen| time - seen <= parameters.memory);
         let others = if seen { self.others.as_slice() } else { &[] };
-        let surroundings =
+        let mut surroundings =
             Surroundings::new(&self.map, others, pose, &self.footprint, parameters, margin, time);
+        surroundings.drive = parameters.sides.filter(|_| planned.is_some()).map(|sides| (sides, moving));
         let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
         if !due {
             // Between two choices only: is the present one still safe?

@@ -3,6 +3,7 @@ use slate_module::math;
 
 use crate::avoider::Other;
 use crate::footprint::Footprint;
+use crate::look_ahead::{Course, Sides};
 use crate::map::LocalMap;
 use crate::parameters::Parameters;
 
@@ -38,6 +39,8 @@ pub(crate) struct Surroundings<'a> {
     count: usize,
     margin: f64,
     pose: Pose2,
+    /// How its sides follow commands and how it moves, if that is to be regarded.
+    pub(crate) drive: Option<(Sides, Twist2)>,
 }
 
 impl<'a> Surroundings<'a> {
@@ -51,8 +54,15 @@ impl<'a> Surroundings<'a> {
         margin: f64,
         time: f64,
     ) -> Self {
-        let mut surroundings =
-            Self { footprint, parameters, obstacles: [Obstacle::default(); NEARBY], count: 0, margin, pose };
+        let mut surroundings = Self {
+            footprint,
+            parameters,
+            obstacles: [Obstacle::default(); NEARBY],
+            count: 0,
+            margin,
+            pose,
+            drive: None,
+        };
         let mut reach = parameters.look_ahead + margin;
         // There is always room for the nearest.
         for _ in 0..8 {
@@ -101,6 +111,9 @@ impl<'a> Surroundings<'a> {
 
     /// Whether the robot can begin this motion and still brake before it comes too near to anything.
     pub(crate) fn safe(&self, twist: Twist2) -> bool {
+        if let Some((sides, moving)) = self.drive {
+            return self.stops_in_time(&sides, moving, twist);
+        }
         let parameters = self.parameters;
         let braking = math::max(
             twist.linear.abs() / parameters.deceleration,
@@ -117,6 +130,25 @@ impl<'a> Surroundings<'a> {
             let later = part * (parameters.reaction_time + braking);
             self.keeps_off(Path::along(twist, part * time), later)
         })
+    }
+
+    /// The same for a robot that moves already, with wheels that follow only so fast.
+    fn stops_in_time(&self, sides: &Sides, moving: Twist2, twist: Twist2) -> bool {
+        let mut there = Course { pose: Pose2::default(), motion: moving };
+        let mut time = 0.0;
+        while time < LONGEST {
+            let braking = time > self.parameters.reaction_time;
+            if braking && there.motion == Twist2::ZERO {
+                return true;
+            }
+            there = sides.after(there, if braking { Twist2::ZERO } else { twist }, CHECK);
+            time += CHECK;
+            let Pose2 { x, y, theta } = there.pose;
+            if !self.keeps_off(Path { x, y, sine: math::sin(theta), cosine: math::cos(theta) }, time) {
+                return false;
+            }
+        }
+        false
     }
 
     /// Whether no obstacle is too near to the outline at that pose of the present frame, `later` seconds from now.

@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use crate::look_ahead::Sides;
+
 /// What an [`Avoider`](crate::Avoider) may do and how careful it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -43,6 +45,8 @@ pub struct Parameters {
     pub patience: f64,
     /// The room is known to reach so far from the origin of the world to each side, metres, if it is known.
     pub room: Option<f64>,
+    /// How the robot's sides follow commands, if it is known: then a planned motion is judged by it.
+    pub sides: Option<Sides>,
 }
 
 impl Default for Parameters {
@@ -67,6 +71,7 @@ impl Default for Parameters {
             scan_age: 0.3,
             patience: 4.0,
             room: None,
+            sides: None,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use slate_avoidance::{
-    Avoider, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant,
+    Avoider, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant, Sides,
 };
 use slate_interfaces::{Echo, Point2, Pose2, SonarPlacement, SonarScan, Twist2, WheelSpeeds};
 use slate_module::{Bool, Sequence, math};
@@ -339,7 +339,7 @@ fn guarded(planned: Twist2, ahead: f64, velocity: [f64; 2]) -> Decision {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
     avoider.see([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
-    avoider.guard(HERE, AHEAD, planned, &parameters, 0.0)
+    avoider.guard(HERE, Twist2::ZERO, AHEAD, planned, &parameters, 0.0)
 }
 
 #[test]
@@ -359,7 +359,8 @@ fn who_knows_the_room_does_not_leave_it() {
     let there = |x: f64, linear: f64| {
         let mut avoider = Avoider::new(footprint());
         avoider.hear(Pose2 { x, ..HERE }, &scan(&[]), &known, 0.0);
-        avoider.guard(Pose2 { x, ..HERE }, HERE_POINT, Twist2 { linear, angular: 0.0 }, &known, 0.0)
+        let planned = Twist2 { linear, angular: 0.0 };
+        avoider.guard(Pose2 { x, ..HERE }, Twist2::ZERO, HERE_POINT, planned, &known, 0.0)
     };
     assert_eq!(there(0.0, 0.4), Decision::Clear);
     assert_ne!(there(0.75, 0.4), Decision::Clear, "the wall is ahead");
@@ -368,3 +369,20 @@ fn who_knows_the_room_does_not_leave_it() {
 }
 
 const HERE_POINT: Point2 = Point2 { x: 0.0, y: 0.0 };
+
+#[test]
+fn who_moves_needs_room_to_stop_whatever_is_planned() {
+    let heavy = Parameters {
+        room: Some(1.0),
+        sides: Some(Sides { track: 0.9, acceleration: 0.6 }),
+        ..Parameters::default()
+    };
+    let moving = |linear: f64| {
+        let (mut avoider, here) = (Avoider::new(footprint()), Pose2 { x: 0.6, ..HERE });
+        avoider.hear(here, &scan(&[]), &heavy, 0.0);
+        let (moving, planned) = (Twist2 { linear, angular: 0.0 }, Twist2 { linear: 0.1, angular: 0.5 });
+        avoider.guard(here, moving, HERE_POINT, planned, &heavy, 0.0)
+    };
+    assert_eq!(moving(0.1), Decision::Clear);
+    assert_ne!(moving(0.6), Decision::Clear, "it would slide on into the wall");
+}

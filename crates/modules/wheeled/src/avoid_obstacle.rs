@@ -10,6 +10,7 @@ use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
+use crate::own_motion::OwnMotion;
 use crate::tracks::{Track, Tracks};
 
 /// The sensors it reacts to, and what it knows.
@@ -46,6 +47,8 @@ pub struct AvoidObstacleParams {
     other_radius: f64,
     #[param(default = 6.0, range = 0.1..=1e6, unit = "s", doc = "what was heard is remembered so long; longer without sonars all around")]
     memory: f64,
+    #[param(default = 4.0, range = 0.0..=1e6, unit = "s", doc = "without progress for so long it gets bolder")]
+    patience: f64,
     #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
     room: f64,
 }
@@ -55,6 +58,7 @@ pub struct AvoidObstacleParams {
 pub struct Memory {
     avoider: Option<Avoider>,
     others: Tracks,
+    motion: OwnMotion,
 }
 
 /// A command holds for this long unless it is renewed, seconds.
@@ -82,7 +86,7 @@ impl ReactiveModel for AvoidObstacleModel {
         let (scan, position, orientation) =
             (sensors.sonar.fresh()?, sensors.position.fresh()?, sensors.orientation.fresh()?);
         let (goal, robot) = (sensors.goal.fresh()?, sensors.robot.fresh()?);
-        let Memory { avoider, others } = memory;
+        let Memory { avoider, others, motion } = memory;
         let avoider = match avoider {
             Some(avoider) => avoider,
             None => {
@@ -93,6 +97,7 @@ impl ReactiveModel for AvoidObstacleModel {
             }
         };
         let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
+        let moving = motion.notice(pose, now.seconds());
         let usual = Parameters::default();
         let braking = robot.chassis.maximum_wheel_acceleration * robot.chassis.wheel_radius;
         let parameters = Parameters {
@@ -100,6 +105,8 @@ impl ReactiveModel for AvoidObstacleModel {
             turn_rate: params.turn_rate,
             margin: params.margin,
             memory: params.memory,
+            patience: params.patience,
+            sides: robot.sides(),
             room: (params.room < 1e6).then_some(params.room),
             // A heavy robot brakes less hard than one would like to.
             deceleration: math::min(usual.deceleration, braking),
@@ -129,7 +136,7 @@ impl ReactiveModel for AvoidObstacleModel {
         }
         avoider.hear(pose, &scan, &parameters, now.seconds());
         let decision = match sensors.motion.fresh() {
-            Some(motion) => avoider.guard(pose, *goal, *motion, &parameters, now.seconds()),
+            Some(planned) => avoider.guard(pose, moving, *goal, *planned, &parameters, now.seconds()),
             None => avoider.steer(pose, *goal, &parameters, now.seconds()),
         };
         let Decision::Avoid(twist) = decision else { return None };

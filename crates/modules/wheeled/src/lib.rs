@@ -24,8 +24,8 @@ pub mod journey;
 pub mod knowledge;
 pub mod localize;
 pub mod locate_robot;
-pub mod look_ahead;
 pub mod monitors;
+pub mod own_motion;
 pub mod skid_steer;
 pub mod tracks;
 

@@ -1,12 +1,12 @@
 //! What a robot can do in the next seconds, when its wheels speed up and slow down only so fast.
 
-use slate_plugin::interfaces::{Pose2, Twist2};
-use slate_plugin::prelude::*;
-
-use crate::knowledge::WheeledModel;
+use serde::{Deserialize, Serialize};
+use slate_interfaces::{Pose2, Twist2};
+use slate_module::math;
 
 /// How the sides of a robot follow commands.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sides {
     /// From side to side as it turns, metres.
     pub track: f64,
@@ -24,33 +24,23 @@ pub struct Course {
 }
 
 /// Time between two looks, seconds.
-pub const STEP: f64 = 0.2;
+const STEP: f64 = 0.2;
 /// Looks at the first of two motions, and at the second.
 const FIRST: u32 = 4;
 const SECOND: u32 = 12;
 
 impl Sides {
-    /// Those of a robot with that body; nothing while it is not known.
-    pub fn of(robot: &WheeledModel) -> Option<Self> {
-        let chassis = &robot.chassis;
-        let sides = Self {
-            track: chassis.track,
-            acceleration: chassis.maximum_wheel_acceleration * chassis.wheel_radius,
-        };
-        (sides.track > 0.0 && sides.acceleration > 0.0).then_some(sides)
-    }
-
-    /// Where a robot is that was told to move so for [`STEP`] seconds.
-    fn after(&self, course: Course, motion: Twist2) -> Course {
+    /// Where a robot is that was told to move so for `time` seconds, which are few.
+    pub fn after(&self, course: Course, motion: Twist2, time: f64) -> Course {
         let half = self.track / 2.0;
-        let most = self.acceleration * STEP;
+        let most = self.acceleration * time;
         let follow = |is: f64, wanted: f64| is + math::clamp(wanted - is, -most, most);
         let Course { pose, motion: Twist2 { linear, angular } } = course;
         let left = follow(linear - angular * half, motion.linear - motion.angular * half);
         let right = follow(linear + angular * half, motion.linear + motion.angular * half);
         let now = Twist2 { linear: (left + right) / 2.0, angular: (right - left) / self.track };
-        let turn = (angular + now.angular) / 2.0 * STEP;
-        let way = (linear + now.linear) / 2.0 * STEP;
+        let turn = (angular + now.angular) / 2.0 * time;
+        let way = (linear + now.linear) / 2.0 * time;
         let direction = pose.theta + turn / 2.0;
         Course {
             pose: Pose2 {
@@ -76,7 +66,7 @@ impl Sides {
         for (motion, own) in first {
             let (mut there, mut begun) = (course, own);
             for step in 1..=FIRST {
-                there = self.after(there, motion);
+                there = self.after(there, motion, STEP);
                 begun += cost(there.pose, STEP * f64::from(step));
             }
             for next in std::iter::once(motion).chain(second.clone()) {
@@ -86,7 +76,7 @@ impl Sides {
                     if sum >= least {
                         break;
                     }
-                    there = self.after(there, next);
+                    there = self.after(there, next, STEP);
                     sum += cost(there.pose, STEP * f64::from(step));
                 }
                 if sum < least {
