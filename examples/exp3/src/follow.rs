@@ -42,7 +42,7 @@ pub struct FollowParams {
     turn_gain: f64,
     #[param(default = 1.2, range = 0.0..=3.0, unit = "rad/s", doc = "highest rate of turn")]
     turn_rate: f64,
-    #[param(default = 2.4, range = 0.0..=1000.0, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
+    #[param(default = 2.38, range = 0.0..=1000.0, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
     room: f64,
     #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of the other robots")]
     other_radius: f64,

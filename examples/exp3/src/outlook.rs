@@ -45,7 +45,9 @@ const OUTSIDE: f64 = 1.5;
 /// Slower than this a robot stands, m/s.
 const SLOW: f64 = 0.08;
 /// More than the least distance is better, up to so much, metres: to robots, and to walls.
-const COMFORT: [f64; 2] = [0.12, 0.04];
+const COMFORT: [f64; 2] = [0.12, 0.12];
+/// Who turns away from a wall beside it comes nearer to it first, by so much at least, metres.
+const TIGHT: f64 = 0.02;
 /// What a touch costs, and each metre within.
 const TOUCH: [f64; 2] = [20.0, 200.0];
 
@@ -129,7 +131,7 @@ impl Outlook<'_> {
             let north = pose.y + heading.y * x + heading.x * y;
             math::max(most, math::max(east.abs(), north.abs()))
         });
-        too_near(self.room - out, 0.0, COMFORT[1])
+        too_near(self.room - out, -TIGHT, COMFORT[1])
     }
 
     /// The way to the leader round another robot, on the side where there is room.
