@@ -55,6 +55,8 @@ pub struct FollowParams {
 pub struct FollowMemory {
     /// Where the leader is in the world, or was when it was seen last.
     leader: Option<(f64, f64)>,
+    /// How it moved then, m/s.
+    velocity: [f64; 2],
     /// When it was seen last, seconds.
     seen: f64,
     others: Tracks,
@@ -73,7 +75,11 @@ const HOLD: f64 = 0.5;
 /// Time between two looks ahead, seconds.
 const PERIOD: f64 = 0.1;
 /// So long it goes after whom it does not see any more, seconds.
-const PATIENCE: f64 = 10.0;
+const PATIENCE: f64 = 30.0;
+/// Longer than this it is not seen who is hidden, seconds.
+const GLANCE: f64 = 0.5;
+/// So long who is hidden is taken to go on as before, seconds.
+const GOES_ON: f64 = 2.0;
 /// A track this near to the leader is the leader's, metres.
 const SAME: f64 = 0.3;
 /// Motions to begin with: parts of the highest speed, and of the highest rate of turn.
@@ -118,12 +124,17 @@ impl Plan for FollowPlanner {
             }
             return;
         };
-        let leader = Point2 { x, y };
+        let unseen = time - memory.seen;
+        let hidden = unseen > GLANCE;
+        let gone = if hidden { math::min(unseen, GOES_ON) } else { 0.0 };
+        let [east, north] = memory.velocity;
+        let leader = Point2 { x: x + east * gone, y: y + north * gone };
         if memory.due - 1e-9 > time && !situation.needs_plan() {
             return;
         }
         memory.due = time + PERIOD;
-        let Some(motion) = memory.look_ahead(Course { pose, motion: moving }, leader, &sides, params) else {
+        let course = Course { pose, motion: moving };
+        let Some(motion) = memory.look_ahead(course, leader, hidden, &sides, params) else {
             return;
         };
         memory.wants = (motion.linear, motion.angular);
@@ -140,7 +151,8 @@ impl Plan for FollowPlanner {
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
             right: wheels.right,
-            duration: HOLD,
+            // Nobody tells of whom nobody sees, so that it has to look ahead unasked.
+            duration: if hidden { PERIOD } else { HOLD },
         }));
     }
 }
@@ -161,27 +173,32 @@ impl FollowMemory {
 
     /// How to move now.
     fn look_ahead(
-        &self,
+        &mut self,
         course: Course,
         leader: Point2,
+        hidden: bool,
         sides: &Sides,
         params: &FollowParams,
     ) -> Option<Twist2> {
         let is_leader = |place: Point2| math::hypot(place.x - leader.x, place.y - leader.y) <= SAME;
+        let own = self.others.iter().find(|track| !hidden && is_leader(Point2 { x: track.x, y: track.y }));
+        if !hidden {
+            self.velocity = own.map_or([0.0; 2], |track| track.velocity);
+        }
+        let velocity = if hidden { [0.0; 2] } else { self.velocity };
         let mut outlook = Outlook {
             footprint: self.footprint.as_ref()?,
-            leader: Moving { place: leader, velocity: [0.0; 2] },
+            leader: Moving { place: leader, velocity },
+            hidden,
             others: [None; 8],
             distance: params.distance,
             room: params.room,
             radius: params.other_radius,
             margin: params.margin,
         };
-        for (other, moving) in outlook.others.iter_mut().zip(self.others.iter().map(Moving::of)) {
-            match is_leader(moving.place) {
-                true => outlook.leader.velocity = moving.velocity,
-                false => *other = Some(moving),
-            }
+        let others = self.others.iter().filter(|track| own.is_none_or(|own| own.name != track.name));
+        for (other, track) in outlook.others.iter_mut().zip(others) {
+            *other = Some(Moving::of(track));
         }
         let motions = |speeds: &'static [f64], turns: &'static [f64]| {
             let all = speeds.iter().flat_map(move |speed| turns.iter().map(move |turn| (speed, turn)));

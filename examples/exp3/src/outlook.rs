@@ -20,6 +20,8 @@ pub struct Outlook<'a> {
     pub footprint: &'a Footprint,
     /// Who is followed.
     pub leader: Moving,
+    /// Whether the leader is hidden: then it must be looked for where it may be.
+    pub hidden: bool,
     /// Who else is there.
     pub others: [Option<Moving>; 8],
     /// How far from the leader it shall be, metres.
@@ -76,11 +78,14 @@ impl Outlook<'_> {
         let gap = (dx * dx + dy * dy).sqrt();
         let heading = Point2 { x: math::cos(pose.theta), y: math::sin(pose.theta) };
         let facing = (heading.x * dx + heading.y * dy) / math::max(gap, 0.1);
-        let mut cost = 0.05 * (1.0 - facing) + self.lane(pose, leader);
-        // The leader may turn at any time.
-        cost += 6.0 * squared(BAND[0] + 0.08 * time - gap) + 4.0 * squared(gap - BAND[1]);
-        cost +=
-            0.5 * squared(from_middle(pose.x, pose.y) - math::max(from_middle(leader.x, leader.y), OUTSIDE));
+        let mut cost = 0.05 * (1.0 - facing);
+        if !self.hidden {
+            cost += self.lane(pose, leader);
+            // The leader may turn at any time.
+            cost += 6.0 * squared(BAND[0] + 0.08 * time - gap) + 4.0 * squared(gap - BAND[1]);
+            let shut_in = math::max(from_middle(leader.x, leader.y), OUTSIDE);
+            cost += 0.5 * squared(from_middle(pose.x, pose.y) - shut_in);
+        }
         let sure = 1.0 / (1.0 + 0.5 * time);
         cost += sure * self.touch(pose, heading, leader);
         let mut way = gap;
@@ -90,7 +95,10 @@ impl Outlook<'_> {
             way = math::max(way, self.way_round(pose, leader, place));
         }
         // Whom somebody else stands before may be lost, however near it is.
-        cost += math::max(squared(way - self.distance), squared(self.distance - gap));
+        cost += match self.hidden {
+            true => squared(way),
+            false => math::max(squared(way - self.distance), squared(self.distance - gap)),
+        };
         cost + self.walls(pose, heading)
     }
 
