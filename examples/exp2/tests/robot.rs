@@ -2,7 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::blackboard::interface::Value;
-use slate::interfaces::{Chassis, FourWheelSpeeds, Orientation, Point2, Position, Sighting, Sightings};
+use slate::interfaces::{
+    Chassis, Echo, FourWheelSpeeds, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement,
+    SonarScan,
+};
 use slate::mapek::{self, ActionKind, ExecuteBlock, Planned, ReactiveBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
@@ -89,15 +92,32 @@ fn the_actions_of_two_wheels_turn_four() {
     assert_eq!((wheels.front_left, wheels.front_right), (wheels.back_left, wheels.back_right));
 }
 
+fn seen(range: f64, bearing: f64) -> Sighting {
+    Sighting { range, bearing, name: Text::new("r1") }
+}
+
 /// What the model does about a robot that is seen in that direction, at that distance: the speed of its wheels, if any.
 fn gives_way(range: f64, bearing: f64, from_its_place: f64) -> Option<f64> {
+    gives_way_to(&[seen(range, bearing)], &[], from_its_place)
+}
+
+/// The same with several robots, nearest first, and a sonar ahead that hears something at that distance.
+fn gives_way_to(robots: &[Sighting], heard: &[f64], from_its_place: f64) -> Option<f64> {
     let mut model_of = Fixture::<ReactiveBlock<GiveWayModel>>::new();
     model_of.set("position", Position { x: 1.2 + from_its_place, y: 1.2, z: 0.0 });
     model_of.set("orientation", Orientation { theta: 0.0 });
     model_of.set("goal", Point2 { x: 1.2, y: 1.2 });
     model_of.set("robot", model());
-    let seen = Sighting { range, bearing, name: Text::new("r1") };
-    model_of.set("robots", Sightings { list: Sequence::new(&[seen]) });
+    model_of.set("robots", Sightings { list: Sequence::new(robots) });
+    let echo = |range: &f64| Echo { range: *range, heard: true.into(), ..Echo::default() };
+    model_of.set(
+        "sonar",
+        SonarScan {
+            echoes: Sequence::new(&heard.iter().map(echo).collect::<Vec<_>>()),
+            placements: Sequence::new(&[SonarPlacement::default()]),
+            ..SonarScan::default()
+        },
+    );
     model_of.tick();
     model_of.sent::<mapek::Reflex>("reflex").first().map(|reflex| reflex.action.arguments[1])
 }
@@ -109,4 +129,20 @@ fn it_gives_way_only_to_who_is_near_and_only_so_far() {
     assert_eq!(gives_way(1.5, 0.1, 0.0), None, "who is far away does not matter");
     assert_eq!(gives_way(0.8, 1.57, 0.0), None, "nobody can go sideways");
     assert_eq!(gives_way(0.8, 0.1, -0.2), None, "it has gone far enough");
+}
+
+#[test]
+fn who_gives_way_looks_at_all_robots_and_listens() {
+    let lost = seen(0.5, f64::NAN);
+    assert!(
+        gives_way_to(&[lost, seen(0.8, 0.1)], &[], 0.0).unwrap() < 0.0,
+        "of the nearest nothing is known"
+    );
+    assert!(
+        gives_way_to(&[seen(0.7, 1.57), seen(0.8, 3.0)], &[], 0.0).unwrap() > 0.0,
+        "the nearest is beside"
+    );
+    assert_eq!(gives_way_to(&[seen(0.8, 3.0), seen(0.85, 0.1)], &[], 0.0), None, "it is between two");
+    assert_eq!(gives_way_to(&[seen(0.8, 3.0)], &[0.1], 0.0), None, "something is ahead");
+    assert!(gives_way_to(&[seen(0.8, 0.1)], &[0.1], 0.0).unwrap() < 0.0, "what is ahead is not behind");
 }

@@ -1,12 +1,18 @@
-//! R3's behaviour: after R2 at a safe distance, by how far and how misaligned it is (section 6.5 of the paper).
+//! R3's behaviour: after R2 at a safe distance, by how far and how misaligned it is (section 6.5 of the paper), with a look
+//! at the next seconds.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::{Point2, Pose2, Sightings};
+use slate_avoidance::{Course, Footprint, Sides};
+use slate_plugin::interfaces::{Point2, Pose2, Sightings, Twist2};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::locate_robot::Located;
+use slate_wheeled::own_motion::OwnMotion;
+use slate_wheeled::tracks::Tracks;
+
+use crate::outlook::{Moving, Outlook};
 
 /// What the Plan notices, what it knows, and what it lets others know.
 #[ports]
@@ -19,6 +25,8 @@ pub struct FollowNoticing {
     robot: Input<WheeledModel>,
     /// Where it wants to be now.
     goal: Output<Point2>,
+    /// How it wants to move now.
+    motion: Output<Twist2>,
 }
 
 /// How it follows.
@@ -34,27 +42,54 @@ pub struct FollowParams {
     turn_gain: f64,
     #[param(default = 1.2, range = 0.0..=3.0, unit = "rad/s", doc = "highest rate of turn")]
     turn_rate: f64,
-    #[param(default = 1.85, range = 0.0..=1000.0, unit = "m", doc = "it goes back no farther than this from the origin to either side: so much it knows of the room")]
+    #[param(default = 2.38, range = 0.0..=1000.0, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
     room: f64,
+    #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of the other robots")]
+    other_radius: f64,
+    #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "least distance to other robots")]
+    margin: f64,
 }
 
 /// What the Plan remembers.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowMemory {
-    /// Where it is in the world, how far and in which direction; nothing while it is not seen.
-    leader: Option<(f64, f64, f64, f64)>,
+    /// Where the leader is in the world, or was when it was seen last.
+    leader: Option<(f64, f64)>,
+    /// How it moved then, m/s.
+    velocity: [f64; 2],
+    /// When it was seen last, seconds.
+    seen: f64,
+    others: Tracks,
+    footprint: Option<Footprint>,
+    motion: OwnMotion,
+    /// How it wants to move: forward (m/s) and turning (rad/s).
+    wants: (f64, f64),
+    /// When it looks ahead again, seconds.
+    due: f64,
 }
 
 /// Nobody goes ahead who is this far from looking at the leader, radians.
 const MISALIGNED: f64 = 0.8;
-/// So far back it looks before it goes back, metres.
-const BACK: f64 = 0.2;
-/// A robot that is seen this far from straight ahead is behind, radians.
-const BEHIND: f64 = 1.9;
-/// A robot behind is in the way when it is nearer than this, metres.
-const CLOSE: f64 = 0.9;
 /// A plan holds for so long unless it is made anew, seconds.
 const HOLD: f64 = 0.5;
+/// Time between two looks ahead, seconds.
+const PERIOD: f64 = 0.1;
+/// So long it goes after whom it does not see any more, seconds.
+const PATIENCE: f64 = 30.0;
+/// Longer than this it is not seen who is hidden, seconds.
+const GLANCE: f64 = 0.5;
+/// So long who is hidden is taken to go on as before, seconds.
+const GOES_ON: f64 = 2.0;
+/// A track this near to the leader is the leader's, metres.
+const SAME: f64 = 0.3;
+/// Motions to begin with: parts of the highest speed, and of the highest rate of turn.
+const SPEEDS: [f64; 6] = [0.0, 0.35, -0.35, 0.7, 1.0, -0.8];
+const TURNS: [f64; 7] = [0.0, 0.2, -0.2, 0.5, -0.5, 1.0, -1.0];
+/// Motions that may come after.
+const LATER_SPEEDS: [f64; 4] = [0.0, 0.5, 1.0, -0.8];
+const LATER_TURNS: [f64; 5] = [0.0, 0.4, -0.4, 1.0, -1.0];
+/// What a change of motion costs: for each m/s, and for each rad/s.
+const CHANGE: [f64; 2] = [0.05, 0.02];
 
 /// Follows another robot.
 pub struct FollowPlanner;
@@ -71,54 +106,122 @@ impl Plan for FollowPlanner {
         noticed: &FollowNoticing,
         situation: &Situation<'_>,
         params: &FollowParams,
-        _: &Tick,
+        now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
+        let time = now.seconds();
         let newest = noticed.leader.newest();
-        if let Some(located) = &newest {
-            memory.leader =
-                located.seen.get().then_some((located.x, located.y, located.range, located.bearing));
+        if let Some(located) = newest.as_ref().filter(|located| located.seen.get()) {
+            (memory.leader, memory.seen) = (Some((located.x, located.y)), time);
         }
-        let Some((x, y, range, bearing)) = memory.leader else {
-            // Whom it does not see, it does not follow.
+        let pose = noticed.robot.robot.pose;
+        let moving = memory.notice(pose, noticed, time);
+        let known = memory.leader.filter(|_| time - memory.seen <= PATIENCE);
+        let (Some((x, y)), Some(sides)) = (known, noticed.robot.sides()) else {
+            // Whom it does not know, it does not follow.
             if newest.is_some() && !situation.is_idle() {
                 plan.clear();
             }
             return;
         };
-        let pose = noticed.robot.robot.pose;
-        // On the straight way to the leader, as far from it as it shall be; who is nearer has arrived.
-        let ahead = math::max(range - params.distance, 0.0) / math::max(range, 0.01);
-        noticed.goal.set(Point2 { x: pose.x + ahead * (x - pose.x), y: pose.y + ahead * (y - pose.y) });
-        if situation.is_reactive() || !(newest.is_some() || situation.needs_plan()) {
+        let unseen = time - memory.seen;
+        let hidden = unseen > GLANCE;
+        let gone = if hidden { math::min(unseen, GOES_ON) } else { 0.0 };
+        let [east, north] = memory.velocity;
+        let leader = Point2 { x: x + east * gone, y: y + north * gone };
+        if memory.due - 1e-9 > time && !situation.needs_plan() {
             return;
         }
-        let wanted = math::clamp(params.gain * (range - params.distance), -params.speed, params.speed);
-        let linear = match bearing.abs() > MISALIGNED {
-            true => 0.0,
-            // No sonar looks back.
-            false if wanted < 0.0 && !is_free_behind(noticed, params, pose) => 0.0,
-            false => wanted * math::cos(bearing),
+        memory.due = time + PERIOD;
+        let course = Course { pose, motion: moving };
+        let Some(motion) = memory.look_ahead(course, leader, hidden, &sides, params) else {
+            return;
         };
-        let angular = math::clamp(params.turn_gain * bearing, -params.turn_rate, params.turn_rate);
-        let wheels = noticed.robot.wheels_for(linear, angular);
+        memory.wants = (motion.linear, motion.angular);
+        let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
+        let range = math::hypot(dx, dy);
+        // On the straight way to the leader, as far from it as it shall be; who is nearer has arrived.
+        let ahead = math::max(range - params.distance, 0.0) / math::max(range, 0.01);
+        noticed.goal.set(Point2 { x: pose.x + ahead * dx, y: pose.y + ahead * dy });
+        noticed.motion.set(motion);
+        if situation.is_reactive() {
+            return;
+        }
+        let wheels = noticed.robot.wheels_for(motion.linear, motion.angular);
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
             right: wheels.right,
-            duration: HOLD,
+            // Nobody tells of whom nobody sees, so that it has to look ahead unasked.
+            duration: if hidden { PERIOD } else { HOLD },
         }));
     }
 }
 
-/// Whether it can go back: as far as it knows the room, and sees nobody there.
-fn is_free_behind(noticed: &FollowNoticing, params: &FollowParams, pose: Pose2) -> bool {
-    // What is no number may be anywhere.
-    let is_clear = |bearing: f64, range: f64| bearing.abs() <= BEHIND || range >= CLOSE;
-    let nobody = noticed
-        .robots
-        .fresh()
-        .is_some_and(|robots| robots.list.iter().all(|seen| is_clear(seen.bearing, seen.range)));
-    let x = pose.x - BACK * math::cos(pose.theta);
-    let y = pose.y - BACK * math::sin(pose.theta);
-    nobody && x.abs() <= params.room && y.abs() <= params.room
+impl FollowMemory {
+    /// Takes in who is seen, and how the robot itself moves.
+    fn notice(&mut self, pose: Pose2, noticed: &FollowNoticing, time: f64) -> Twist2 {
+        if let Some(robots) = noticed.robots.new() {
+            self.others.see(pose, robots, time);
+        }
+        if self.footprint.is_none() {
+            let outline = &noticed.robot.chassis.outline;
+            let corners: Vec<_> = outline.iter().map(|corner| [corner.x, corner.y]).collect();
+            self.footprint = Footprint::new(&corners).ok();
+        }
+        self.motion.notice(pose, time)
+    }
+
+    /// How to move now.
+    fn look_ahead(
+        &mut self,
+        course: Course,
+        leader: Point2,
+        hidden: bool,
+        sides: &Sides,
+        params: &FollowParams,
+    ) -> Option<Twist2> {
+        let is_leader = |place: Point2| math::hypot(place.x - leader.x, place.y - leader.y) <= SAME;
+        let own = self.others.iter().find(|track| !hidden && is_leader(Point2 { x: track.x, y: track.y }));
+        if !hidden {
+            self.velocity = own.map_or([0.0; 2], |track| track.velocity);
+        }
+        let velocity = if hidden { [0.0; 2] } else { self.velocity };
+        let mut outlook = Outlook {
+            footprint: self.footprint.as_ref()?,
+            leader: Moving { place: leader, velocity },
+            hidden,
+            others: [None; 8],
+            distance: params.distance,
+            room: params.room,
+            radius: params.other_radius,
+            margin: params.margin,
+        };
+        let others = self.others.iter().filter(|track| own.is_none_or(|own| own.name != track.name));
+        for (other, track) in outlook.others.iter_mut().zip(others) {
+            *other = Some(Moving::of(track));
+        }
+        let motions = |speeds: &'static [f64], turns: &'static [f64]| {
+            let all = speeds.iter().flat_map(move |speed| turns.iter().map(move |turn| (speed, turn)));
+            all.map(|(speed, turn)| Twist2 { linear: speed * params.speed, angular: turn * params.turn_rate })
+        };
+        let (linear, angular) = self.wants;
+        let change = |motion: Twist2| {
+            CHANGE[0] * (motion.linear - linear).abs() + CHANGE[1] * (motion.angular - angular).abs()
+        };
+        let first = std::iter::once(law(course.pose, leader, params)).chain(motions(&SPEEDS, &TURNS));
+        let second = motions(&LATER_SPEEDS, &LATER_TURNS);
+        sides.best(course, first.map(|motion| (motion, change(motion))), second, |pose, time| {
+            outlook.cost(pose, time)
+        })
+    }
+}
+
+/// By how far and how misaligned the leader is, whoever else there is.
+fn law(pose: Pose2, leader: Point2, params: &FollowParams) -> Twist2 {
+    let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
+    let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
+    let wanted =
+        math::clamp(params.gain * (math::hypot(dx, dy) - params.distance), -params.speed, params.speed);
+    let linear = if bearing.abs() > MISALIGNED { 0.0 } else { wanted * math::cos(bearing) };
+    Twist2 { linear, angular: math::clamp(params.turn_gain * bearing, -params.turn_rate, params.turn_rate) }
 }

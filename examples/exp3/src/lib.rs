@@ -3,6 +3,7 @@
 //! blocks come from `slate-wheeled`.
 
 pub mod follow;
+pub mod outlook;
 pub mod patrol;
 
 use slate_plugin::mapek::PlanBlock;

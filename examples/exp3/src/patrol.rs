@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
+use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::analyzes::Surroundings;
 use slate_wheeled::journey::{Journey, changes_speed};
 
@@ -30,10 +31,19 @@ pub struct PatrolParams {
     careful_speed: f64,
     #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "a corner is reached within this distance")]
     tolerance: f64,
+    #[param(default = 10.0, range = 0.1..=1e6, unit = "s", doc = "who comes no nearer to a corner for so long makes room for whoever is there")]
+    patience: f64,
 }
 
 /// The order in which the authors' robot visits the corners: signs of x and y.
 const CORNERS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+
+/// Who makes room goes to this part of the way from the origin to the corner, where no sonar at the corner hears it.
+const ASIDE: f64 = 0.4;
+/// And tries again after so long, seconds.
+const ROOM_TIME: f64 = 12.0;
+/// Less than this is not nearer, metres.
+const NEARER: f64 = 0.05;
 
 /// What the Plan remembers.
 #[derive(Default, Serialize, Deserialize)]
@@ -41,6 +51,10 @@ pub struct PatrolMemory {
     journey: Journey,
     /// Which corner is next.
     corner: usize,
+    /// How near it came to that corner, metres, and when, seconds.
+    nearest: Option<(f64, f64)>,
+    /// Until when it makes room, seconds.
+    aside: Option<f64>,
 }
 
 /// Visits the four corners again and again.
@@ -58,21 +72,54 @@ impl Plan for PatrolPlanner {
         noticed: &PatrolNoticing,
         situation: &Situation<'_>,
         params: &PatrolParams,
-        _: &Tick,
+        now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
+        let time = now.seconds();
         let room_changed = memory.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
-        if Journey::has_arrived(situation) {
+        let has_arrived = Journey::has_arrived(situation);
+        if has_arrived && memory.aside.is_none() {
             memory.corner = (memory.corner + 1) % CORNERS.len();
+            memory.nearest = None;
         }
         let (east, north) = CORNERS[memory.corner];
-        let goal = Point2 { x: east * params.east, y: north * params.north };
+        let corner = Point2 { x: east * params.east, y: north * params.north };
+        let was_aside = memory.aside.is_some();
+        let Some((x, y)) = memory.journey.position() else {
+            noticed.goal.set(corner);
+            return;
+        };
+        memory.make_room(math::hypot(corner.x - x, corner.y - y), params.patience, time);
+        let (goal, left) = match memory.aside {
+            Some(until) => (Point2 { x: ASIDE * corner.x, y: ASIDE * corner.y }, until - time),
+            None => (corner, 0.0),
+        };
         noticed.goal.set(goal);
-        if memory.journey.position().is_none() {
+        if has_arrived && left > 0.0 {
+            plan.replace(SetWheelSpeed::request(Speeds { left: 0.0, right: 0.0, duration: left }));
             return;
         }
-        if situation.needs_plan() || changes_speed(room_changed, situation) {
+        let turns = memory.aside.is_some() != was_aside && !situation.is_reactive();
+        if turns || situation.needs_plan() || changes_speed(room_changed, situation) {
             memory.journey.go(goal, [params.speed, params.careful_speed], params.tolerance, plan);
+        }
+    }
+}
+
+impl PatrolMemory {
+    /// Whoever is in the corner may be kept there by this robot, and leaves when there is room.
+    fn make_room(&mut self, distance: f64, patience: f64, time: f64) {
+        if let Some(until) = self.aside {
+            if time >= until - 1e-9 {
+                (self.aside, self.nearest) = (None, None);
+            }
+            return;
+        }
+        let (nearest, since) = *self.nearest.get_or_insert((distance, time));
+        if distance < nearest - NEARER {
+            self.nearest = Some((distance, time));
+        } else if time - since > patience {
+            self.aside = Some(time + ROOM_TIME);
         }
     }
 }

@@ -1,8 +1,8 @@
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use slate_interfaces::{Point2, Pose2, SonarScan, Twist2};
 use slate_module::math;
 
-use crate::field::{self, Widths};
+use crate::field::{self, LONG, Widths};
 use crate::footprint::Footprint;
 use crate::map::{LocalMap, on_the_map};
 use crate::motion::Surroundings;
@@ -32,12 +32,14 @@ pub struct Avoider {
     /// Present choice; none while the way is clear.
     choice: Option<[f64; 2]>,
     /// Cells of the way that is followed.
+    #[serde(deserialize_with = "with_room::<_, _, LONG>")]
     way: Vec<[i32; 2]>,
     /// When the next choice is due, seconds.
     due: Option<f64>,
     /// Where the robot last made progress, and when.
     anchor: Option<[f64; 3]>,
     /// Other robots that are seen, and when.
+    #[serde(deserialize_with = "with_room::<_, _, OTHERS>")]
     others: Vec<Other>,
     seen: Option<f64>,
 }
@@ -89,7 +91,7 @@ impl Avoider {
             footprint,
             map: LocalMap::default(),
             choice: None,
-            way: Vec::with_capacity(64),
+            way: Vec::with_capacity(LONG),
             due: None,
             anchor: None,
             others: Vec::with_capacity(OTHERS),
@@ -121,6 +123,35 @@ impl Avoider {
 
     /// Says whether the straight way from `pose` to `goal` is free at `time` (seconds), and else how to move.
     pub fn steer(&mut self, pose: Pose2, goal: Point2, parameters: &Parameters, time: f64) -> Decision {
+        self.decide(pose, goal, None, Twist2::ZERO, parameters, time)
+    }
+
+    /// Says whether a motion that is planned is safe for a robot that is `moving`, and else how to move: as nearly like it
+    /// as is safe, and when that does not help, round what is in the way to `goal`.
+    pub fn guard(
+        &mut self,
+        pose: Pose2,
+        moving: Twist2,
+        goal: Point2,
+        planned: Twist2,
+        parameters: &Parameters,
+        time: f64,
+    ) -> Decision {
+        match (planned.linear + planned.angular + moving.linear + moving.angular).is_finite() {
+            true => self.decide(pose, goal, Some(planned), moving, parameters, time),
+            false => self.stand(),
+        }
+    }
+
+    fn decide(
+        &mut self,
+        pose: Pose2,
+        goal: Point2,
+        planned: Option<Twist2>,
+        moving: Twist2,
+        parameters: &Parameters,
+        time: f64,
+    ) -> Decision {
         let known = on_the_map(pose.x, pose.y) && pose.theta.is_finite() && on_the_map(goal.x, goal.y);
         let heard = self.map.time().is_some_and(|last| time - last <= parameters.scan_age);
         if !(known && heard) {
@@ -128,7 +159,7 @@ impl Avoider {
         }
         let (dx, dy) = (goal.x - pose.x, goal.y - pose.y);
         let distance = (dx * dx + dy * dy).sqrt();
-        if distance < ARRIVED {
+        if distance < ARRIVED && planned.is_none() {
             self.choice = None;
             return Decision::Clear;
         }
@@ -141,23 +172,38 @@ impl Avoider {
         }
         let seen = self.seen.is_some_and(|seen| time - seen <= parameters.memory);
         let others = if seen { self.others.as_slice() } else { &[] };
-        let surroundings =
+        let mut surroundings =
             Surroundings::new(&self.map, others, pose, &self.footprint, parameters, margin, time);
+        surroundings.drive = parameters.sides.filter(|_| planned.is_some()).map(|sides| (sides, moving));
         let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
         if !due {
             // Between two choices only: is the present one still safe?
-            let motion = self
-                .choice
-                .map_or_else(|| planned(bearing, parameters), |[linear, angular]| Twist2 { linear, angular });
+            let motion = self.choice.map_or_else(
+                || planned.unwrap_or_else(|| straight(bearing, parameters)),
+                |[linear, angular]| Twist2 { linear, angular },
+            );
             if surroundings.safe(motion) {
                 return self.choice.map_or(Decision::Clear, |_| Decision::Avoid(motion));
             }
         }
         self.due = Some(time + parameters.period);
-        if self.clear(&surroundings, bearing, distance, parameters) {
+        let clear = match planned {
+            Some(motion) => surroundings.safe(motion),
+            None => self.clear(&surroundings, bearing, distance, parameters),
+        };
+        if clear {
             self.choice = None;
             self.way.clear();
+            if planned.is_some() {
+                // Who stands as planned makes no progress, and is not stuck.
+                self.anchor = None;
+            }
             return Decision::Clear;
+        }
+        if let Some(motion) = planned.filter(|_| !stuck) {
+            let twist = surroundings.nearest_to(motion);
+            self.choice = Some([twist.linear, twist.angular]);
+            return Decision::Avoid(twist);
         }
         let half_width = self.footprint.half_width();
         if !stuck && distance < WAITING && self.occupied(goal, half_width + parameters.margin) {
@@ -190,7 +236,7 @@ impl Avoider {
         let length = math::min(parameters.look_ahead, distance) + self.footprint.front() + more;
         surroundings.strip_free(bearing, half_width, length)
             && (bearing.abs() < parameters.heading_tolerance || surroundings.can_turn(bearing))
-            && surroundings.safe(planned(bearing, parameters))
+            && surroundings.safe(straight(bearing, parameters))
     }
 
     fn occupied(&self, place: Point2, room: f64) -> bool {
@@ -218,8 +264,19 @@ impl Avoider {
     }
 }
 
-/// What the planner does when it is let drive.
-fn planned(bearing: f64, parameters: &Parameters) -> Twist2 {
+/// Lists keep their room, so that they need no more when they go on.
+fn with_room<'de, D, T, const ROOM: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    let mut list = Vec::deserialize(deserializer)?;
+    list.reserve_exact(ROOM.saturating_sub(list.len()));
+    Ok(list)
+}
+
+/// What a planner does that goes straight to the goal when it is let drive.
+fn straight(bearing: f64, parameters: &Parameters) -> Twist2 {
     if bearing.abs() > parameters.heading_tolerance {
         Twist2 {
             linear: 0.0,

@@ -15,7 +15,7 @@ const BUCKETS: usize = 4096;
 /// Steps of the way that are looked at for a waypoint, cells.
 const NEAR: usize = 16;
 /// Steps of the way that are remembered, cells.
-const LONG: usize = 64;
+pub(crate) const LONG: usize = 64;
 /// Factor on the cost of a step on free ground; the remembered way is cheaper by `PREFERENCE`, tight and
 /// blocked cells are dearer.
 const FREE: u8 = 6;

@@ -116,6 +116,11 @@ impl Footprint {
         if dx * dx + y * y > limit * limit { reach } else { self.distance(x, y) }
     }
 
+    /// Corners in the robot's frame, metres.
+    pub fn outline(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.sides.iter().map(|side| [side.x, side.y])
+    }
+
     /// Corners in the world, metres, for a robot at a pose.
     pub fn corners(&self, pose: Pose2) -> impl Iterator<Item = Point2> + '_ {
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));

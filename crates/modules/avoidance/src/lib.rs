@@ -10,6 +10,7 @@
 mod avoider;
 mod field;
 mod footprint;
+mod look_ahead;
 mod map;
 mod motion;
 mod parameters;
@@ -17,6 +18,7 @@ mod rocs;
 
 pub use avoider::{Avoider, Decision, Other};
 pub use footprint::{Footprint, FootprintError};
+pub use look_ahead::{Course, Sides};
 pub use map::{LocalMap, Mark};
 pub use parameters::Parameters;
 pub use rocs::{Rocs, RocsVariant};

@@ -3,6 +3,7 @@ use slate_module::math;
 
 use crate::avoider::Other;
 use crate::footprint::Footprint;
+use crate::look_ahead::{Course, Sides};
 use crate::map::LocalMap;
 use crate::parameters::Parameters;
 
@@ -37,6 +38,9 @@ pub(crate) struct Surroundings<'a> {
     obstacles: [Obstacle; NEARBY],
     count: usize,
     margin: f64,
+    pose: Pose2,
+    /// How its sides follow commands and how it moves, if that is to be regarded.
+    pub(crate) drive: Option<(Sides, Twist2)>,
 }
 
 impl<'a> Surroundings<'a> {
@@ -50,8 +54,15 @@ impl<'a> Surroundings<'a> {
         margin: f64,
         time: f64,
     ) -> Self {
-        let mut surroundings =
-            Self { footprint, parameters, obstacles: [Obstacle::default(); NEARBY], count: 0, margin };
+        let mut surroundings = Self {
+            footprint,
+            parameters,
+            obstacles: [Obstacle::default(); NEARBY],
+            count: 0,
+            margin,
+            pose,
+            drive: None,
+        };
         let mut reach = parameters.look_ahead + margin;
         // There is always room for the nearest.
         for _ in 0..8 {
@@ -100,6 +111,9 @@ impl<'a> Surroundings<'a> {
 
     /// Whether the robot can begin this motion and still brake before it comes too near to anything.
     pub(crate) fn safe(&self, twist: Twist2) -> bool {
+        if let Some((sides, moving)) = self.drive {
+            return self.stops_in_time(&sides, moving, twist);
+        }
         let parameters = self.parameters;
         let braking = math::max(
             twist.linear.abs() / parameters.deceleration,
@@ -118,8 +132,30 @@ impl<'a> Surroundings<'a> {
         })
     }
 
+    /// The same for a robot that moves already, with wheels that follow only so fast.
+    fn stops_in_time(&self, sides: &Sides, moving: Twist2, twist: Twist2) -> bool {
+        let mut there = Course { pose: Pose2::default(), motion: moving };
+        let mut time = 0.0;
+        while time < LONGEST {
+            let braking = time > self.parameters.reaction_time;
+            if braking && there.motion == Twist2::ZERO {
+                return true;
+            }
+            there = sides.after(there, if braking { Twist2::ZERO } else { twist }, CHECK);
+            time += CHECK;
+            let Pose2 { x, y, theta } = there.pose;
+            if !self.keeps_off(Path { x, y, sine: math::sin(theta), cosine: math::cos(theta) }, time) {
+                return false;
+            }
+        }
+        false
+    }
+
     /// Whether no obstacle is too near to the outline at that pose of the present frame, `later` seconds from now.
     fn keeps_off(&self, path: Path, later: f64) -> bool {
+        if self.parameters.room.is_some_and(|room| !self.stays_within(path, room)) {
+            return false;
+        }
         let reach = self.margin + self.parameters.other_speed * later;
         self.obstacles().iter().all(|obstacle| {
             let seen_from = |x: f64, y: f64| {
@@ -144,6 +180,23 @@ impl<'a> Surroundings<'a> {
             };
             distance >= margin || distance >= least
         })
+    }
+
+    /// Whether the outline at that pose of the present frame is within the room, or no farther out than now.
+    fn stays_within(&self, path: Path, room: f64) -> bool {
+        let Pose2 { x, y, theta } = self.pose;
+        let (sine, cosine) = (math::sin(theta), math::cos(theta));
+        let there = Pose2 {
+            x: x + cosine * path.x - sine * path.y,
+            y: y + sine * path.x + cosine * path.y,
+            theta: theta + math::atan2(path.sine, path.cosine),
+        };
+        let out = |pose: Pose2| {
+            let farthest = |most, corner: Point2| math::max(most, math::max(corner.x.abs(), corner.y.abs()));
+            self.footprint.corners(pose).fold(0.0, farthest) - room
+        };
+        let far = out(there);
+        far <= 0.0 || far <= out(self.pose) + SLACK
     }
 
     /// Whether the robot can turn on the spot by that angle, radians.
@@ -189,6 +242,33 @@ impl<'a> Surroundings<'a> {
                     best = twist;
                     least = cost;
                 }
+            }
+        }
+        best
+    }
+
+    /// Of the motions that are safe, the one most like another.
+    pub(crate) fn nearest_to(&self, motion: Twist2) -> Twist2 {
+        const SPEEDS: [f64; 9] = [0.0, 0.1, -0.1, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0];
+        const TURNS: [f64; 9] = [0.0, 0.15, -0.15, 0.35, -0.35, 0.6, -0.6, 1.0, -1.0];
+        let parameters = self.parameters;
+        let unlike = |twist: Twist2| {
+            (twist.linear - motion.linear).abs() + 0.4 * (twist.angular - motion.angular).abs()
+        };
+        let mut best = Twist2::ZERO;
+        let mut least = unlike(best);
+        let slower = [0.75, 0.5, 0.25]
+            .map(|part| Twist2 { linear: part * motion.linear, angular: part * motion.angular });
+        let others = SPEEDS.iter().flat_map(|speed| TURNS.iter().map(move |turn| (speed, turn)));
+        let others = others.map(|(speed, turn)| Twist2 {
+            linear: speed * parameters.speed,
+            angular: turn * parameters.turn_rate,
+        });
+        for twist in slower.into_iter().chain(others) {
+            let cost = unlike(twist);
+            if cost < least && self.safe(twist) {
+                best = twist;
+                least = cost;
             }
         }
         best

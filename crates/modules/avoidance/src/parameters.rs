@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use crate::look_ahead::Sides;
+
 /// What an [`Avoider`](crate::Avoider) may do and how careful it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -41,6 +43,10 @@ pub struct Parameters {
     pub scan_age: f64,
     /// Without progress for this time the robot tries to get out, seconds.
     pub patience: f64,
+    /// The room is known to reach so far from the origin of the world to each side, metres, if it is known.
+    pub room: Option<f64>,
+    /// How the robot's sides follow commands, if it is known: then a planned motion is judged by it.
+    pub sides: Option<Sides>,
 }
 
 impl Default for Parameters {
@@ -64,6 +70,8 @@ impl Default for Parameters {
             silence: 0.3,
             scan_age: 0.3,
             patience: 4.0,
+            room: None,
+            sides: None,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use slate_avoidance::{
-    Avoider, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant,
+    Avoider, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant, Sides,
 };
 use slate_interfaces::{Echo, Point2, Pose2, SonarPlacement, SonarScan, Twist2, WheelSpeeds};
 use slate_module::{Bool, Sequence, math};
@@ -332,4 +332,57 @@ fn who_is_not_seen_any_more_is_forgotten() {
     avoider.see([Other { x: f64::NAN, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.4);
     avoider.hear(HERE, &scan(&[]), &parameters, 0.4);
     assert_eq!(avoider.steer(HERE, goal, &parameters, 0.4), Decision::Clear);
+}
+
+/// What an avoider that hears nothing does about a planned motion, with a robot straight ahead that moves so.
+fn guarded(planned: Twist2, ahead: f64, velocity: [f64; 2]) -> Decision {
+    let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
+    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.see([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
+    avoider.guard(HERE, Twist2::ZERO, AHEAD, planned, &parameters, 0.0)
+}
+
+#[test]
+fn a_planned_motion_that_is_safe_is_left_alone_and_another_made_safe() {
+    let (on, back) = (Twist2 { linear: 0.4, angular: 0.0 }, Twist2 { linear: -0.2, angular: 0.0 });
+    assert_eq!(guarded(on, 1.5, [0.0; 2]), Decision::Clear);
+    assert_eq!(guarded(back, 0.6, [-0.1, 0.0]), Decision::Clear, "it leaves");
+    let Decision::Avoid(slower) = guarded(on, 0.6, [0.0; 2]) else { panic!("it is in the way") };
+    assert!(slower.linear < 0.4, "{slower:?}");
+    let not = Twist2 { linear: f64::NAN, angular: 0.0 };
+    assert_eq!(guarded(not, 1.5, [0.0; 2]), Decision::Avoid(Twist2::ZERO));
+}
+
+#[test]
+fn who_knows_the_room_does_not_leave_it() {
+    let known = Parameters { room: Some(1.0), ..Parameters::default() };
+    let there = |x: f64, linear: f64| {
+        let mut avoider = Avoider::new(footprint());
+        avoider.hear(Pose2 { x, ..HERE }, &scan(&[]), &known, 0.0);
+        let planned = Twist2 { linear, angular: 0.0 };
+        avoider.guard(Pose2 { x, ..HERE }, Twist2::ZERO, HERE_POINT, planned, &known, 0.0)
+    };
+    assert_eq!(there(0.0, 0.4), Decision::Clear);
+    assert_ne!(there(0.75, 0.4), Decision::Clear, "the wall is ahead");
+    assert_ne!(there(-0.7, -0.2), Decision::Clear, "no sonar needs to hear it");
+    assert_eq!(there(0.9, -0.2), Decision::Clear, "who is out comes back");
+}
+
+const HERE_POINT: Point2 = Point2 { x: 0.0, y: 0.0 };
+
+#[test]
+fn who_moves_needs_room_to_stop_whatever_is_planned() {
+    let heavy = Parameters {
+        room: Some(1.0),
+        sides: Some(Sides { track: 0.9, acceleration: 0.6 }),
+        ..Parameters::default()
+    };
+    let moving = |linear: f64| {
+        let (mut avoider, here) = (Avoider::new(footprint()), Pose2 { x: 0.6, ..HERE });
+        avoider.hear(here, &scan(&[]), &heavy, 0.0);
+        let (moving, planned) = (Twist2 { linear, angular: 0.0 }, Twist2 { linear: 0.1, angular: 0.5 });
+        avoider.guard(here, moving, HERE_POINT, planned, &heavy, 0.0)
+    };
+    assert_eq!(moving(0.1), Decision::Clear);
+    assert_ne!(moving(0.6), Decision::Clear, "it would slide on into the wall");
 }

@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Avoider, Decision, Footprint, Other, Parameters};
 use slate_plugin::interfaces::{
-    Echo, Orientation, Point2, Pose2, Position, Sightings, SonarPlacement, SonarScan, WheelSpeeds,
+    Echo, Orientation, Point2, Pose2, Position, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
+use crate::own_motion::OwnMotion;
 use crate::tracks::{Track, Tracks};
 
 /// The sensors it reacts to, and what it knows.
@@ -26,6 +27,9 @@ pub struct AvoidObstacleSensors {
     robots: Input<Sightings>,
     /// Where the robot shall go, from its knowledge.
     goal: Input<Point2>,
+    /// How the Plan would move now, if it says so; else it is taken to go straight to the goal.
+    #[stale(after = "1s")]
+    motion: Input<Twist2>,
     /// The robot's body, from its knowledge.
     robot: Input<WheeledModel>,
 }
@@ -43,6 +47,10 @@ pub struct AvoidObstacleParams {
     other_radius: f64,
     #[param(default = 6.0, range = 0.1..=1e6, unit = "s", doc = "what was heard is remembered so long; longer without sonars all around")]
     memory: f64,
+    #[param(default = 4.0, range = 0.0..=1e6, unit = "s", doc = "without progress for so long it gets bolder")]
+    patience: f64,
+    #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
+    room: f64,
 }
 
 /// What it remembers.
@@ -50,6 +58,7 @@ pub struct AvoidObstacleParams {
 pub struct Memory {
     avoider: Option<Avoider>,
     others: Tracks,
+    motion: OwnMotion,
 }
 
 /// A command holds for this long unless it is renewed, seconds.
@@ -77,7 +86,7 @@ impl ReactiveModel for AvoidObstacleModel {
         let (scan, position, orientation) =
             (sensors.sonar.fresh()?, sensors.position.fresh()?, sensors.orientation.fresh()?);
         let (goal, robot) = (sensors.goal.fresh()?, sensors.robot.fresh()?);
-        let Memory { avoider, others } = memory;
+        let Memory { avoider, others, motion } = memory;
         let avoider = match avoider {
             Some(avoider) => avoider,
             None => {
@@ -88,6 +97,7 @@ impl ReactiveModel for AvoidObstacleModel {
             }
         };
         let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
+        let moving = motion.notice(pose, now.seconds());
         let usual = Parameters::default();
         let braking = robot.chassis.maximum_wheel_acceleration * robot.chassis.wheel_radius;
         let parameters = Parameters {
@@ -95,31 +105,27 @@ impl ReactiveModel for AvoidObstacleModel {
             turn_rate: params.turn_rate,
             margin: params.margin,
             memory: params.memory,
+            patience: params.patience,
+            sides: robot.sides(),
+            room: (params.room < 1e6).then_some(params.room),
             // A heavy robot brakes less hard than one would like to.
             deceleration: math::min(usual.deceleration, braking),
             angular_deceleration: math::min(usual.angular_deceleration, 2.0 * braking / robot.chassis.track),
             ..usual
         };
         let mut scan = *scan;
+        if let Some(room) = parameters.room {
+            leave_out(&mut scan, |placement, echo, scan| is_echo_of_room(pose, placement, echo, scan, room));
+        }
         if let Some(robots) = sensors.robots.fresh() {
             // An older look, placed from where the robot is now, would be a robot that moves.
             if sensors.robots.new().is_some() {
                 others.see(pose, robots, now.seconds());
             }
             // What a robot answers is no obstacle that stays behind when it drives on.
-            let is_seen = |placement: &SonarPlacement, echo: &Echo| {
-                others
-                    .iter()
-                    .any(|other| is_echo_of(pose, placement, echo, &scan, other, params.other_radius))
-            };
-            let mut echoes = [Echo::default(); 16];
-            for ((heard, echo), placement) in
-                echoes.iter_mut().zip(scan.echoes.iter()).zip(scan.placements.iter())
-            {
-                let range = if is_seen(placement, echo) { f64::NAN } else { echo.range };
-                *heard = Echo { range, ..*echo };
-            }
-            scan.echoes = Sequence::new(&echoes[..scan.echoes.len()]);
+            leave_out(&mut scan, |placement, echo, scan| {
+                others.iter().any(|other| is_echo_of(pose, placement, echo, scan, other, params.other_radius))
+            });
             let disc = |other: &Track| Other {
                 x: other.x,
                 y: other.y,
@@ -129,12 +135,47 @@ impl ReactiveModel for AvoidObstacleModel {
             avoider.see(others.iter().map(disc), now.seconds());
         }
         avoider.hear(pose, &scan, &parameters, now.seconds());
-        let Decision::Avoid(twist) = avoider.steer(pose, *goal, &parameters, now.seconds()) else {
-            return None;
+        let decision = match sensors.motion.fresh() {
+            Some(planned) => avoider.guard(pose, moving, *goal, *planned, &parameters, now.seconds()),
+            None => avoider.steer(pose, *goal, &parameters, now.seconds()),
         };
+        let Decision::Avoid(twist) = decision else { return None };
         let WheelSpeeds { left, right } = robot.wheels_for(twist.linear, twist.angular);
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
     }
+}
+
+/// Makes echoes no numbers, so that nothing is marked where they come from.
+fn leave_out(scan: &mut SonarScan, is_known: impl Fn(&SonarPlacement, &Echo, &SonarScan) -> bool) {
+    let mut echoes = [Echo::default(); 16];
+    for ((heard, echo), placement) in echoes.iter_mut().zip(scan.echoes.iter()).zip(scan.placements.iter()) {
+        let range = if is_known(placement, echo, scan) { f64::NAN } else { echo.range };
+        *heard = Echo { range, ..*echo };
+    }
+    scan.echoes = Sequence::new(&echoes[..scan.echoes.len()]);
+}
+
+/// Whether a sonar on a robot at `pose` may have heard a wall of the known room, whose place an echo tells less well.
+fn is_echo_of_room(
+    pose: Pose2,
+    placement: &SonarPlacement,
+    echo: &Echo,
+    scan: &SonarScan,
+    room: f64,
+) -> bool {
+    let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+    let x = pose.x + cosine * placement.x - sine * placement.y;
+    let y = pose.y + sine * placement.x + cosine * placement.y;
+    let along = |angle: f64| {
+        let (east, north) = (math::cos(angle), math::sin(angle));
+        let to = |at: f64, way: f64| {
+            if way.abs() > 1e-6 { (room - at * way.signum()) / way.abs() } else { f64::INFINITY }
+        };
+        math::min(to(x, east), to(y, north))
+    };
+    let (axis, half) = (pose.theta + placement.theta, scan.field_of_view / 2.0);
+    let nearest = math::min(along(axis), math::min(along(axis - half), along(axis + half)));
+    echo.heard.get() && echo.range >= nearest - SPREAD
 }
 
 /// Whether a sonar on a robot at `pose` may have heard another robot that is seen.

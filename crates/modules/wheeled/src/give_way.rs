@@ -1,6 +1,8 @@
 //! A reflex of who stands somewhere: it gives way when another robot comes too near, and no farther than it must.
 
-use slate_plugin::interfaces::{Orientation, Point2, Position, Sightings};
+use slate_plugin::interfaces::{
+    Echo, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
+};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
@@ -12,6 +14,9 @@ use crate::knowledge::WheeledModel;
 pub struct GiveWaySensors {
     #[stale(after = "500ms")]
     robots: Input<Sightings>,
+    /// What is in the way that it would give.
+    #[stale(after = "200ms")]
+    sonar: Input<SonarScan>,
     #[stale(after = "200ms")]
     position: Input<Position>,
     #[stale(after = "200ms")]
@@ -31,6 +36,8 @@ pub struct GiveWayParams {
     leash: f64,
     #[param(default = 0.2, range = 0.0..=5.0, unit = "m/s", doc = "how fast it gives way")]
     speed: f64,
+    #[param(default = 0.15, range = 0.0..=10.0, unit = "m", doc = "it stays when a sonar that looks its way hears something nearer than this")]
+    room: f64,
 }
 
 /// Within this angle a robot is ahead or behind and not beside, radians.
@@ -50,19 +57,31 @@ impl ReactiveModel for GiveWayModel {
     type State = ();
 
     fn run(_: &mut (), sensors: &GiveWaySensors, params: &GiveWayParams, _: &Tick) -> Option<ActionRequest> {
-        let nearest = sensors.robots.fresh()?.list.iter().find(|seen| seen.range.is_finite())?;
+        let robots = sensors.robots.fresh()?;
         let (position, orientation) = (sensors.position.fresh()?, sensors.orientation.fresh()?);
         let (goal, robot) = (sensors.goal.fresh()?, sensors.robot.fresh()?);
-        if nearest.range >= params.near {
+        // What is no number is nowhere.
+        let near = |seen: &&Sighting| seen.range < params.near && seen.bearing.is_finite();
+        let side = |seen: &Sighting| match seen.bearing.abs() {
+            ahead if ahead < ALONG => Some(-params.speed),
+            behind if behind > std::f64::consts::PI - ALONG => Some(params.speed),
+            // Who comes from the side passes, or stops: there is no way to make room.
+            _ => None,
+        };
+        let mut ways = robots.list.iter().filter(near).filter_map(side);
+        let linear = ways.next()?;
+        // Between two there is no way either.
+        if ways.any(|way| way != linear) {
             return None;
         }
-        let bearing = nearest.bearing;
-        let linear = match bearing.abs() {
-            ahead if ahead < ALONG => -params.speed,
-            behind if behind > std::f64::consts::PI - ALONG => params.speed,
-            // Who comes from the side passes, or stops: there is no way to make room.
-            _ => return None,
+        // Sonars may look elsewhere, but not be silent altogether.
+        let scan = sensors.sonar.fresh()?;
+        let heard = |(echo, placement): (&Echo, &SonarPlacement)| {
+            echo.heard.get() && echo.range < params.room && math::cos(placement.theta) * linear > 0.0
         };
+        if scan.echoes.iter().zip(scan.placements.iter()).any(heard) {
+            return None;
+        }
         // Where it would be in a moment.
         let way = linear * 0.5;
         let x = position.x + way * math::cos(orientation.theta) - goal.x;

@@ -1,5 +1,6 @@
 //! What the robot knows: its goal, and its own body.
 
+use slate_avoidance::Sides;
 use slate_plugin::interfaces::{Chassis, Orientation, Point2, Pose2, Position, WheelSpeeds};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{Device, RobotModel};
@@ -23,6 +24,13 @@ impl WheeledModel {
             return WheelSpeeds::ZERO;
         }
         WheelSpeeds { left: (linear - angular * half) / radius, right: (linear + angular * half) / radius }
+    }
+
+    /// How its sides follow commands; nothing while the body is not known.
+    pub fn sides(&self) -> Option<Sides> {
+        let Chassis { track, maximum_wheel_acceleration, wheel_radius, .. } = self.chassis;
+        let acceleration = maximum_wheel_acceleration * wheel_radius;
+        (track > 0.0 && acceleration > 0.0).then_some(Sides { track, acceleration })
     }
 }
 

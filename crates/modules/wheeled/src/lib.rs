@@ -27,6 +27,7 @@ pub mod knowledge;
 pub mod localize;
 pub mod locate_robot;
 pub mod monitors;
+pub mod own_motion;
 pub mod skid_steer;
 pub mod strategic_knowledge;
 pub mod strategy_planner;

@@ -5,10 +5,11 @@ use slate_plugin::interfaces::{Point2, Pose2, Sighting, Sightings};
 use slate_plugin::prelude::*;
 
 /// Another robot.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Which one.
-    pub name: String,
+    #[serde(with = "name")]
+    pub name: Text<28>,
     /// In the world, metres.
     pub x: f64,
     /// In the world, metres.
@@ -25,10 +26,10 @@ pub fn placed(pose: Pose2, seen: &Sighting) -> Point2 {
     Point2 { x: pose.x + seen.range * math::cos(direction), y: pose.y + seen.range * math::sin(direction) }
 }
 
-/// The robots that are seen, and how they move.
+/// The robots that are seen, and how they move: as many as a sensor can tell of.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tracks {
-    list: Vec<Track>,
+    list: [Option<Track>; 8],
 }
 
 /// A velocity follows what is seen with this time constant, seconds.
@@ -44,8 +45,11 @@ impl Tracks {
             if !(x.is_finite() && y.is_finite()) {
                 continue;
             }
-            let Some(track) = self.list.iter_mut().find(|track| track.name == seen.name.as_str()) else {
-                self.list.push(Track { name: seen.name.as_str().into(), x, y, velocity: [0.0; 2], time });
+            let mut known = self.list.iter_mut().flatten();
+            let Some(track) = known.find(|track| track.name == seen.name) else {
+                if let Some(free) = self.list.iter_mut().find(|track| track.is_none()) {
+                    *free = Some(Track { name: seen.name, x, y, velocity: [0.0; 2], time });
+                }
                 continue;
             };
             let elapsed = time - track.time;
@@ -59,11 +63,27 @@ impl Tracks {
                 (track.x, track.y, track.velocity, track.time) = (x, y, velocity, time);
             }
         }
-        self.list.retain(|track| time - track.time <= LOST);
+        for track in &mut self.list {
+            *track = track.filter(|track| time - track.time <= LOST);
+        }
     }
 
     /// The robots.
     pub fn iter(&self) -> impl Iterator<Item = &Track> {
-        self.list.iter()
+        self.list.iter().flatten()
+    }
+}
+
+/// A name, saved as text.
+mod name {
+    use serde::{Deserialize, Deserializer, Serializer};
+    use slate_plugin::prelude::Text;
+
+    pub fn serialize<S: Serializer>(name: &Text<28>, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(name.as_str())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Text<28>, D::Error> {
+        Ok(Text::new(&String::deserialize(deserializer)?))
     }
 }
