@@ -103,7 +103,9 @@ fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failur
 /// The files that an agent writes by its configuration.
 fn written(configuration: &Configuration) -> impl Iterator<Item = &Spanned<PathBuf>> {
     let log = configuration.log().targets.file.as_ref().map(|file| &file.path);
-    log.into_iter().chain(configuration.snapshot().map(|snapshot| &snapshot.file))
+    let snapshot = configuration.snapshot().map(|snapshot| &snapshot.file);
+    let memories = configuration.modules().iter().filter_map(|module| module.memory.as_ref());
+    log.into_iter().chain(snapshot).chain(memories)
 }
 
 /// A path as others that lead to the same file are written, too.
