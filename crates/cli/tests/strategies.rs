@@ -97,6 +97,17 @@ fn the_memory_is_an_input_of_the_run() {
 }
 
 #[test]
+fn who_goes_on_from_a_snapshot_began_with_what_that_run_began_with() {
+    let folder = folder("strategies_resumed");
+    let straight = run(&folder, &[REMEMBERS, "snapshot.at=35s", "snapshot.file=r2.snapshot"]);
+    let after = std::fs::read(folder.join("r2.memory")).unwrap();
+    let resumed = slate(&folder, &["run", "--resume", "r2.snapshot", "--headless", "--json"]);
+    assert_eq!(prints(&json(&resumed)), prints(&json(&straight)), "the memory of the file came later");
+    assert_eq!(prints(&json(&resumed)).0, "none");
+    assert_eq!(std::fs::read(folder.join("r2.memory")).unwrap(), after);
+}
+
+#[test]
 fn a_damaged_memory_starts_no_run() {
     let folder = folder("strategies_damaged");
     let file = folder.join("r2.memory");

@@ -1,4 +1,4 @@
-use slate_module::{Bool, Input, Output, Queue, Sequence, Text, interface, ports};
+use slate_module::{Bool, Input, Output, Queue, Sequence, Text, Tick, interface, ports};
 
 use super::strategy::{StoredPlan, StrategyModel, StrategyReport};
 use crate::ActionRequest;
@@ -57,8 +57,8 @@ pub struct StrategyPorts {
     /// How plans went, from the Plan.
     #[window(16)]
     outcomes: Queue<PlanOutcome>,
-    /// The most promising plan of the role. Written anew when role or library were told, and when a plan has failed: each
-    /// time the Plan may begin with it.
+    /// The most promising plan of the role. Written at the beginning, when role or library have changed, and when a plan has
+    /// failed: each time the Plan may begin with it.
     strategy: Output<PlanDescription>,
     /// How all plans have done.
     report: Output<StrategyReport>,
@@ -66,17 +66,18 @@ pub struct StrategyPorts {
 
 impl StrategyModel {
     /// Takes over what the ports tell, and writes what follows from it.
-    pub fn update(&mut self, ports: &StrategyPorts) {
-        let (mut begins, mut changed) = (false, false);
-        if let Some(role) = ports.role.new() {
+    pub fn update(&mut self, ports: &StrategyPorts, now: &Tick) {
+        // What is remembered may be all that there is to tell.
+        let (mut begins, mut changed) = (now.number() == 1, false);
+        // Whoever gives roles may say the same again and again.
+        if let Some(role) = ports.role.new().filter(|role| role.name.as_str() != self.role()) {
             self.take_role(role.name.as_str());
             begins = true;
         }
         if let Some(library) = ports.library.new() {
             for plan in library.plans.iter() {
-                self.learn(plan.name.as_str(), plan.role.as_str(), &plan.actions);
+                begins |= self.learn(plan.name.as_str(), plan.role.as_str(), &plan.actions);
             }
-            begins = true;
         }
         for outcome in ports.outcomes.iter() {
             let (role, name) = (outcome.role.as_str(), outcome.name.as_str());

@@ -26,14 +26,13 @@ impl StoredPlan {
         (self.succeeded as f64 + 1.0) / (self.tried as f64 + 2.0)
     }
 
-    fn record(&mut self, success: bool, seconds: f64) -> bool {
+    fn record(&mut self, success: bool, seconds: f64) {
         // What was remembered may be any number.
         self.tried = self.tried.saturating_add(1);
         if success {
             self.succeeded = self.succeeded.saturating_add(1);
             self.seconds += seconds;
         }
-        true
     }
 }
 
@@ -58,9 +57,10 @@ impl StrategyModel {
         role.clone_into(&mut self.role);
     }
 
-    /// Learns a plan; one of the same name and role gets its actions and keeps its outcomes.
-    pub fn learn(&mut self, name: &str, role: &str, actions: &[ActionRequest]) {
+    /// Learns a plan; one of the same name and role gets its actions and keeps its outcomes. False when it is known already.
+    pub fn learn(&mut self, name: &str, role: &str, actions: &[ActionRequest]) -> bool {
         match self.plans.iter_mut().find(|plan| plan.name == name && plan.role == role) {
+            Some(plan) if plan.actions == actions => return false,
             Some(plan) => plan.actions = actions.to_vec(),
             None => self.plans.push(StoredPlan {
                 name: name.into(),
@@ -71,6 +71,7 @@ impl StrategyModel {
                 seconds: 0.0,
             }),
         }
+        true
     }
 
     /// The most promising plan of the robot's role; of equal ones the one learned first.
@@ -82,14 +83,14 @@ impl StrategyModel {
     /// Notes how a plan of the robot's role went and how many seconds it took; false when there is no such plan.
     pub fn record(&mut self, name: &str, success: bool, seconds: f64) -> bool {
         let index = self.plans.iter().position(|plan| plan.name == name && plan.role == self.role);
-        index.is_some_and(|index| self.plans[index].record(success, seconds))
+        index.map(|index| self.plans[index].record(success, seconds)).is_some()
     }
 
     /// As [`record`](StrategyModel::record), of a plan of any role: the robot may have another one by now.
     pub fn record_for(&mut self, role: &str, name: &str, success: bool, seconds: f64) -> bool {
         let mut plans = self.plans.iter_mut();
         let plan = plans.find(|plan| plan.name == name && plan.role == role);
-        plan.is_some_and(|plan| plan.record(success, seconds))
+        plan.map(|plan| plan.record(success, seconds)).is_some()
     }
 
     /// All plans, in the order in which they were learned.

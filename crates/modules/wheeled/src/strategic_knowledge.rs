@@ -25,6 +25,6 @@ impl Knowledge for StrategicKnowledge {
         now: &Tick,
     ) {
         WheeledKnowledge::update(&mut (), models, params, now);
-        strategies.update(ports);
+        strategies.update(ports, now);
     }
 }

@@ -64,6 +64,9 @@ fn the_role_and_past_outcomes_choose_the_plan() {
     let mut knowledge = knowing();
     assert_eq!(told(&mut knowledge).as_deref(), Some("west"), "of equal ones the first");
     assert_eq!(told(&mut knowledge), None, "nothing has happened");
+    knowledge.set("role", role("messenger"));
+    knowledge.set("library", library());
+    assert_eq!(told(&mut knowledge), None, "it is told what it knows");
     knowledge.push("outcomes", outcome("messenger", "west", false));
     assert_eq!(told(&mut knowledge).as_deref(), Some("east"));
     knowledge.push("outcomes", outcome("messenger", "east", true));
