@@ -2,6 +2,7 @@
 
 mod build;
 mod catalogue;
+mod changes;
 mod composer;
 mod composition;
 mod consent;
@@ -26,7 +27,7 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
-use crate::aspects::{Means, PluginControl, ThreadKeeper};
+use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Arenas;
@@ -77,6 +78,8 @@ pub struct Options {
     /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
     /// first, with the same plugins. Nothing for this program.
     pub isolation_program: Option<PathBuf>,
+    /// Whether files of the configuration that are edited are taken over, when the agent is loaded with a database.
+    pub follows_files: bool,
     /// What carries values to other agents and from them, if links or `[share]` want that.
     pub sharing: Option<Box<dyn Sharing>>,
 }
@@ -94,6 +97,7 @@ impl Default for Options {
             time_source: None,
             calendar: None,
             isolation_program: None,
+            follows_files: true,
             sharing: None,
         }
     }
@@ -175,6 +179,7 @@ impl Agent {
         let hang = Duration::from_nanos(configuration.hang().value);
         let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
         let control = Arc::new(PluginControl::default());
+        let changes = SettingsControl::new(lockstep);
         let means = Means {
             board: Arc::clone(&board),
             actuators: Arc::default(),
@@ -183,6 +188,7 @@ impl Agent {
             synchronization: Arc::clone(&shared.synchronization),
             threads: Arc::clone(&threads),
             plugins: Arc::clone(&control),
+            settings: Arc::clone(&changes),
             takeovers: Arc::default(),
             time: Arc::default(),
         };
@@ -231,6 +237,8 @@ impl Agent {
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
+        changes.connect(composer.downgrade());
+        shared.change_with(changes);
         shared.logger.show(&shared.board)?;
         composer.start(plugins).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
@@ -254,8 +262,9 @@ impl Agent {
     /// # Errors
     /// As [`load`](Agent::load).
     pub fn load_with(database: &Database, plugins: &[Plugin], options: Options) -> Result<Self, StartError> {
+        let follows_files = options.follows_files;
         let mut agent = Self::load(&database.current(), plugins, options)?;
-        agent.settings = Some(Settings::follow(database, &agent.composer)?);
+        agent.settings = Some(Settings::follow(database, &agent.composer, follows_files)?);
         Ok(agent)
     }
 
@@ -339,6 +348,9 @@ impl Agent {
         self.shared.take_token();
         let flow = cycle(&self.shared);
         self.shared.give_token_back();
+        if flow != Flow::Lost {
+            self.shared.change();
+        }
         flow != Flow::Lost
     }
 
