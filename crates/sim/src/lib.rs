@@ -5,8 +5,10 @@
 pub mod contact;
 pub mod drive;
 mod error;
+pub mod fault;
 pub mod geometry;
 pub mod grid;
+pub mod laser;
 pub mod layout;
 mod rate;
 mod referee;

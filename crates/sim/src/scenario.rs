@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::blackboard::interface::Value;
 
+use crate::fault::{self, Fault, FaultySensor};
 use crate::geometry::{Point, Polygon, Pose};
 use crate::layout;
-use crate::robot::RobotDescription;
+use crate::robot::{LaserDescription, RobotDescription};
 use crate::script::RandomWalk;
 use crate::simulation::Placement;
 use crate::world::{Body, DescriptionError, World};
@@ -52,6 +53,9 @@ pub struct Section {
     /// How `scattered` places things.
     #[serde(default)]
     pub scattered: Option<layout::Scattered>,
+    /// What goes wrong with the robots' sensors, by a name for each fault.
+    #[serde(default)]
+    pub faults: BTreeMap<String, serde_json::Value>,
 }
 
 fn random_layout() -> String {
@@ -75,6 +79,9 @@ pub struct RobotEntry {
     /// Its sonar profile, if it is not the world's; empty for none.
     #[serde(default)]
     pub sonar: Option<String>,
+    /// The laser scanner that it carries; none unless said.
+    #[serde(default)]
+    pub laser: Option<String>,
     /// Its profile of the sensor that sees other robots, if it is not the world's; empty for none.
     #[serde(default)]
     pub robot_sensor: Option<String>,
@@ -111,6 +118,10 @@ pub struct Scenario {
     pub sonar: String,
     /// In how many threads the robots measure.
     pub threads: usize,
+    /// The laser scanners of the robots that carry one.
+    pub lasers: BTreeMap<String, LaserDescription>,
+    /// What goes wrong with the robots' sensors.
+    pub faults: BTreeMap<String, Vec<Fault>>,
 }
 
 impl Scenario {
@@ -124,7 +135,7 @@ impl Scenario {
         let table = serde_json::to_value(table).map_err(|error| wrong(error.to_string()))?;
         let section: Section = serde_json::from_value(table).map_err(|error| wrong(error.to_string()))?;
         let mut world = World::load(&section.arena).map_err(|error| error.of("[world] arena"))?;
-        let mut descriptions = BTreeMap::new();
+        let (mut descriptions, mut lasers) = (BTreeMap::new(), BTreeMap::new());
         for (name, entry) in &section.robots {
             let mut description = RobotDescription::load(&entry.model)
                 .map_err(|error| error.of(&format!("[world] robots.{name}")))?;
@@ -132,8 +143,18 @@ impl Scenario {
             if let Some(profile) = own.or(section.robot_sensor.as_ref()) {
                 choose(&mut description, profile, own.is_some())?;
             }
+            if let Some(laser) = entry.laser.as_ref().filter(|laser| !laser.is_empty()) {
+                lasers.insert(name.clone(), laser_of(&description, laser)?);
+            }
             descriptions.insert(name.clone(), description);
         }
+        let sensors = section.robots.iter().map(|(name, entry)| {
+            let sonar = sonar_of(entry, &descriptions[name], &section.sonar);
+            let sonar = Some(FaultySensor::Sonar).filter(|_| !sonar.is_empty());
+            let laser = lasers.get(name).map(|_| FaultySensor::Laser);
+            (name.clone(), sonar.into_iter().chain(laser).collect())
+        });
+        let faults = fault::read(&section.faults, &sensors.collect())?;
         section.random.as_ref().map_or(Ok(()), layout::ObstructedWay::check)?;
         section.scattered.as_ref().map_or(Ok(()), layout::Scattered::check)?;
         let goals: BTreeMap<String, Vec<Point>> = section
@@ -199,6 +220,8 @@ impl Scenario {
             step,
             sonar: section.sonar,
             threads: section.threads,
+            lasers,
+            faults,
         })
     }
 
@@ -220,6 +243,18 @@ fn sonar_of(entry: &RobotEntry, description: &RobotDescription, of_world: &str) 
         None if description.sonar.is_empty() => String::new(),
         None => of_world.into(),
     }
+}
+
+/// The laser scanner of that name that a robot may carry.
+fn laser_of(description: &RobotDescription, name: &str) -> Result<LaserDescription, DescriptionError> {
+    description.laser.get(name).cloned().ok_or_else(|| {
+        let known: Vec<_> = description.laser.keys().map(String::as_str).collect();
+        let message = match known[..] {
+            [] => format!("no laser `{name}`: it carries none"),
+            _ => format!("no laser `{name}`; there are {}", known.join(", ")),
+        };
+        DescriptionError::new(&description.name, message)
+    })
 }
 
 /// Leaves a robot the one profile of the sensor that sees other robots that it shall have. What is said for the whole

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::fault::{Display, Measurement};
+use crate::laser::LaserScanner;
 use crate::robot_sensor::RobotSensor;
 use crate::sonar::{Echo, SonarRing};
 use crate::surroundings::{Nearby, Surroundings};
@@ -11,7 +13,35 @@ use crate::surroundings::{Nearby, Surroundings};
 pub(crate) struct Sensors {
     pub sonar: Option<SonarRing>,
     pub echoes: Vec<Echo>,
+    #[serde(default)]
+    pub laser: Option<LaserScanner>,
     pub robot_sensor: Option<RobotSensor>,
+    /// What others see of the sonars' echoes.
+    #[serde(default)]
+    pub sonar_display: Display<Vec<Echo>>,
+    /// What others see of the laser's ranges.
+    #[serde(default)]
+    pub laser_display: Display<Vec<f32>>,
+}
+
+impl Measurement for Vec<Echo> {
+    fn is_none(&self) -> bool {
+        self.is_empty()
+    }
+
+    fn spoil(&mut self) {
+        self.fill(Echo { range: f64::NAN, heard: true });
+    }
+}
+
+impl Measurement for Vec<f32> {
+    fn is_none(&self) -> bool {
+        self.is_empty()
+    }
+
+    fn spoil(&mut self) {
+        self.fill(f32::NAN);
+    }
 }
 
 impl Sensors {
@@ -23,6 +53,9 @@ impl Sensors {
                 surroundings.look_around(own, ring.description().range_max, ring.aside(), nearby);
                 ring.sweep(sounding, surroundings.robots()[own].frame(), nearby, &mut self.echoes);
             }
+        }
+        if let Some(laser) = &mut self.laser {
+            laser.look(own, surroundings, now, nearby);
         }
         if let Some(sensor) = &mut self.robot_sensor {
             sensor.look(own, surroundings, now);

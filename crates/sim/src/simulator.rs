@@ -2,8 +2,8 @@
 //! actuators got in the last one, and shows what the robots' sensors measure.
 
 use slate_interfaces::{
-    Bumper, Chassis, Clearance, Contact, Contacts, Echo, FourWheelSpeeds, Odometry, Orientation, Pose2,
-    Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
+    Bumper, Chassis, Clearance, Contact, Contacts, Echo, FourWheelSpeeds, LaserScan, Odometry, Orientation,
+    Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_module::prelude::*;
 use slate_module::{
@@ -56,6 +56,13 @@ struct BumperIo {
     bumper: Output<Bumper>,
 }
 
+/// What a robot with a laser scanner offers.
+#[ports]
+struct LaserIo {
+    /// What the laser scanner measured.
+    laser: Output<LaserScan>,
+}
+
 /// What a robot offers that sees others.
 #[ports]
 struct SightingsIo {
@@ -89,14 +96,16 @@ pub struct Simulator {
 struct Abilities {
     drive: DriveKind,
     bumper: bool,
+    laser: bool,
     robot_sensor: bool,
 }
 
 impl Abilities {
-    fn of(placement: &Placement) -> Self {
+    fn of(scenario: &Scenario, placement: &Placement) -> Self {
         Self {
             drive: placement.description.drive.kind,
             bumper: placement.description.bumper.is_some(),
+            laser: scenario.lasers.contains_key(&placement.name),
             robot_sensor: placement.robot_sensor().is_some(),
         }
     }
@@ -109,6 +118,9 @@ impl Abilities {
         ports.extend(RobotIo::describe());
         if self.bumper {
             ports.extend(BumperIo::describe());
+        }
+        if self.laser {
+            ports.extend(LaserIo::describe());
         }
         if self.robot_sensor {
             ports.extend(SightingsIo::describe());
@@ -124,7 +136,7 @@ impl Instance for Simulator {
         let scenario = scenario(setup)?;
         let mut ports = WorldIo::describe();
         for placement in &scenario.placements {
-            for mut port in Abilities::of(placement).ports() {
+            for mut port in Abilities::of(&scenario, placement).ports() {
                 port.name = format!("{}/{}", placement.name, port.name);
                 ports.push(port);
             }
@@ -155,7 +167,14 @@ impl Instance for Simulator {
         simulation.set_threads(scenario.threads);
         let rings = (0..simulation.robot_count()).map(|robot| ring(&simulation, robot)).collect();
         let chassis = scenario.placements.iter().map(|placement| placement.description.chassis()).collect();
-        let abilities = scenario.placements.iter().map(Abilities::of).collect();
+        let abilities = scenario.placements.iter().map(|placement| Abilities::of(&scenario, placement));
+        let abilities = abilities.collect();
+        for (robot, Placement { name, .. }) in scenario.placements.iter().enumerate() {
+            if let Some(laser) = scenario.lasers.get(name) {
+                simulation.mount_laser(robot, laser, setup.seed);
+            }
+            simulation.set_faults(robot, scenario.faults.get(name).map_or(&[], Vec::as_slice));
+        }
         Ok(Self { simulation, rings, chassis, abilities, threads: scenario.threads, started: false })
     }
 
@@ -172,7 +191,7 @@ impl Instance for Simulator {
             }
         });
         for robot in 0..self.simulation.robot_count() {
-            let Abilities { drive, bumper, robot_sensor } = self.abilities[robot];
+            let Abilities { drive, bumper, laser, robot_sensor } = self.abilities[robot];
             // What the wheels are told now takes effect in the next cycle.
             let wheels = match drive {
                 DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(&io.wheels)),
@@ -182,6 +201,9 @@ impl Instance for Simulator {
             ports.with(|io: &RobotIo| self.show(robot, io));
             if bumper {
                 ports.with(|io: &BumperIo| self.feel(robot, io));
+            }
+            if laser {
+                ports.with(|io: &LaserIo| self.scan(robot, io));
             }
             if robot_sensor {
                 ports.with(|io: &SightingsIo| self.see(robot, io));
@@ -216,7 +238,7 @@ impl Simulator {
 
     fn show(&mut self, robot: usize, io: &RobotIo) {
         io.chassis.set(self.chassis[robot]);
-        if let Some((echoes, _)) = self.simulation.sonar(robot) {
+        if let Some(echoes) = self.simulation.shown_sonar(robot) {
             let mut heard = [Echo::default(); 16];
             for (slot, echo) in heard.iter_mut().zip(echoes) {
                 *slot = Echo { range: echo.range, heard: echo.heard.into(), reserved: [0; 7] };
@@ -237,6 +259,18 @@ impl Simulator {
     fn feel(&self, robot: usize, io: &BumperIo) {
         let felt = self.simulation.felt(robot);
         io.bumper.set(Bumper { front: felt.front.into(), back: felt.back.into() });
+    }
+
+    fn scan(&mut self, robot: usize, io: &LaserIo) {
+        let Some((ranges, laser)) = self.simulation.shown_laser(robot) else { return };
+        // No scanner has more beams than an output of this interface has room for.
+        io.laser.write(ranges.len(), |scan| {
+            scan.angle_min = laser.angle_of(0);
+            scan.angle_increment = laser.increment();
+            scan.range_min = laser.range_min;
+            scan.range_max = laser.range_max;
+            scan.ranges.copy_from_slice(ranges);
+        });
     }
 
     fn see(&self, robot: usize, io: &SightingsIo) {

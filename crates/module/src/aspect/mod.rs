@@ -79,11 +79,13 @@
 //! ```
 
 mod actuators;
+mod answer;
 mod blackboard;
 mod logger;
 mod main_loop;
 mod network;
 mod plugins;
+mod settings;
 mod synchronization;
 mod threads;
 mod time_source;
@@ -95,11 +97,13 @@ use std::ops::Deref;
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use actuators::{ActuatorState, Actuators};
+pub use answer::{Answer, PENDING};
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen, answered};
 pub use logger::Logger;
 pub use main_loop::{LoopPlace, LoopStage, MainLoop, Policy, PolicyTable, StageTable};
 pub use network::{Connection, Datagrams, Listener, Network, NetworkAddress, SEND_LIMIT, SOCKET_LIMIT};
-pub use plugins::{PENDING, PluginAnswer, PluginEntry, Plugins};
+pub use plugins::{PluginAnswer, PluginEntry, Plugins};
+pub use settings::Settings;
 pub use synchronization::Synchronization;
 pub use threads::{FULL, Stop, ThreadBody, ThreadState, Threads};
 pub use time_source::TimeSource;

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::answered;
-use super::{Service, service};
+use super::{Answer, Service, service};
 use crate::table::{Bytes, DONE, Sink};
 
 /// Loads, unloads and reloads the plugins of the agent.
@@ -48,34 +48,20 @@ pub struct Plugins {
     pub context: *mut (),
     /// Asks for a change ([`Plugins::LOAD`] and the others) of that plugin, after the tick; the number of the request.
     pub ask: unsafe extern "C" fn(*mut (), u32, Bytes) -> u64,
-    /// What came of a request: [`DONE`], [`REFUSED`](crate::table::REFUSED), [`PENDING`], with a text;
+    /// What came of a request: [`DONE`], [`REFUSED`](crate::table::REFUSED), [`PENDING`](super::PENDING), with a text;
     /// [`ABSENT`](super::ABSENT) for no request.
     pub answer: unsafe extern "C" fn(*mut (), u64, *const Sink) -> i32,
     /// Lists the plugins, a line each: name, version, and whether it is loaded (`1` or `0`), with tabs between.
     pub list: unsafe extern "C" fn(*mut (), *const Sink),
 }
 
-/// It is not done yet.
-pub const PENDING: i32 = 5;
-
 // SAFETY: plain C data; the host gives each module a service of its own, which is used in the module's tick alone.
 unsafe impl Service for Plugins {
     const DESCRIPTOR: &'static Descriptor = &service("plugins 1", "Loads, unloads and reloads plugins.");
 }
 
-/// What came of a request.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PluginAnswer {
-    /// Not done yet.
-    Pending,
-    /// Done; the text says what happened.
-    Done(String),
-    /// Nothing was changed, for that reason.
-    Refused(String),
-    /// There was no such request: it was one of a tick that failed, of an earlier instance of the module, or one of so
-    /// long ago that its answer was given up.
-    Unknown,
-}
+/// What came of a request for a change of plugins.
+pub type PluginAnswer = Answer;
 
 /// A plugin of the agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -121,12 +107,7 @@ impl Plugins {
     pub fn answer(&self, request: u64) -> PluginAnswer {
         // SAFETY: everything lives during the call.
         let (code, text) = answered(|sink| unsafe { (self.answer)(self.context, request, sink) });
-        match code {
-            DONE => PluginAnswer::Done(text),
-            PENDING => PluginAnswer::Pending,
-            super::ABSENT => PluginAnswer::Unknown,
-            _ => PluginAnswer::Refused(text),
-        }
+        Answer::from_code(code, text)
     }
 
     /// The plugins that were loaded when this tick began, and those of the configuration that were not.

@@ -69,9 +69,11 @@ impl Plan for GoToOriginPlanner {
         let distance = math::hypot(goal.x - x, goal.y - y);
         memory.arrived &= distance <= params.leave;
         let away = !memory.arrived && distance > params.tolerance;
+        let speeds = [params.speed, params.careful_speed];
+        let speed_changes = room_changed || memory.journey.has_other_speeds(speeds);
         // A reflex leaves the robot elsewhere, so the plan is made anew from there.
-        if (away && situation.needs_plan()) || changes_speed(room_changed, situation) {
-            memory.journey.go(*goal, [params.speed, params.careful_speed], params.tolerance, plan);
+        if (away && situation.needs_plan()) || changes_speed(speed_changes, situation) {
+            memory.journey.go(*goal, speeds, params.tolerance, plan);
         }
     }
 }

@@ -16,6 +16,9 @@ pub struct Journey {
     position: Option<(f64, f64)>,
     /// Whether it was told which way the robot looks.
     oriented: bool,
+    /// The two speeds of the way that the robot was sent last.
+    #[serde(default)]
+    speeds: Option<[f64; 2]>,
 }
 
 impl Journey {
@@ -53,14 +56,21 @@ impl Journey {
         ended.any(|ended| ended.kind.as_str() == GoToOrigin::KIND && ended.ending == Ending::COMPLETED)
     }
 
+    /// Whether the robot is on a way that it was sent at other speeds: they were changed since.
+    pub fn has_other_speeds(&self, speeds: [f64; 2]) -> bool {
+        self.speeds.is_some_and(|own| own != speeds)
+    }
+
     /// Sends the robot to a place, at one of two speeds (m/s): where there is room, and where it is crowded.
-    pub fn go(&self, goal: Point2, [speed, careful_speed]: [f64; 2], tolerance: f64, plan: &mut Agenda<'_>) {
+    pub fn go(&mut self, goal: Point2, speeds: [f64; 2], tolerance: f64, plan: &mut Agenda<'_>) {
+        self.speeds = Some(speeds);
+        let [speed, careful_speed] = speeds;
         let speed = if self.crowded { careful_speed } else { speed };
         plan.replace(GoToOrigin::request(Leg { x: goal.x, y: goal.y, speed, tolerance }));
     }
 }
 
-/// Whether what is under way must be planned anew, as a change of room changes its speed.
+/// Whether what is under way must be planned anew, as a change of room, or of what is set, changes its speed.
 pub fn changes_speed(room_changed: bool, situation: &Situation<'_>) -> bool {
     room_changed && !situation.is_reactive() && !situation.is_idle()
 }

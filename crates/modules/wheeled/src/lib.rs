@@ -24,6 +24,7 @@ pub mod go_to_origin;
 pub mod journey;
 pub mod keep_wall;
 pub mod knowledge;
+pub mod laser_ring;
 pub mod localize;
 pub mod locate_robot;
 pub mod monitors;
@@ -34,12 +35,13 @@ pub mod strategy_planner;
 pub mod tracks;
 
 use slate_plugin::mapek::{
-    AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock,
+    AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock, SensorBlock,
 };
 use slate_plugin::prelude::*;
 
 plugin!(
     arrival::Arrival,
+    SensorBlock<laser_ring::LaserRing>,
     MonitorBlock<monitors::RangeMonitor>,
     MonitorBlock<monitors::PositionMonitor>,
     MonitorBlock<monitors::OrientationMonitor>,

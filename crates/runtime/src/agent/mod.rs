@@ -2,6 +2,7 @@
 
 mod build;
 mod catalogue;
+mod changes;
 mod composer;
 mod composition;
 mod consent;
@@ -27,7 +28,7 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 use slate_safety::StopLatch;
 
-use crate::aspects::{Means, PluginControl, ThreadKeeper};
+use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Arenas;
@@ -81,6 +82,8 @@ pub struct Options {
     pub isolation_program: Option<PathBuf>,
     /// Whether [`Agent::remember`] is to write what modules remember; their files are kept from other runs until then.
     pub keeps_memory: bool,
+    /// Whether files of the configuration that are edited are taken over, when the agent is loaded with a database.
+    pub follows_files: bool,
     /// What carries values to other agents and from them, if links or `[share]` want that.
     pub sharing: Option<Box<dyn Sharing>>,
 }
@@ -99,6 +102,7 @@ impl Default for Options {
             calendar: None,
             isolation_program: None,
             keeps_memory: false,
+            follows_files: true,
             sharing: None,
         }
     }
@@ -183,6 +187,7 @@ impl Agent {
         let hang = Duration::from_nanos(configuration.hang().value);
         let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
         let control = Arc::new(PluginControl::default());
+        let changes = SettingsControl::new(lockstep);
         let means = Means {
             board: Arc::clone(&board),
             actuators: Arc::default(),
@@ -191,6 +196,7 @@ impl Agent {
             synchronization: Arc::clone(&shared.synchronization),
             threads: Arc::clone(&threads),
             plugins: Arc::clone(&control),
+            settings: Arc::clone(&changes),
             takeovers: Arc::default(),
             time: Arc::default(),
         };
@@ -239,6 +245,8 @@ impl Agent {
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
+        changes.connect(composer.downgrade());
+        shared.change_with(changes);
         shared.logger.show(&shared.board)?;
         let restored = composer.start(plugins, &states).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
@@ -264,8 +272,9 @@ impl Agent {
     /// # Errors
     /// As [`load`](Agent::load).
     pub fn load_with(database: &Database, plugins: &[Plugin], options: Options) -> Result<Self, StartError> {
+        let follows_files = options.follows_files;
         let mut agent = Self::load(&database.current(), plugins, options)?;
-        agent.settings = Some(Settings::follow(database, &agent.composer)?);
+        agent.settings = Some(Settings::follow(database, &agent.composer, follows_files)?);
         Ok(agent)
     }
 
@@ -349,6 +358,9 @@ impl Agent {
         self.shared.take_token();
         let flow = cycle(&self.shared);
         self.shared.give_token_back();
+        if flow != Flow::Lost {
+            self.shared.change();
+        }
         flow != Flow::Lost
     }
 

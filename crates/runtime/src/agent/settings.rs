@@ -17,11 +17,11 @@ use crate::configuration::{Change, Configuration, Database, Diagnostic, Edit, Re
 pub(super) struct Settings {
     pub database: Database,
     _subscription: Subscription,
-    _watch: Watch,
+    _watch: Option<Watch>,
 }
 
 impl Settings {
-    pub fn follow(database: &Database, composer: &Composer) -> Result<Self, Report> {
+    pub fn follow(database: &Database, composer: &Composer, files: bool) -> Result<Self, Report> {
         // The database may outlive the agent, and then judges nothing by it.
         let judge = composer.downgrade();
         database.validate_with(Box::new(move |configuration, changes| match judge.upgrade() {
@@ -45,7 +45,7 @@ impl Settings {
             }
         })?;
         let reporter = composer.downgrade();
-        let watch = database.watch(move |edit| report(&reporter, edit))?;
+        let watch = files.then(|| database.watch(move |edit| report(&reporter, edit))).transpose()?;
         Ok(Self { database: database.clone(), _subscription: subscription, _watch: watch })
     }
 }

@@ -8,6 +8,7 @@ mod main_loop;
 mod network;
 mod place;
 mod plugins;
+mod settings;
 mod synchronization;
 mod threads;
 mod time_source;
@@ -28,6 +29,7 @@ use crate::main_loop::Takeovers;
 use crate::synchronization::Synchronization;
 pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
 pub(crate) use plugins::PluginControl;
+pub(crate) use settings::SettingsControl;
 pub(crate) use threads::{Closed, Lingering, ThreadKeeper};
 pub(crate) use time_source::{PlaceTime, TimePlace};
 pub(crate) use transforms::followed;
@@ -70,6 +72,7 @@ pub(crate) struct Means {
     pub synchronization: Arc<Synchronization>,
     pub threads: Arc<ThreadKeeper>,
     pub plugins: Arc<PluginControl>,
+    pub settings: Arc<SettingsControl>,
 }
 
 /// Makes a service for a module.
@@ -85,6 +88,7 @@ const SERVICES: &[(&Descriptor, Maker)] = &[
     (aspect::TimeSource::DESCRIPTOR, time_source::make),
     (aspect::Logger::DESCRIPTOR, logger::make),
     (aspect::Plugins::DESCRIPTOR, plugins::make),
+    (aspect::Settings::DESCRIPTOR, settings::make),
     (aspect::Synchronization::DESCRIPTOR, synchronization::make),
     (aspect::Threads::DESCRIPTOR, threads::make),
 ];

@@ -35,7 +35,7 @@ pub(crate) fn drive(shared: &Shared) {
     let cycles = || {
         while shared.is_running() {
             match cycle(shared) {
-                Flow::Next => {}
+                Flow::Next => shared.change_here(),
                 Flow::Stop => break,
                 Flow::Lost => return false,
             }

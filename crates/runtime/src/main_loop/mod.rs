@@ -31,6 +31,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use slate_blackboard::Board;
 
 use crate::actuators::Actuator;
+use crate::aspects::SettingsControl;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
@@ -205,6 +206,8 @@ pub(crate) struct Shared {
     gauges: LoopGauges,
     /// Looks at the end of each cycle whether there is something to do between two of them.
     after_cycle: OnceLock<AfterCycle>,
+    /// What changes the configuration for modules.
+    changes: OnceLock<Arc<SettingsControl>>,
     publisher: Mutex<Publisher>,
     cycle_start: Option<Emitter>,
     cycle_end: Option<Emitter>,
@@ -280,6 +283,7 @@ impl Shared {
             changed: Condvar::new(),
             gauges: LoopGauges::default(),
             after_cycle: OnceLock::new(),
+            changes: OnceLock::new(),
             deadline: AtomicU64::new(0),
             shortest_timeout: AtomicU64::new(u64::MAX),
             after_tick: Arc::default(),
@@ -331,6 +335,29 @@ impl Shared {
     pub fn watch_cycles(&self, look: AfterCycle) {
         // An agent sets it when it is loaded.
         let _ = self.after_cycle.set(look);
+    }
+
+    /// Has the changes made here that modules ask for. Only the first one counts.
+    pub fn change_with(&self, changes: Arc<SettingsControl>) {
+        // An agent sets it when it is loaded.
+        let _ = self.changes.set(changes);
+    }
+
+    /// Makes the changes that modules have asked for in the last cycle, if they are to be made here; nobody has the token
+    /// meanwhile.
+    pub fn change(&self) {
+        if let Some(changes) = self.changes.get().filter(|changes| self.lockstep && changes.is_asked()) {
+            changes.carry_out();
+        }
+    }
+
+    /// The same for who has the token, and has it again then.
+    fn change_here(&self) {
+        if self.lockstep && self.changes.get().is_some_and(|changes| changes.is_asked()) {
+            self.token.give_back();
+            self.change();
+            self.token.take();
+        }
     }
 
     /// Takes the token for a single cycle.

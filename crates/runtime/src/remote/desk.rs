@@ -82,7 +82,7 @@ impl Desk {
                     self.check_remote(&link, &from)?;
                 }
                 if !dry_run {
-                    self.say_changes("linked", &changes);
+                    self.composer.say_changes("a tool has linked", &changes);
                 }
                 result(self.changed(changes))
             }
@@ -91,7 +91,7 @@ impl Desk {
                 let changes = if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) };
                 let changes = changes.map_err(refused)?;
                 if !dry_run {
-                    self.say_changes("unlinked", &changes);
+                    self.composer.say_changes("a tool has unlinked", &changes);
                 }
                 result(self.changed(changes))
             }

@@ -35,7 +35,7 @@ impl Desk {
             ),
             None => report.into(),
         })?;
-        self.say_changes("changed", &changed);
+        self.composer.say_changes("a tool has changed", &changed);
         result(self.changed(changed))
     }
 
@@ -46,23 +46,13 @@ impl Desk {
         if changed.is_empty() && !is_known && !path.trim().is_empty() {
             return Err(no_setting(database, path));
         }
-        self.say_changes("taken back", &changed);
+        self.composer.say_changes("a tool has taken back", &changed);
         result(self.changed(changed))
-    }
-
-    /// Tells who reads the log later why the robot is another one from here on.
-    pub(super) fn say_changes(&self, what: &str, changes: &[Change]) {
-        for Change { path, before, after, .. } in changes {
-            let default =
-                || self.default_of(path).map_or("none".into(), |default| format!("{default} (default)"));
-            let value = |value: &Option<Value>| value.as_ref().map_or_else(default, Value::to_string);
-            self.composer.say(&format!("a tool has {what} {path}: {} -> {}", value(before), value(after)));
-        }
     }
 
     pub(super) fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
         let changed = |change: Change| Changed {
-            default: self.default_of(&change.path),
+            default: self.composer.default_at(&change.path),
             path: change.path,
             before: text(change.before),
             after: text(change.after),
@@ -84,23 +74,13 @@ impl Desk {
 
     pub(super) fn differences(&self) -> Done {
         let different = self.database()?.diff().into_iter().map(|difference| Different {
-            default: self.default_of(&difference.path),
+            default: self.composer.default_at(&difference.path),
             path: difference.path,
             file: text(difference.file),
             present: text(difference.present),
             origin: difference.origin.map(|origin| origin.to_string()),
         });
         result(different.collect::<Vec<_>>())
-    }
-
-    /// The value that a module has where nothing says another.
-    fn default_of(&self, path: &str) -> Option<String> {
-        let names = toml_edit::Key::parse(path).ok()?;
-        let names: Vec<&str> = names.iter().map(toml_edit::Key::get).collect();
-        let [section, module, part, name] = names[..] else { return None };
-        let value =
-            self.composer.default_of(module, name).filter(|_| (section, part) == ("modules", "params"))?;
-        serde_json::to_string(&value).ok()
     }
 
     pub(super) fn save(&self, to: SaveTo) -> Done {

@@ -1,6 +1,7 @@
 //! Robots as TOML: body, drive, sensors and noise.
 
 mod drive;
+mod laser;
 mod robot_sensor;
 mod sonar;
 
@@ -14,6 +15,7 @@ use crate::error::{DescriptionError, Step, text_of};
 use crate::geometry::{Point, Polygon};
 
 pub use drive::{DriveDescription, DriveKind, Friction, WheelFriction};
+pub use laser::LaserDescription;
 pub use robot_sensor::RobotSensorDescription;
 pub use sonar::SonarDescription;
 
@@ -40,6 +42,9 @@ pub struct RobotDescription {
     /// Profiles of its sonars, by name.
     #[serde(default)]
     pub sonar: BTreeMap<String, SonarDescription>,
+    /// Laser scanners that it may carry, by name.
+    #[serde(default)]
+    pub laser: BTreeMap<String, LaserDescription>,
     /// Profiles of the sensor that sees other robots, by name.
     #[serde(default)]
     pub robot_sensor: BTreeMap<String, RobotSensorDescription>,
@@ -129,6 +134,11 @@ impl RobotDescription {
         for (name, sensor) in &robot.robot_sensor {
             if let Some((key, message)) = sensor.mistake() {
                 return wrong(&[Step::Key("robot_sensor"), Step::Key(name), Step::Key(key)], message);
+            }
+        }
+        for (name, laser) in &robot.laser {
+            if let Some((key, message)) = laser.mistake() {
+                return wrong(&[Step::Key("laser"), Step::Key(name), Step::Key(key)], message);
             }
         }
         if let Some(BumperDescription { front, back }) = robot.bumper

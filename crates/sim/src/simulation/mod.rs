@@ -1,6 +1,7 @@
 //! Worlds with robots in virtual time.
 
 mod robot;
+mod sensing;
 
 use rapier2d_f64::prelude::{ColliderBuilder, PhysicsWorld, Pose as BodyPose, RigidBodyBuilder, Vector};
 use serde::{Deserialize, Serialize};
@@ -9,15 +10,15 @@ use slate_module::math::{atan2, wrap_angle};
 
 use crate::contact::{CAUSE_SPEED, Contact, Motion};
 use crate::drive::{Drive, FourWheels};
+use crate::fault::Display;
 use crate::geometry::{Gap, Point, Polygon, Pose};
 use crate::robot::{NoiseDescription, RobotDescription, RobotSensorDescription};
 use crate::robot_sensor::RobotSensor;
 use crate::script::{RandomWalk, Wanderer};
 use crate::sensors::Sensors;
-use crate::sonar::{Echo, SonarRing};
+use crate::sonar::SonarRing;
 use crate::surroundings::{Hull, Nearby, Surroundings};
 use crate::touching::{Felt, Touching};
-use crate::workers;
 use crate::world::{Body, DescriptionError, World};
 use robot::Robot;
 
@@ -178,6 +179,9 @@ impl Simulation {
         self.sensors.push(Sensors {
             sonar: ring.map(|profile| SonarRing::new(profile, stream("sonar"))),
             echoes: Vec::with_capacity(16),
+            laser: None,
+            sonar_display: Display::default(),
+            laser_display: Display::default(),
             robot_sensor: placement
                 .robot_sensor()
                 .map(|profile| RobotSensor::new(profile, stream("robot_sensor"))),
@@ -270,14 +274,6 @@ impl Simulation {
         self.touch();
     }
 
-    /// Lets the robots measure what is around them.
-    pub fn sense(&mut self) {
-        let Self { sensors, surroundings, now, nearby, .. } = self;
-        workers::each(sensors, nearby, |robot, sensors, nearby| {
-            sensors.sense(robot, surroundings, *now, nearby);
-        });
-    }
-
     /// Finds which contacts begin, and what robots feel of those that last.
     fn touch(&mut self) {
         let Self { physics, surroundings, robots, felt, touching, contacts, now, .. } = self;
@@ -346,17 +342,6 @@ impl Simulation {
     /// Where the robot's wheels say it is, and how it moves (m/s, rad/s).
     pub fn odometry(&self, robot: usize) -> (Pose, (f64, f64)) {
         self.robots[robot].drive.odometry()
-    }
-
-    /// What the robot's sonars heard, and what they are.
-    pub fn sonar(&self, robot: usize) -> Option<(&[Echo], &SonarRing)> {
-        let sensors = &self.sensors[robot];
-        sensors.sonar.as_ref().map(|ring| (sensors.echoes.as_slice(), ring))
-    }
-
-    /// The sensor that sees other robots, and what it saw.
-    pub fn robot_sensor(&self, robot: usize) -> Option<&RobotSensor> {
-        self.sensors[robot].robot_sensor.as_ref()
     }
 
     /// The distance from the robot's body to the nearest other one, metres.

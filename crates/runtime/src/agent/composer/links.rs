@@ -247,9 +247,9 @@ impl Composer {
 }
 
 impl Composition {
-    fn database(&self) -> Result<Database, Report> {
+    pub(in crate::agent) fn database(&self) -> Result<Database, Report> {
         self.database.clone().ok_or_else(|| {
-            let message = "the links of this agent can't change while it runs";
+            let message = "the configuration of this agent can't change while it runs";
             Diagnostic::without_place(message, Some("load it with a database".into())).into()
         })
     }

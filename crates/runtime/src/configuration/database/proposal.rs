@@ -126,13 +126,32 @@ impl Database {
     /// # Errors
     /// Everything that is wrong with any of them, and what the validators object to.
     pub fn propose(&self, changes: &[(impl AsRef<str>, impl AsRef<str>)]) -> Result<Proposal, Report> {
-        let texts: Vec<_> = changes
+        let changes: Vec<_> = changes
             .iter()
-            .map(|(path, value)| (format!("{}={}", path.as_ref(), value.as_ref()), path.as_ref().len()))
+            .map(|(path, value)| (path.as_ref().to_owned(), value.as_ref().to_owned()))
             .collect();
+        self.propose_instead(&[], &changes)
+    }
+
+    /// The configuration without the session's changes at some paths and below them, and with other changes, as
+    /// [`propose`](Self::propose) takes them, in their place.
+    ///
+    /// # Errors
+    /// As of [`propose`](Self::propose), and what is no path.
+    pub(crate) fn propose_instead(
+        &self,
+        taken_back: &[&str],
+        changes: &[(String, String)],
+    ) -> Result<Proposal, Report> {
+        let mut state = self.state();
+        for path in taken_back {
+            let prefix = Prefix::parse(path, state.configuration.described_as())?;
+            state.session.0.retain(|change| !prefix.holds(&change.path));
+        }
+        let texts: Vec<_> =
+            changes.iter().map(|(path, value)| (format!("{path}={value}"), path.len())).collect();
         let written: Vec<_> =
             texts.iter().map(|(text, equals)| Written { text, equals: Some(*equals) }).collect();
-        let state = self.state();
         let files = state.files.clone();
         self.proposal(state, &written, Texts::Known(files)).0
     }
@@ -142,11 +161,7 @@ impl Database {
     /// # Errors
     /// The path is none, or what remains doesn't hold without them.
     pub fn revert(&self, path: &str) -> Result<Proposal, Report> {
-        let mut state = self.state();
-        let prefix = Prefix::parse(path, state.configuration.described_as())?;
-        state.session.0.retain(|change| !prefix.holds(&change.path));
-        let files = state.files.clone();
-        self.proposal(state, &[], Texts::Known(files)).0
+        self.propose_instead(&[path], &[])
     }
 
     /// Takes back what the session has changed at a path and below it: [`revert`](Self::revert) and

@@ -1,0 +1,285 @@
+//! The aspect `Settings`: modules ask for other settings of their agent, and no tick waits for them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and time-outs are a matter of the wall clock"
+)]
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use slate_module::Plugin;
+use slate_module::aspect::{Answer, Aspect, Settings};
+use slate_module::prelude::*;
+use slate_runtime::configuration::{self, Configuration, Database};
+use slate_runtime::{Agent, Control, Options, Rate};
+
+/// A number.
+#[interface]
+#[derive(PartialEq)]
+pub struct Number {
+    /// The number.
+    pub value: f64,
+}
+
+#[ports]
+struct BeatIo {
+    count: Output<Number>,
+    twice: Output<Number>,
+}
+
+/// Counts cycles, and is the clock in lockstep.
+struct Beat;
+
+#[module(stage = PreLoop)]
+impl Module for Beat {
+    type Io = BeatIo;
+    type Params = ();
+    type State = u64;
+
+    fn tick(state: &mut u64, io: &BeatIo, _: &(), _: &Tick) -> Outcome {
+        *state += 1;
+        io.count.set(Number { value: *state as f64 });
+        io.twice.set(Number { value: 2.0 * *state as f64 });
+        Outcome::Ok
+    }
+}
+
+#[ports]
+struct GaugeIo {
+    input: Input<Number>,
+    product: Output<Number>,
+}
+
+/// By what it multiplies.
+#[params]
+struct GaugeParams {
+    #[param(default = 1.0, range = 0.0..=100.0, doc = "a factor")]
+    gain: f64,
+}
+
+/// Multiplies what it reads.
+struct Gauge;
+
+#[module(stage = SensorProcess)]
+impl Module for Gauge {
+    type Io = GaugeIo;
+    type Params = GaugeParams;
+    type State = ();
+
+    fn tick(_: &mut (), io: &GaugeIo, params: &GaugeParams, _: &Tick) -> Outcome {
+        io.product.set(Number { value: params.gain * io.input.value });
+        Outcome::Ok
+    }
+}
+
+#[ports]
+struct AskerIo {
+    settings: Aspect<Settings>,
+}
+
+type Script = Box<dyn FnMut(&Settings, &Tick) -> Outcome + Send>;
+
+static SCRIPTS: Mutex<BTreeMap<String, Script>> = Mutex::new(BTreeMap::new());
+
+/// Asks for what the test says; each test has one of its own name.
+struct Asker;
+
+#[module(stage = Act)]
+impl Module for Asker {
+    type Io = AskerIo;
+    type Params = ();
+    type State = String;
+
+    fn create(setup: &Setup<'_>, (): &()) -> Result<String, Refusal> {
+        Ok(setup.name.into())
+    }
+
+    fn tick(name: &mut String, io: &AskerIo, _: &(), now: &Tick) -> Outcome {
+        SCRIPTS.lock().unwrap().get_mut(name).map_or(Outcome::Ok, |script| script(&io.settings, now))
+    }
+}
+
+/// What came of the requests of an asker, in their order, with the tick in which it was known.
+type Answers = Arc<Mutex<Vec<(u64, Answer)>>>;
+
+/// Asks for those changes in those ticks, each a list; the outcome of such a tick is `outcome`.
+fn asks(asker: &str, requests: &'static [(u64, &'static [&'static str])], outcome: Outcome) -> Answers {
+    let answers = Answers::default();
+    let (told, mut open) = (Arc::clone(&answers), Vec::new());
+    let script = move |settings: &Settings, now: &Tick| {
+        open.retain(|request| match settings.answer(*request) {
+            Answer::Pending => true,
+            answer => {
+                told.lock().unwrap().push((now.number(), answer));
+                false
+            }
+        });
+        let mut result = Outcome::Ok;
+        for (_, changes) in requests.iter().filter(|(tick, _)| *tick == now.number()) {
+            let request = settings.change(changes.iter().copied());
+            assert_eq!(settings.answer(request), Answer::Pending);
+            open.push(request);
+            result = outcome;
+        }
+        result
+    };
+    SCRIPTS.lock().unwrap().insert(asker.into(), Box::new(script));
+    answers
+}
+
+const LINK: &str = "links.\"gauge/input\"=\"beat/twice\"";
+
+fn text(asker: &str, clock: &str) -> String {
+    format!(
+        "{clock}[modules.beat]\n[modules.gauge]\n[modules.{asker}]\nplugin = \"asker\"\n\
+         [links]\n\"gauge/input\" = \"beat/count\"\n"
+    )
+}
+
+const LOCKSTEP: &str = "time.source = \"beat\"\n";
+
+fn plugins() -> [Plugin; 3] {
+    [Plugin::linked::<Beat>(), Plugin::linked::<Gauge>(), Plugin::linked::<Asker>()]
+}
+
+fn agent(asker: &str) -> Agent {
+    let database = Database::from_text("test.toml", &text(asker, LOCKSTEP), Default::default()).unwrap();
+    Agent::load_with(&database, &plugins(), Options { rate: Rate::Max, ..Options::default() }).unwrap()
+}
+
+/// The product of each of so many cycles.
+fn products(agent: &mut Agent, cycles: usize) -> Vec<f64> {
+    let product =
+        |agent: &Agent| agent.board().read("gauge/product/value").unwrap().unwrap().0.as_f64().unwrap();
+    (0..cycles)
+        .map(|_| {
+            assert!(agent.step());
+            product(agent)
+        })
+        .collect()
+}
+
+#[test]
+fn changes_hold_from_the_next_cycle_on_all_at_once_and_are_taken_back() {
+    let requests: &[(u64, &[&str])] = &[
+        (2, &[LINK, "modules.gauge.params.gain=10"]),
+        (4, &["links.\"gauge/input\"", "modules.gauge.params"]),
+    ];
+    let answers = asks("asker_of_both", requests, Outcome::Ok);
+    let mut agent = agent("asker_of_both");
+    // Ticks are counted from 1 or 0, as cycles are; the change is made between two of them.
+    let products = products(&mut agent, 8);
+    let changed = products.iter().position(|product| *product >= 20.0).unwrap();
+    let expected: Vec<f64> = (1..=8)
+        .map(|cycle| if (changed + 1..changed + 3).contains(&cycle) { 20.0 } else { 1.0 } * cycle as f64)
+        .collect();
+    assert_eq!(products, expected, "the link and the gain in the same cycles");
+    let answers = answers.lock().unwrap();
+    let told: Vec<_> = answers.iter().map(|(_, answer)| answer.clone()).collect();
+    let done = |text: &str| Answer::Done(text.into());
+    assert_eq!(
+        told,
+        [
+            done(
+                "links.\"gauge/input\": \"/beat/count\" -> \"/beat/twice\", modules.gauge.params.gain: 1.0 (default) -> 10"
+            ),
+            done(
+                "links.\"gauge/input\": \"/beat/twice\" -> \"/beat/count\", modules.gauge.params.gain: 10 -> 1.0 (default)"
+            ),
+        ]
+    );
+    assert_eq!(answers.iter().map(|(tick, _)| *tick).collect::<Vec<_>>(), [3, 5], "known in the next tick");
+}
+
+#[test]
+fn a_run_with_its_threads_makes_them_in_the_same_cycle_as_single_steps() {
+    let digest = |name: &'static str, run: &dyn Fn(&mut Agent)| {
+        let _answers = asks(name, &[(50, &[LINK]), (120, &["modules.gauge.enabled=false"])], Outcome::Ok);
+        let mut agent = agent(name);
+        run(&mut agent);
+        agent.digest().unwrap()
+    };
+    let steps = digest("asker_of_steps", &|agent| (0..200).for_each(|_| assert!(agent.step())));
+    for _ in 0..3 {
+        let run = digest("asker_of_steps", &|agent| {
+            let observer = |cycle: &slate_runtime::Cycle<'_>| {
+                if cycle.number < 200 { Control::Continue } else { Control::Stop }
+            };
+            agent.run(Box::new(observer)).unwrap();
+        });
+        assert_eq!(run, steps);
+    }
+    let unchanged = {
+        let _answers = asks("asker_of_steps", &[], Outcome::Ok);
+        let mut agent = agent("asker_of_steps");
+        (0..200).for_each(|_| assert!(agent.step()));
+        agent.digest().unwrap()
+    };
+    assert_ne!(unchanged, steps, "the changes are in what was written");
+}
+
+#[test]
+fn what_does_not_fit_is_refused_whole_with_the_reason() {
+    let requests: &[(u64, &[&str])] = &[
+        (1, &["modules.gauge.params.gain=10", "modules.gauge.params.gaim=3"]),
+        (1, &["modules.gauge.params.gain=1000"]),
+        (1, &["loop.period=\"1ms\""]),
+        (1, &["modules.gauge.params.gain=10", "links.\"gauge/inputs\"=\"beat/count\""]),
+    ];
+    let answers = asks("asker_of_nonsense", requests, Outcome::Ok);
+    let mut agent = agent("asker_of_nonsense");
+    assert_eq!(products(&mut agent, 4), [1.0, 2.0, 3.0, 4.0]);
+    let answers = answers.lock().unwrap();
+    assert_eq!(answers.len(), 4);
+    for ((_, answer), word) in
+        answers.iter().zip(["gaim", "outside 0 to 100", "loop.period", "no port `inputs`"])
+    {
+        assert!(matches!(answer, Answer::Refused(reason) if reason.contains(word)), "{word}: {answer:?}");
+    }
+}
+
+#[test]
+fn a_tick_that_fails_asks_for_nothing() {
+    let answers = asks("asker_that_fails", &[(1, &["modules.gauge.params.gain=10"])], Outcome::Failed);
+    let mut agent = agent("asker_that_fails");
+    assert_eq!(products(&mut agent, 4), [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(*answers.lock().unwrap(), [(2, Answer::Unknown)]);
+}
+
+#[test]
+fn without_a_database_nothing_can_change() {
+    let answers = asks("asker_without_database", &[(1, &["modules.gauge.params.gain=10"])], Outcome::Ok);
+    let text = text("asker_without_database", LOCKSTEP);
+    let configuration =
+        Configuration::from_text("test.toml", &text, &configuration::Options::default()).unwrap();
+    let options = Options { rate: Rate::Max, ..Options::default() };
+    let mut agent = Agent::load(&configuration, &plugins(), options).unwrap();
+    assert_eq!(products(&mut agent, 3), [1.0, 2.0, 3.0]);
+    let answers = answers.lock().unwrap();
+    let (_, answer) = &answers[0];
+    assert!(
+        matches!(answer, Answer::Refused(reason) if reason.contains("load it with a database")),
+        "{answer:?}"
+    );
+}
+
+#[test]
+fn on_the_wall_clock_they_are_made_beside_the_loop() {
+    let answers = asks("asker_on_the_clock", &[(1, &["modules.gauge.params.gain=10"])], Outcome::Ok);
+    let text = text("asker_on_the_clock", "");
+    let database = Database::from_text("test.toml", &text, Default::default()).unwrap();
+    let mut agent = Agent::load_with(&database, &plugins(), Options::default()).unwrap();
+    let (told, start) = (Arc::clone(&answers), Instant::now());
+    let observer = move |_: &slate_runtime::Cycle<'_>| {
+        let is_over = !told.lock().unwrap().is_empty() || start.elapsed() > Duration::from_secs(20);
+        if is_over { Control::Stop } else { Control::Continue }
+    };
+    agent.run(Box::new(observer)).unwrap();
+    let answers = answers.lock().unwrap();
+    assert!(matches!(&answers[..], [(_, Answer::Done(_))]), "{answers:?}");
+    assert_eq!(database.get("modules.gauge.params.gain").unwrap()[0].value.as_f64(), Some(10.0));
+}

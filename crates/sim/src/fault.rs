@@ -1,0 +1,199 @@
+//! What goes wrong with sensors that measure ranges, and when: by a script, so that each run is like the last.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use toml_edit::Key;
+
+use crate::world::DescriptionError;
+
+/// How a sensor fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FaultKind {
+    /// It shows again and again what it measured last.
+    Frozen,
+    /// All that it shows is no number.
+    Invalid,
+    /// What it shows was measured some time ago, and until it is shown nothing else is measured.
+    Late,
+    /// It shows nothing.
+    Silent,
+}
+
+const KINDS: [(&str, FaultKind); 4] = [
+    ("frozen", FaultKind::Frozen),
+    ("invalid", FaultKind::Invalid),
+    ("late", FaultKind::Late),
+    ("silent", FaultKind::Silent),
+];
+
+/// Which sensors can fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum FaultySensor {
+    /// The ring of sonars.
+    Sonar,
+    /// The laser scanner.
+    Laser,
+}
+
+const SENSORS: [(&str, FaultySensor); 2] = [("laser", FaultySensor::Laser), ("sonar", FaultySensor::Sonar)];
+
+/// A fault of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fault {
+    /// Which sensor it is on.
+    pub sensor: FaultySensor,
+    /// How that fails.
+    pub kind: FaultKind,
+    /// When it begins, nanoseconds.
+    pub from: u64,
+    /// When it is over, nanoseconds.
+    pub until: u64,
+    /// How late [`FaultKind::Late`] is, nanoseconds.
+    pub delay: u64,
+}
+
+/// A fault as it is configured.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    robot: String,
+    sensor: String,
+    kind: String,
+    /// Seconds, as the next two.
+    from: f64,
+    until: f64,
+    #[serde(default = "half_a_second")]
+    delay: f64,
+}
+
+fn half_a_second() -> f64 {
+    0.5
+}
+
+/// Reads the faults of `[world.faults]`, by robot; `sensors` are those that the robots have.
+///
+/// # Errors
+/// The setting that is wrong, and what is expected of it.
+pub(crate) fn read(
+    table: &BTreeMap<String, serde_json::Value>,
+    sensors: &BTreeMap<String, Vec<FaultySensor>>,
+) -> Result<BTreeMap<String, Vec<Fault>>, DescriptionError> {
+    let mut faults: BTreeMap<String, Vec<(&str, Fault)>> = BTreeMap::new();
+    for (name, entry) in table {
+        let path = format!("world.faults.{}", Key::new(name).display_repr());
+        let wrong = |key: &str, message: String| Err(DescriptionError::new(&format!("{path}{key}"), message));
+        let entry: Entry = match serde_json::from_value(entry.clone()) {
+            Ok(entry) => entry,
+            Err(error) => return wrong("", error.to_string()),
+        };
+        let Some(own) = sensors.get(&entry.robot) else {
+            let known: Vec<_> = sensors.keys().map(String::as_str).collect();
+            return wrong(".robot", format!("no robot `{}`; there are {}", entry.robot, known.join(", ")));
+        };
+        let of_robot = |(_, sensor): &&(&str, FaultySensor)| own.contains(sensor);
+        let known: Vec<_> = SENSORS.iter().filter(of_robot).map(|(name, _)| *name).collect();
+        let Some((_, sensor)) = SENSORS.iter().filter(of_robot).find(|(name, _)| *name == entry.sensor)
+        else {
+            let known = if known.is_empty() { "none that can fail".into() } else { known.join(", ") };
+            let message = format!("`{}` has no sensor `{}`; it has {known}", entry.robot, entry.sensor);
+            return wrong(".sensor", message);
+        };
+        let Some((_, kind)) = KINDS.iter().find(|(name, _)| *name == entry.kind) else {
+            let known = KINDS.map(|(name, _)| name).join(", ");
+            return wrong(".kind", format!("no kind of fault `{}`; there are {known}", entry.kind));
+        };
+        if !(entry.from.is_finite() && entry.from >= 0.0) {
+            return wrong(".from", "expected a time in seconds, which is not negative".into());
+        }
+        if !(entry.until.is_finite() && entry.until > entry.from) {
+            return wrong(".until", "expected a time in seconds, later than `from`".into());
+        }
+        if !(entry.delay.is_finite() && entry.delay > 0.0) {
+            return wrong(".delay", "expected a positive number of seconds".into());
+        }
+        // Seconds of a run are far below what a number of nanoseconds can hold; more than that never comes.
+        let nanoseconds = |seconds: f64| (seconds * 1e9 + 0.5) as u64;
+        let fault = Fault {
+            sensor: *sensor,
+            kind: *kind,
+            from: nanoseconds(entry.from),
+            until: nanoseconds(entry.until),
+            delay: nanoseconds(entry.delay),
+        };
+        let of_robot = faults.entry(entry.robot).or_default();
+        let meets = |(_, other): &&(&str, Fault)| {
+            other.sensor == fault.sensor && other.from < fault.until && fault.from < other.until
+        };
+        if let Some((other, _)) = of_robot.iter().find(meets) {
+            let message = format!(
+                "it meets the fault `{other}` of the same sensor: a sensor fails in one way at a time"
+            );
+            return wrong("", message);
+        }
+        of_robot.push((name, fault));
+    }
+    let plain = |(robot, faults): (String, Vec<(&str, Fault)>)| {
+        (robot, faults.into_iter().map(|(_, fault)| fault).collect())
+    };
+    Ok(faults.into_iter().map(plain).collect())
+}
+
+/// What a sensor measures at a time.
+pub(crate) trait Measurement: Clone {
+    /// Whether nothing was measured yet.
+    fn is_none(&self) -> bool;
+
+    /// Makes everything no number.
+    fn spoil(&mut self);
+}
+
+/// What stands between a sensor and those that read it: its faults.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Display<M> {
+    faults: Vec<Fault>,
+    shown: M,
+    /// What is on its way while the sensor is late, and when it was measured.
+    late: Option<(u64, M)>,
+}
+
+impl<M: Measurement> Display<M> {
+    /// From now on those of the faults hold that are faults of this sensor.
+    pub fn set_faults(&mut self, sensor: FaultySensor, faults: &[Fault]) {
+        self.faults = faults.iter().filter(|fault| fault.sensor == sensor).copied().collect();
+    }
+
+    /// What the sensor shows when it has measured that at a time, in nanoseconds; nothing when it shows nothing new.
+    pub fn show<'a>(&'a mut self, measured: &'a M, now: u64) -> Option<&'a M> {
+        if self.faults.is_empty() {
+            return Some(measured);
+        }
+        let fault = self.faults.iter().find(|fault| fault.from <= now && now < fault.until);
+        let Some(fault) = fault else {
+            self.late = None;
+            self.shown.clone_from(measured);
+            return Some(&self.shown);
+        };
+        match fault.kind {
+            FaultKind::Frozen => {}
+            FaultKind::Silent => return None,
+            FaultKind::Invalid => {
+                self.shown.clone_from(measured);
+                self.shown.spoil();
+            }
+            FaultKind::Late => {
+                let Some((at, value)) = &mut self.late else {
+                    self.late = Some((now, measured.clone()));
+                    return None;
+                };
+                if now < *at + fault.delay {
+                    return None;
+                }
+                self.shown.clone_from(value);
+                value.clone_from(measured);
+                *at = now;
+            }
+        }
+        (!self.shown.is_none()).then_some(&self.shown)
+    }
+}

@@ -1,0 +1,109 @@
+//! A laser scanner: the nearest thing along each of its beams.
+
+use serde::{Deserialize, Serialize};
+use slate_module::Random;
+use slate_module::math::{cos, max, sin};
+
+use crate::geometry::Point;
+use crate::rate::due;
+use crate::robot::LaserDescription;
+use crate::surroundings::{Nearby, Surroundings};
+
+/// A laser scanner with what does not change from scan to scan.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct LaserScanner {
+    description: LaserDescription,
+    /// In the robot's frame.
+    place: Point,
+    /// The direction of each beam in the robot's frame, of length 1.
+    beams: Vec<Point>,
+    random: Random,
+    /// When it looked last, nanoseconds.
+    last: Option<u64>,
+    ranges: Vec<f32>,
+}
+
+impl LaserScanner {
+    /// The scanner of a robot whose noise comes from that stream.
+    pub fn new(description: &LaserDescription, random: Random) -> Self {
+        let [x, y, degrees] = description.mount;
+        let beam = |number: u32| {
+            let angle = degrees.to_radians() + description.angle_of(number);
+            Point::new(cos(angle), sin(angle))
+        };
+        Self {
+            place: Point::new(x, y),
+            beams: (0..description.beams).map(beam).collect(),
+            description: description.clone(),
+            random,
+            last: None,
+            ranges: Vec::with_capacity(description.beams as usize),
+        }
+    }
+
+    /// Field of view, ranges and noise.
+    pub fn description(&self) -> &LaserDescription {
+        &self.description
+    }
+
+    /// When it looked last, nanoseconds.
+    pub fn last(&self) -> Option<u64> {
+        self.last
+    }
+
+    /// What it measured when it looked last, in the order of the beams: metres, infinite for nothing.
+    pub fn ranges(&self) -> &Vec<f32> {
+        &self.ranges
+    }
+
+    /// Looks around from robot number `own`, if it is time to. What is near is memory that many robots share.
+    pub fn look(&mut self, own: usize, surroundings: &Surroundings, now: u64, nearby: &mut Nearby) {
+        let LaserDescription { rate, range_max, .. } = self.description;
+        if rate.is_some_and(|rate| !due(rate, 0.0, self.last, now)) {
+            return;
+        }
+        self.last = Some(now);
+        surroundings.look_around(own, range_max, self.place.norm(), nearby);
+        let frame = surroundings.robots()[own].frame();
+        let origin = frame.apply(self.place);
+        self.ranges.clear();
+        for beam in 0..self.beams.len() {
+            let nearest = nearest_along(origin, frame.rotate(self.beams[beam]), nearby);
+            let range = self.measure(nearest);
+            // What a scanner says has fewer digits than what there is.
+            self.ranges.push(range as f32);
+        }
+    }
+
+    fn measure(&mut self, distance: f64) -> f64 {
+        let LaserDescription { range_min, range_max, noise_constant, noise_proportional, dropout, .. } =
+            self.description;
+        let mut measured = distance;
+        if noise_constant > 0.0 || noise_proportional > 0.0 || dropout > 0.0 {
+            // Drawn in any case, so that one beam's echo does not shift another's noise.
+            let (lost, error) = (self.random.unit() < dropout, self.random.normal());
+            let noisy = distance + error * (noise_constant + noise_proportional * distance);
+            measured = if lost { f64::INFINITY } else { noisy };
+        }
+        // A distance of infinity with noise is no number.
+        if measured < range_max { max(measured, range_min) } else { f64::INFINITY }
+    }
+}
+
+/// How far the nearest edge is along a beam; infinite for none.
+fn nearest_along(origin: Point, beam: Point, nearby: &Nearby) -> f64 {
+    let mut nearest = f64::INFINITY;
+    for (a, b) in nearby.bodies().flat_map(|(_, edges)| edges) {
+        let (to, along) = (a.minus(origin), b.minus(*a));
+        let across = beam.cross(along);
+        // Parallel to the beam there is nothing to be hit.
+        if across == 0.0 {
+            continue;
+        }
+        let (distance, share) = (to.cross(along) / across, to.cross(beam) / across);
+        if distance > 0.0 && distance < nearest && (0.0..=1.0).contains(&share) {
+            nearest = distance;
+        }
+    }
+    nearest
+}
