@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use slate_avoidance::{
-    Avoider, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant, Sides,
+    Avoider, Course, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant,
+    Sides,
 };
 use slate_interfaces::{Echo, Point2, Pose2, SonarPlacement, SonarScan, Twist2, WheelSpeeds};
 use slate_module::{Bool, Sequence, math};
@@ -385,4 +386,29 @@ fn who_moves_needs_room_to_stop_whatever_is_planned() {
     };
     assert_eq!(moving(0.1), Decision::Clear);
     assert_ne!(moving(0.6), Decision::Clear, "it would slide on into the wall");
+}
+
+#[test]
+fn wheels_follow_only_so_fast() {
+    let sides = Sides { track: 1.0, acceleration: 0.5 };
+    let standing = Course { pose: HERE, motion: Twist2::ZERO };
+    let full = Twist2 { linear: 1.0, angular: 0.0 };
+    let later = (0..10).fold(standing, |course, _| sides.after(course, full, 0.1));
+    assert!((later.motion.linear - 0.5).abs() < 1e-9 && (later.pose.x - 0.25).abs() < 1e-9, "{later:?}");
+    let turning = sides.after(standing, Twist2 { linear: 0.0, angular: 1.0 }, 0.1);
+    assert!((turning.motion.angular - 0.1).abs() < 1e-9, "both sides work against each other: {turning:?}");
+}
+
+#[test]
+fn of_motions_the_one_is_best_from_which_the_best_can_follow() {
+    let sides = Sides { track: 0.5, acceleration: 2.0 };
+    let standing = Course { pose: HERE, motion: Twist2::ZERO };
+    let [on, back, stop] = [0.5, -0.5, 0.0].map(|linear| Twist2 { linear, angular: 0.0 });
+    let best = |motions: &[Twist2], to: f64| {
+        let first = motions.iter().map(|motion| (*motion, 0.0));
+        sides.best(standing, first, [stop].into_iter(), |pose, _| (pose.x - to).abs())
+    };
+    assert_eq!(best(&[stop, on, back], 1.0), Some(on));
+    assert_eq!(best(&[stop, on, back], -1.0), Some(back));
+    assert_eq!(best(&[stop, on, back], f64::NAN), None, "nobody knows");
 }
