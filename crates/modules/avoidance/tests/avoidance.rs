@@ -340,7 +340,7 @@ fn guarded(planned: Twist2, ahead: f64, velocity: [f64; 2]) -> Decision {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
     avoider.see([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
-    avoider.guard(HERE, Twist2::ZERO, AHEAD, planned, &parameters, 0.0)
+    avoider.guard(HERE, Twist2::ZERO, AHEAD, Some(planned), &parameters, 0.0)
 }
 
 #[test]
@@ -361,7 +361,7 @@ fn who_knows_the_room_does_not_leave_it() {
         let mut avoider = Avoider::new(footprint());
         avoider.hear(Pose2 { x, ..HERE }, &scan(&[]), &known, 0.0);
         let planned = Twist2 { linear, angular: 0.0 };
-        avoider.guard(Pose2 { x, ..HERE }, Twist2::ZERO, HERE_POINT, planned, &known, 0.0)
+        avoider.guard(Pose2 { x, ..HERE }, Twist2::ZERO, HERE_POINT, Some(planned), &known, 0.0)
     };
     assert_eq!(there(0.0, 0.4), Decision::Clear);
     assert_ne!(there(0.75, 0.4), Decision::Clear, "the wall is ahead");
@@ -382,7 +382,7 @@ fn who_moves_needs_room_to_stop_whatever_is_planned() {
         let (mut avoider, here) = (Avoider::new(footprint()), Pose2 { x: 0.6, ..HERE });
         avoider.hear(here, &scan(&[]), &heavy, 0.0);
         let (moving, planned) = (Twist2 { linear, angular: 0.0 }, Twist2 { linear: 0.1, angular: 0.5 });
-        avoider.guard(here, moving, HERE_POINT, planned, &heavy, 0.0)
+        avoider.guard(here, moving, HERE_POINT, Some(planned), &heavy, 0.0)
     };
     assert_eq!(moving(0.1), Decision::Clear);
     assert_ne!(moving(0.6), Decision::Clear, "it would slide on into the wall");

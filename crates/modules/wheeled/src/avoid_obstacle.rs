@@ -106,7 +106,8 @@ impl ReactiveModel for AvoidObstacleModel {
             margin: params.margin,
             memory: params.memory,
             patience: params.patience,
-            sides: robot.sides(),
+            // Of one that stops at once it does not matter how it moves now.
+            sides: robot.sides().filter(|sides| sides.acceleration < usual.deceleration),
             room: (params.room < 1e6).then_some(params.room),
             // A heavy robot brakes less hard than one would like to.
             deceleration: math::min(usual.deceleration, braking),
@@ -135,10 +136,8 @@ impl ReactiveModel for AvoidObstacleModel {
             avoider.see(others.iter().map(disc), now.seconds());
         }
         avoider.hear(pose, &scan, &parameters, now.seconds());
-        let decision = match sensors.motion.fresh() {
-            Some(planned) => avoider.guard(pose, moving, *goal, *planned, &parameters, now.seconds()),
-            None => avoider.steer(pose, *goal, &parameters, now.seconds()),
-        };
+        let planned = sensors.motion.fresh().copied();
+        let decision = avoider.guard(pose, moving, *goal, planned, &parameters, now.seconds());
         let Decision::Avoid(twist) = decision else { return None };
         let WheelSpeeds { left, right } = robot.wheels_for(twist.linear, twist.angular);
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
