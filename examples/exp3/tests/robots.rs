@@ -2,14 +2,17 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::blackboard::interface::Value;
-use slate::interfaces::{Pose2, Sighting, Sightings};
+use slate::interfaces::{Orientation, Point2, Pose2, Position, Sighting, Sightings};
 use slate::mapek::{self, PlanBlock, Planned, RobotModel};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate::sim::robot::RobotDescription;
+use slate_avoidance::Footprint;
 use slate_exp3::follow::FollowPlanner;
+use slate_exp3::outlook::{Moving, Outlook};
+use slate_exp3::patrol::PatrolPlanner;
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::locate_robot::Located;
 
@@ -40,7 +43,8 @@ fn the_corners_are_reached_in_order_and_the_follower_stays_near() {
     let state = loop {
         agent.step();
         let goal = (number(&agent, "r2/planner/goal/x"), number(&agent, "r2/planner/goal/y"));
-        if goals.last() != Some(&goal) && goal != (0.0, 0.0) {
+        // Where it makes room is no corner.
+        if goals.last() != Some(&goal) && goal.0.abs() == 2.0 {
             goals.push(goal);
         }
         let state = value(&agent, "pursuit/verdict/state");
@@ -56,32 +60,108 @@ fn the_corners_are_reached_in_order_and_the_follower_stays_near() {
     assert_eq!(number(&agent, "referee/metrics/collisions_caused"), 0.0);
 }
 
-/// What the follower plans that stands there and sees its leader so far ahead, beside another robot; the wheels.
-fn plans(pose: Pose2, range: f64, other: Sighting) -> Option<(f64, f64)> {
+/// A follower that stands there.
+fn follower(pose: Pose2) -> Fixture<PlanBlock<FollowPlanner>> {
     let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
     let mut planner = Fixture::<PlanBlock<FollowPlanner>>::new();
     planner.set("robot", WheeledModel { robot: RobotModel { pose, ..RobotModel::default() }, chassis });
-    planner.set("robots", Sightings { list: Sequence::new(&[other]) });
-    let (x, y) = (pose.x + range, pose.y);
-    planner.push("leader", Located { x, y, range, bearing: 0.0, seen: Bool::from(true), reserved: [0; 7] });
-    planner.tick();
+    planner
+}
+
+/// What it plans now: how fast its left and its right wheels turn.
+fn wheels(planner: &Fixture<PlanBlock<FollowPlanner>>) -> Option<(f64, f64)> {
     let planned = planner.sent::<Planned>("plan");
     let action = &planned.last()?.action;
     assert_eq!(action.kind.as_str(), "SetWheelSpeed");
     Some((action.arguments[0], action.arguments[1]))
 }
 
+fn ahead(pose: Pose2, range: f64) -> Located {
+    Located { x: pose.x + range, y: pose.y, range, bearing: 0.0, seen: Bool::from(true), reserved: [0; 7] }
+}
+
+/// What a follower plans that sees its leader so far ahead, beside another robot.
+fn plans(pose: Pose2, range: f64, other: Sighting) -> Option<(f64, f64)> {
+    let mut planner = follower(pose);
+    planner.set("robots", Sightings { list: Sequence::new(&[other]) });
+    planner.push("leader", ahead(pose, range));
+    planner.tick();
+    wheels(&planner)
+}
+
 #[test]
 fn it_goes_after_who_is_far_and_back_from_who_is_near_as_far_as_it_knows_the_room() {
-    let nobody = Sighting { range: 3.0, bearing: 0.0, name: Text::new("r1") };
+    let nobody = Sighting { range: 3.0, bearing: 2.0, name: Text::new("r1") };
     let middle = Pose2::default();
     let (left, right) = plans(middle, 2.0, nobody).unwrap();
-    assert!(left > 0.0 && left == right);
-    assert!(plans(middle, 0.9, nobody).unwrap().0 < 0.0);
-    let at_the_wall = Pose2 { x: -1.8, ..middle };
-    assert_eq!(plans(at_the_wall, 0.9, nobody), Some((0.0, 0.0)));
+    assert!(left > 0.0 && right > 0.0, "{left} {right}");
+    let (left, right) = plans(middle, 0.9, nobody).unwrap();
+    assert!(left < 0.0 && right < 0.0, "{left} {right}");
+    let goes_back = |pose, other| plans(pose, 0.9, other).is_some_and(|(left, right)| left + right < -0.1);
+    assert!(!goes_back(Pose2 { x: -2.0, ..middle }, nobody), "there is a wall");
     let behind = Sighting { range: 0.8, bearing: 3.0, name: Text::new("r1") };
-    assert_eq!(plans(middle, 0.9, behind), Some((0.0, 0.0)));
+    assert!(!goes_back(middle, behind));
+}
+
+#[test]
+fn who_is_hidden_is_looked_for_for_a_while() {
+    let mut planner = follower(Pose2::default());
+    planner.push("leader", ahead(Pose2::default(), 1.2));
+    planner.tick();
+    let (left, right) = wheels(&planner).unwrap();
+    assert!((left + right).abs() < 0.5, "it is where it wants to be: {left} {right}");
+    planner.advance(2_000_000_000);
+    planner.tick();
+    let (left, right) = wheels(&planner).unwrap();
+    assert!(left > 0.0 && right > 0.0, "it looks where the leader was: {left} {right}");
+    planner.advance(60_000_000_000);
+    planner.tick();
+    assert_eq!(wheels(&planner), None, "it has given up");
+}
+
+#[test]
+fn nobody_stands_well_in_the_way_of_a_leader_that_comes() {
+    let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
+    let corners: Vec<_> = chassis.outline.iter().map(|corner| [corner.x, corner.y]).collect();
+    let footprint = Footprint::new(&corners).unwrap();
+    let outlook = |velocity| Outlook {
+        footprint: &footprint,
+        leader: Moving { place: Point2::default(), velocity },
+        hidden: false,
+        others: [None; 8],
+        distance: 1.2,
+        room: 2.4,
+        radius: 0.28,
+        margin: 0.1,
+    };
+    let before = Pose2 { x: 1.2, y: 0.0, theta: std::f64::consts::PI };
+    let beside = Pose2 { x: 0.0, y: 1.2, theta: -std::f64::consts::FRAC_PI_2 };
+    let (comes, stands) = (outlook([0.4, 0.0]), outlook([0.0, 0.0]));
+    assert!(comes.cost(before, 0.0) > comes.cost(beside, 0.0) + 0.5);
+    assert!((stands.cost(before, 0.0) - stands.cost(beside, 0.0)).abs() < 1e-9);
+    // Whoever stands before the leader makes the way to it longer.
+    let mut others = [None; 8];
+    others[0] = Some(Moving { place: Point2 { x: 0.4, y: 0.1 }, velocity: [0.0; 2] });
+    let hindered = Outlook { others, ..outlook([0.0, 0.0]) };
+    assert!(hindered.cost(before, 0.0) > stands.cost(before, 0.0) + 0.05);
+    assert!(hindered.cost(beside, 0.0) < stands.cost(beside, 0.0) + 0.01);
+}
+
+#[test]
+fn who_can_not_reach_a_corner_makes_room_and_tries_again() {
+    let mut planner = Fixture::<PlanBlock<PatrolPlanner>>::new();
+    let mut goes_to = |seconds: u64| {
+        planner.advance(seconds * 1_000_000_000);
+        planner.push("position", Position { x: 1.5, y: 1.5, z: 0.0 });
+        planner.push("orientation", Orientation { theta: 0.0 });
+        planner.tick();
+        planner.output::<Point2>("goal").map(|goal| (goal.x, goal.y))
+    };
+    assert_eq!(goes_to(0), Some((2.0, 2.0)));
+    assert_eq!(goes_to(9), Some((2.0, 2.0)), "it has patience");
+    assert_eq!(goes_to(2), Some((0.8, 0.8)));
+    assert_eq!(goes_to(5), Some((0.8, 0.8)));
+    assert_eq!(goes_to(8), Some((2.0, 2.0)));
 }
 
 #[test]

@@ -126,19 +126,21 @@ impl Avoider {
         self.decide(pose, goal, None, Twist2::ZERO, parameters, time)
     }
 
-    /// Says whether a motion that is planned is safe for a robot that is `moving`, and else how to move: as nearly like it
-    /// as is safe, and when that does not help, round what is in the way to `goal`.
+    /// The same for a robot that is `moving`, and whose Plan says what it is about to do: a planned motion is left alone
+    /// when it is safe. Else the robot moves as nearly like it as is safe, and when that does not help, round what is in the
+    /// way to `goal`.
     pub fn guard(
         &mut self,
         pose: Pose2,
         moving: Twist2,
         goal: Point2,
-        planned: Twist2,
+        planned: Option<Twist2>,
         parameters: &Parameters,
         time: f64,
     ) -> Decision {
-        match (planned.linear + planned.angular + moving.linear + moving.angular).is_finite() {
-            true => self.decide(pose, goal, Some(planned), moving, parameters, time),
+        let Twist2 { linear, angular } = planned.unwrap_or(Twist2::ZERO);
+        match (linear + angular + moving.linear + moving.angular).is_finite() {
+            true => self.decide(pose, goal, planned, moving, parameters, time),
             false => self.stand(),
         }
     }
@@ -174,7 +176,7 @@ impl Avoider {
         let others = if seen { self.others.as_slice() } else { &[] };
         let mut surroundings =
             Surroundings::new(&self.map, others, pose, &self.footprint, parameters, margin, time);
-        surroundings.drive = parameters.sides.filter(|_| planned.is_some()).map(|sides| (sides, moving));
+        surroundings.drive = parameters.sides.map(|sides| (sides, moving));
         let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
         if !due {
             // Between two choices only: is the present one still safe?

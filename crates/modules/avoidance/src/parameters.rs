@@ -45,7 +45,8 @@ pub struct Parameters {
     pub patience: f64,
     /// The room is known to reach so far from the origin of the world to each side, metres, if it is known.
     pub room: Option<f64>,
-    /// How the robot's sides follow commands, if it is known: then a planned motion is judged by it.
+    /// How the robot's sides follow commands, if that is slow: then motions are judged by how the
+    /// robot moves already.
     pub sides: Option<Sides>,
 }
 

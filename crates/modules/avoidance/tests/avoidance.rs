@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use slate_avoidance::{
-    Avoider, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant, Sides,
+    Avoider, Course, Decision, Footprint, FootprintError, LocalMap, Other, Parameters, Rocs, RocsVariant,
+    Sides,
 };
 use slate_interfaces::{Echo, Point2, Pose2, SonarPlacement, SonarScan, Twist2, WheelSpeeds};
 use slate_module::{Bool, Sequence, math};
@@ -339,7 +340,7 @@ fn guarded(planned: Twist2, ahead: f64, velocity: [f64; 2]) -> Decision {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
     avoider.see([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
-    avoider.guard(HERE, Twist2::ZERO, AHEAD, planned, &parameters, 0.0)
+    avoider.guard(HERE, Twist2::ZERO, AHEAD, Some(planned), &parameters, 0.0)
 }
 
 #[test]
@@ -360,7 +361,7 @@ fn who_knows_the_room_does_not_leave_it() {
         let mut avoider = Avoider::new(footprint());
         avoider.hear(Pose2 { x, ..HERE }, &scan(&[]), &known, 0.0);
         let planned = Twist2 { linear, angular: 0.0 };
-        avoider.guard(Pose2 { x, ..HERE }, Twist2::ZERO, HERE_POINT, planned, &known, 0.0)
+        avoider.guard(Pose2 { x, ..HERE }, Twist2::ZERO, HERE_POINT, Some(planned), &known, 0.0)
     };
     assert_eq!(there(0.0, 0.4), Decision::Clear);
     assert_ne!(there(0.75, 0.4), Decision::Clear, "the wall is ahead");
@@ -381,8 +382,33 @@ fn who_moves_needs_room_to_stop_whatever_is_planned() {
         let (mut avoider, here) = (Avoider::new(footprint()), Pose2 { x: 0.6, ..HERE });
         avoider.hear(here, &scan(&[]), &heavy, 0.0);
         let (moving, planned) = (Twist2 { linear, angular: 0.0 }, Twist2 { linear: 0.1, angular: 0.5 });
-        avoider.guard(here, moving, HERE_POINT, planned, &heavy, 0.0)
+        avoider.guard(here, moving, HERE_POINT, Some(planned), &heavy, 0.0)
     };
     assert_eq!(moving(0.1), Decision::Clear);
     assert_ne!(moving(0.6), Decision::Clear, "it would slide on into the wall");
+}
+
+#[test]
+fn wheels_follow_only_so_fast() {
+    let sides = Sides { track: 1.0, acceleration: 0.5 };
+    let standing = Course { pose: HERE, motion: Twist2::ZERO };
+    let full = Twist2 { linear: 1.0, angular: 0.0 };
+    let later = (0..10).fold(standing, |course, _| sides.after(course, full, 0.1));
+    assert!((later.motion.linear - 0.5).abs() < 1e-9 && (later.pose.x - 0.25).abs() < 1e-9, "{later:?}");
+    let turning = sides.after(standing, Twist2 { linear: 0.0, angular: 1.0 }, 0.1);
+    assert!((turning.motion.angular - 0.1).abs() < 1e-9, "both sides work against each other: {turning:?}");
+}
+
+#[test]
+fn of_motions_the_one_is_best_from_which_the_best_can_follow() {
+    let sides = Sides { track: 0.5, acceleration: 2.0 };
+    let standing = Course { pose: HERE, motion: Twist2::ZERO };
+    let [on, back, stop] = [0.5, -0.5, 0.0].map(|linear| Twist2 { linear, angular: 0.0 });
+    let best = |motions: &[Twist2], to: f64| {
+        let first = motions.iter().map(|motion| (*motion, 0.0));
+        sides.best(standing, first, [stop].into_iter(), |pose, _| (pose.x - to).abs())
+    };
+    assert_eq!(best(&[stop, on, back], 1.0), Some(on));
+    assert_eq!(best(&[stop, on, back], -1.0), Some(back));
+    assert_eq!(best(&[stop, on, back], f64::NAN), None, "nobody knows");
 }

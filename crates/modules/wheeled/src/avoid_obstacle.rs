@@ -42,7 +42,7 @@ pub struct AvoidObstacleParams {
     #[param(default = 1.2, range = 0.1..=5.0, unit = "rad/s", doc = "highest rate of turn")]
     turn_rate: f64,
     #[param(default = 0.025, range = 0.0..=1.0, unit = "m", doc = "least distance to what stands")]
-    margin: f64,
+    pub margin: f64,
     #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of the other robots that are seen")]
     other_radius: f64,
     #[param(default = 6.0, range = 0.1..=1e6, unit = "s", doc = "what was heard is remembered so long; longer without sonars all around")]
@@ -50,7 +50,7 @@ pub struct AvoidObstacleParams {
     #[param(default = 4.0, range = 0.0..=1e6, unit = "s", doc = "without progress for so long it gets bolder")]
     patience: f64,
     #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
-    room: f64,
+    pub room: f64,
 }
 
 /// What it remembers.
@@ -106,7 +106,8 @@ impl ReactiveModel for AvoidObstacleModel {
             margin: params.margin,
             memory: params.memory,
             patience: params.patience,
-            sides: robot.sides(),
+            // Of one that stops at once it does not matter how it moves now.
+            sides: robot.sides().filter(|sides| sides.acceleration < usual.deceleration),
             room: (params.room < 1e6).then_some(params.room),
             // A heavy robot brakes less hard than one would like to.
             deceleration: math::min(usual.deceleration, braking),
@@ -135,10 +136,8 @@ impl ReactiveModel for AvoidObstacleModel {
             avoider.see(others.iter().map(disc), now.seconds());
         }
         avoider.hear(pose, &scan, &parameters, now.seconds());
-        let decision = match sensors.motion.fresh() {
-            Some(planned) => avoider.guard(pose, moving, *goal, *planned, &parameters, now.seconds()),
-            None => avoider.steer(pose, *goal, &parameters, now.seconds()),
-        };
+        let planned = sensors.motion.fresh().copied();
+        let decision = avoider.guard(pose, moving, *goal, planned, &parameters, now.seconds());
         let Decision::Avoid(twist) = decision else { return None };
         let WheelSpeeds { left, right } = robot.wheels_for(twist.linear, twist.angular);
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))

@@ -1,12 +1,19 @@
 //! What a robot makes of others that it sees.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate::interfaces::{Odometry, Orientation, Pose2, Position, Sighting, Sightings, Twist2};
-use slate::mapek::AnalyzeBlock;
+use slate::interfaces::{
+    Echo, Odometry, Orientation, Point2, Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
+    Twist2,
+};
+use slate::mapek::{AnalyzeBlock, ReactiveBlock, Reflex};
 use slate::module::testing::Fixture;
-use slate::module::{Sequence, Text, math};
+use slate::module::{Bool, Sequence, Text, math};
+use slate::sim::robot::RobotDescription;
+use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
+use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::localize::{Localize, LocalizeParams};
 use slate_wheeled::locate_robot::{LocateRobot, Located};
+use slate_wheeled::own_motion::OwnMotion;
 use slate_wheeled::tracks::Tracks;
 
 fn sees(range: f64, bearing: f64) -> Sightings {
@@ -104,4 +111,53 @@ fn odometry_that_began_elsewhere_is_placed_in_the_map() {
     localize.tick();
     assert!(localize.output::<Position>("position").is_some(), "it is still measured");
     assert_eq!(localize.output::<Pose2>("change"), None, "but no news");
+}
+
+#[test]
+fn how_a_robot_moves_is_known_from_where_it_is() {
+    let mut motion = OwnMotion::default();
+    let mut moves = Twist2::ZERO;
+    for step in 0..=100 {
+        let time = f64::from(step) * 0.02;
+        // A circle of 2 m: back at 0.4 m/s.
+        let theta = -0.2 * time;
+        moves = motion.notice(Pose2 { x: 2.0 * math::sin(theta), y: -2.0 * math::cos(theta), theta }, time);
+    }
+    assert!((moves.linear + 0.4).abs() < 1e-3 && (moves.angular + 0.2).abs() < 1e-3, "{moves:?}");
+    assert_eq!(motion.notice(Pose2 { x: f64::NAN, ..Pose2::default() }, 3.0), Twist2::ZERO);
+    assert_eq!(motion.notice(Pose2::default(), 3.1), Twist2::ZERO, "and it begins anew");
+}
+
+/// Whether the reflex lets a robot turn to a wall beside it that its sonar hears; the wall is 2.4 m north of the origin.
+fn may_turn_to_the_wall(room: f64) -> bool {
+    let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
+    let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    (model.params().margin, model.params().room) = (0.15, room);
+    let placement = SonarPlacement { x: 0.3, y: 0.3, theta: std::f64::consts::FRAC_PI_2 };
+    let echo = Echo { range: 0.1, heard: Bool::from(true), ..Echo::default() };
+    model.set(
+        "sonar",
+        SonarScan {
+            field_of_view: 0.5,
+            range_max: 1.0,
+            placements: Sequence::new(&[placement]),
+            echoes: Sequence::new(&[echo]),
+            ..SonarScan::default()
+        },
+    );
+    model.set("position", Position { x: 0.0, y: 2.0, z: 0.0 });
+    model.set("orientation", Orientation { theta: 0.0 });
+    model.set("goal", Point2 { x: 1.5, y: 2.0 });
+    model.set("motion", Twist2 { linear: 0.1, angular: 0.2 });
+    model.set("robot", WheeledModel { chassis, ..WheeledModel::default() });
+    model.tick();
+    model.sent::<Reflex>("reflex").is_empty()
+}
+
+#[test]
+fn a_wall_that_is_known_is_no_echo_of_something_else() {
+    assert!(!may_turn_to_the_wall(1e6), "something is beside it");
+    assert!(may_turn_to_the_wall(2.4), "the wall is farther than that");
+    assert!(!may_turn_to_the_wall(3.0), "the wall is elsewhere, so this is something else");
+    assert!(!may_turn_to_the_wall(2.3), "it would leave the room");
 }
