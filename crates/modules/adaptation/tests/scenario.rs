@@ -206,5 +206,7 @@ fn when_settings_are_refused_the_next_alternative_is_taken() {
     let plans = drive.chain("alternative").into_iter().filter(|(step, _)| step == "plan");
     assert_eq!(plans.map(|(_, name)| name).collect::<Vec<_>>(), ["laser", "laser", "laser", "stand"]);
     let lines = drive.log.lines();
-    assert!(lines.iter().any(|line| line.text.contains("sped") && line.text.contains("did you mean `speed`")));
+    assert!(
+        lines.iter().any(|line| line.text.contains("sped") && line.text.contains("did you mean `speed`"))
+    );
 }
