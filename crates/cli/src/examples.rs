@@ -88,6 +88,7 @@ pub fn plugins() -> Vec<Plugin> {
     vec![
         slate::sim::plugin(),
         slate_wheeled::plugin(),
+        slate_adaptation::plugin(),
         slate_arcos::plugin(),
         slate_exp3::plugin(),
         slate_team::plugin(),

@@ -46,7 +46,7 @@ pub struct How {
     pub log: Vec<Box<dyn LogTarget>>,
     /// Whether the report needs every robot's way, or only the figures.
     pub trajectory: bool,
-    /// Whether its configuration may change while it runs.
+    /// Whether tools and other agents reach it, and it takes over files that are edited.
     pub follows: bool,
     /// Whether the actuators wait for a person even in a simulator.
     pub disarmed: bool,
@@ -77,15 +77,12 @@ impl Mission {
             sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
             // Many runs at once would all begin with the same memory, and only one could write it.
             keeps_memory: how.follows,
+            follows_files: how.follows,
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
             armed: !how.disarmed && is_simulated,
             ..Options::default()
         };
-        let agent = if how.follows {
-            Agent::load_with(&application.database, &application.plugins, options)?
-        } else {
-            Agent::load(&application.configuration, &application.plugins, options)?
-        };
+        let agent = Agent::load_with(&application.database, &application.plugins, options)?;
         let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
         let scene = scene::of(&application.configuration)?;
         let course = Course::new(&application.name, memories(&agent));

@@ -30,8 +30,11 @@ fn fault(kind: FaultKind) -> Fault {
     Fault { sensor: FaultySensor::Sonar, kind, from: SECOND, until: 2 * SECOND, delay: SECOND / 2 }
 }
 
-/// What is shown at each time, and what was measured then, in 3 s.
-fn shown(mut simulation: Simulation) -> Vec<(u64, Option<Vec<Echo>>, Vec<Echo>)> {
+/// A time, what is shown at it, and what was measured.
+type Shown = (u64, Option<Vec<Echo>>, Vec<Echo>);
+
+/// What is shown in 3 s.
+fn shown(mut simulation: Simulation) -> Vec<Shown> {
     (0..150)
         .map(|_| {
             simulation.step();
@@ -43,7 +46,7 @@ fn shown(mut simulation: Simulation) -> Vec<(u64, Option<Vec<Echo>>, Vec<Echo>)>
         .collect()
 }
 
-fn with(kind: FaultKind) -> Vec<(u64, Option<Vec<Echo>>, Vec<Echo>)> {
+fn with(kind: FaultKind) -> Vec<Shown> {
     let mut simulation = simulation(3);
     simulation.set_faults(0, &[fault(kind)]);
     shown(simulation)
@@ -66,9 +69,8 @@ fn a_sensor_shows_what_it_measures_before_and_after_its_fault_and_not_meanwhile(
 fn what_is_measured_is_the_same_with_a_fault_and_without() {
     let sound = shown(simulation(3));
     for kind in [FaultKind::Frozen, FaultKind::Invalid, FaultKind::Late, FaultKind::Silent] {
-        let measured = |list: &[(u64, Option<Vec<Echo>>, Vec<Echo>)]| {
-            list.iter().map(|(_, _, measured)| measured.clone()).collect::<Vec<_>>()
-        };
+        let measured =
+            |list: &[Shown]| list.iter().map(|(_, _, measured)| measured.clone()).collect::<Vec<_>>();
         assert_eq!(measured(&with(kind)), measured(&sound), "{kind:?}");
     }
 }

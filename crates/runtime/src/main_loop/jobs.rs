@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::{Flow, Seat, Shared};
+use crate::aspects::SettingsControl;
 
 /// What is done between two cycles; nothing of the core may be held when a module's code is called.
 pub(super) type Job = Box<dyn FnOnce(&Shared) -> Flow + Send>;
@@ -143,6 +144,29 @@ impl Shared {
                 Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => return None,
                 Err(RecvTimeoutError::Timeout) => {}
             }
+        }
+    }
+
+    /// Has the changes made here that modules ask for. Only the first one counts.
+    pub fn change_with(&self, changes: Arc<SettingsControl>) {
+        // An agent sets it when it is loaded.
+        let _ = self.changes.set(changes);
+    }
+
+    /// Makes the changes that modules have asked for in the last cycle, if they are to be made here; nobody has the token
+    /// meanwhile.
+    pub fn change(&self) {
+        if let Some(changes) = self.changes.get().filter(|changes| self.lockstep && changes.is_asked()) {
+            changes.carry_out();
+        }
+    }
+
+    /// The same for who has the token, and has it again then.
+    pub fn change_here(&self) {
+        if self.lockstep && self.changes.get().is_some_and(|changes| changes.is_asked()) {
+            self.token.give_back();
+            self.change();
+            self.token.take();
         }
     }
 }

@@ -337,29 +337,6 @@ impl Shared {
         let _ = self.after_cycle.set(look);
     }
 
-    /// Has the changes made here that modules ask for. Only the first one counts.
-    pub fn change_with(&self, changes: Arc<SettingsControl>) {
-        // An agent sets it when it is loaded.
-        let _ = self.changes.set(changes);
-    }
-
-    /// Makes the changes that modules have asked for in the last cycle, if they are to be made here; nobody has the token
-    /// meanwhile.
-    pub fn change(&self) {
-        if let Some(changes) = self.changes.get().filter(|changes| self.lockstep && changes.is_asked()) {
-            changes.carry_out();
-        }
-    }
-
-    /// The same for who has the token, and has it again then.
-    fn change_here(&self) {
-        if self.lockstep && self.changes.get().is_some_and(|changes| changes.is_asked()) {
-            self.token.give_back();
-            self.change();
-            self.token.take();
-        }
-    }
-
     /// Takes the token for a single cycle.
     pub fn take_token(&self) {
         self.token.take();

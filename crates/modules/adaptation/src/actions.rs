@@ -1,0 +1,226 @@
+//! What is done about sensors that fail: other settings, and a look whether they have the effect.
+//!
+//! | action | decomposition |
+//! |---|---|
+//! | `Reconfigure` | atomic: links, parameters and whatever else of the configuration may change, all in one moment |
+//! | `Confirm` | atomic: waits for the effect |
+//! | `SwitchTo` | `Reconfigure`; `Confirm` |
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+use slate_plugin::interfaces::{Odometry, SonarScan};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::module::Level;
+use slate_plugin::module::aspect::{Answer, Aspect, Settings};
+use slate_plugin::prelude::*;
+
+use crate::alternatives::Alternatives;
+
+/// How far a decision has come.
+#[interface]
+#[derive(Serialize, Deserialize)]
+pub enum Progress {
+    /// The settings are asked for.
+    Asked,
+    /// They hold.
+    Changed,
+    /// They have the effect that they are for.
+    Effective,
+    /// They don't hold, or have no effect.
+    Failed,
+}
+
+/// What was decided last, and how far that has come.
+#[interface]
+#[derive(PartialEq)]
+pub struct Adaptation {
+    /// Which decision of the Plan it is, from 1.
+    pub decision: u64,
+    /// The alternative that it goes on with.
+    pub alternative: Text<28>,
+    /// How far it has come.
+    pub progress: Progress,
+    /// Not used.
+    pub reserved: [u8; 7],
+}
+
+/// The settings of the agent, and what of the robot shows their effect.
+#[ports]
+pub struct Managed {
+    settings: Aspect<Settings>,
+    /// What there is to choose between.
+    alternatives: Input<Alternatives>,
+    /// What the robot's own blocks measure with, whichever sensor that is.
+    #[stale(after = "300ms")]
+    used: Input<SonarScan>,
+    /// How the robot moves.
+    #[stale(after = "300ms")]
+    odometry: Input<Odometry>,
+    /// What was decided last, and how far that has come.
+    adaptation: Output<Adaptation>,
+}
+
+impl Managed {
+    /// The speed of the robot, m/s; nothing when it is not known.
+    fn speed(&self) -> Option<f64> {
+        self.odometry.fresh().map(|odometry| odometry.twist.linear.abs())
+    }
+
+    /// Tells how far a decision has come, on the blackboard and in the log, so many seconds after the action began.
+    fn tell(&self, choice: Choice, progress: Progress, waited: f64, now: &Tick, what: fmt::Arguments<'_>) {
+        let (decision, name) = (choice.decision as u64, self.alternatives.name(choice.number()));
+        let alternative = Text::new(name);
+        self.adaptation.set(Adaptation { decision, alternative, progress, reserved: [0; 7] });
+        let fields = [
+            ("decision", decision.into()),
+            ("alternative", name.into()),
+            ("waited_s", waited.into()),
+            ("speed_m_s", self.speed().unwrap_or(f64::NAN).into()),
+        ];
+        let level = if progress == Progress::FAILED { Level::Error } else { Level::Info };
+        now.log_with(level, what, &fields);
+    }
+}
+
+/// An alternative, and the decision that it was chosen by.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub struct Choice {
+    /// Its place in [`Alternatives`], from 0.
+    pub alternative: f64,
+    /// The number of the decision, from 1.
+    pub decision: f64,
+}
+arguments!(Choice { alternative, decision });
+
+impl Choice {
+    fn number(&self) -> usize {
+        // The Plan counts them from 0; the cast takes the nearest number for what is out of range.
+        self.alternative as usize
+    }
+}
+
+/// Changes the settings to those of an alternative, all in one moment.
+#[derive(Serialize, Deserialize)]
+pub struct Reconfigure {
+    choice: Choice,
+    /// The request to the host, and when it was made, nanoseconds.
+    request: Option<(u64, u64)>,
+}
+
+impl ActionKind for Reconfigure {
+    const KIND: &'static str = "Reconfigure";
+    type Arguments = Choice;
+
+    fn start(choice: Choice) -> Self {
+        Self { choice, request: None }
+    }
+}
+
+impl Action<Managed> for Reconfigure {
+    fn act(&mut self, acting: &Acting<'_, Managed>) -> Step {
+        let Acting { body, now, .. } = acting;
+        let answer = self.request.map_or(Answer::Unknown, |(request, _)| body.settings.answer(request));
+        let waited = self.request.map_or(0.0, |(_, since)| now.now().saturating_sub(since) as f64 * 1e-9);
+        let tell = |progress, what: fmt::Arguments<'_>| body.tell(self.choice, progress, waited, now, what);
+        match answer {
+            Answer::Pending => Step::Running,
+            // It was never asked for, or in a tick that failed.
+            Answer::Unknown => {
+                tell(Progress::ASKED, format_args!("action: other settings are asked for"));
+                let changes = body.alternatives.changes(self.choice.number());
+                self.request = Some((body.settings.change(changes), now.now()));
+                Step::Running
+            }
+            // Which ones, the agent itself says.
+            Answer::Done(_) => {
+                tell(Progress::CHANGED, format_args!("action: other settings hold"));
+                Step::Done
+            }
+            Answer::Refused(reason) => {
+                tell(Progress::FAILED, format_args!("action: the settings are refused: {reason}"));
+                Step::Failed
+            }
+        }
+    }
+}
+
+/// How long the effect is waited for, seconds.
+const PATIENCE: f64 = 3.0;
+/// The robot may be so much faster than it shall be, as wheels and encoders are not exact, m/s.
+const TOLERANCE: f64 = 0.03;
+
+/// Waits for the effect: the sensor in use answers, and the robot is no faster than it shall be.
+#[derive(Serialize, Deserialize)]
+pub struct Confirm {
+    choice: Choice,
+    /// When the settings were changed, nanoseconds.
+    since: Option<u64>,
+}
+
+impl ActionKind for Confirm {
+    const KIND: &'static str = "Confirm";
+    type Arguments = Choice;
+
+    fn start(choice: Choice) -> Self {
+        Self { choice, since: None }
+    }
+}
+
+impl Action<Managed> for Confirm {
+    fn act(&mut self, acting: &Acting<'_, Managed>) -> Step {
+        let Acting { body, now, .. } = acting;
+        let since = *self.since.get_or_insert(now.now());
+        let waited = now.now().saturating_sub(since) as f64 * 1e-9;
+        let limit = body.alternatives.list.get(self.choice.number()).map_or(0.0, |chosen| chosen.speed);
+        let answers = body.used.fresh().is_some_and(|scan| {
+            body.used.stamp().time >= since && scan.echoes.iter().all(|echo| echo.range.is_finite())
+        });
+        // Who stands needs no sensor.
+        let senses = answers || limit == 0.0;
+        let tell = |progress, what: fmt::Arguments<'_>| body.tell(self.choice, progress, waited, now, what);
+        if senses && body.speed().is_some_and(|speed| speed <= limit + TOLERANCE) {
+            tell(
+                Progress::EFFECTIVE,
+                format_args!("effect: the sensor in use answers, and the speed is right"),
+            );
+            return Step::Done;
+        }
+        if waited < PATIENCE {
+            return Step::Running;
+        }
+        let wrong = if senses { "the robot is too fast" } else { "the sensor in use does not answer" };
+        tell(Progress::FAILED, format_args!("effect: {wrong}"));
+        Step::Failed
+    }
+}
+
+/// Goes on with another alternative.
+#[derive(Serialize, Deserialize)]
+pub struct SwitchTo {
+    steps: InSequence<(Reconfigure, Confirm)>,
+}
+
+impl ActionKind for SwitchTo {
+    const KIND: &'static str = "SwitchTo";
+    type Arguments = Choice;
+
+    fn start(choice: Choice) -> Self {
+        Self { steps: InSequence::start((choice, choice)) }
+    }
+
+    fn children(&self, tree: &mut ActionTree) {
+        tree.child(&self.steps);
+    }
+}
+
+impl Action<Managed> for SwitchTo {
+    fn act(&mut self, acting: &Acting<'_, Managed>) -> Step {
+        self.steps.act(acting)
+    }
+}
+
+repertoire! {
+    /// What can be done about sensors that fail.
+    pub enum AdaptationActions for Managed as "adaptation_execute" { Reconfigure, Confirm, SwitchTo }
+}

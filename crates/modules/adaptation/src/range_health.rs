@@ -1,0 +1,89 @@
+//! How a sensor does that measures ranges, by what it says.
+
+use serde::{Deserialize, Serialize};
+use slate_plugin::interfaces::{Odometry, SonarScan};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::prelude::*;
+
+/// How a sensor does.
+#[interface]
+#[derive(PartialEq)]
+pub struct SensorHealth {
+    /// How old its newest measurement is.
+    #[unit("s")]
+    pub age: f64,
+    /// The share of the measurement that is no number, 0 to 1.
+    pub invalid: f64,
+    /// How far the robot has gone, or its sides have in a turn, while measurement after measurement was the same.
+    #[unit("m")]
+    pub unchanged: f64,
+}
+
+/// The sensor, and how its robot moves.
+#[ports]
+pub struct RangeSensor {
+    /// What it says.
+    ranges: Input<SonarScan>,
+    /// What the wheels' encoders say.
+    odometry: Input<Odometry>,
+}
+
+/// The last measurement, and how the robot has moved since it was another one.
+#[derive(Default, Serialize, Deserialize)]
+pub struct Memory {
+    /// When the first tick was, nanoseconds.
+    begun: Option<u64>,
+    ranges: Vec<f64>,
+    /// Where the robot was when it was last looked.
+    pose: Option<(f64, f64, f64)>,
+    /// Metres since the measurement was another one, until now and until the newest measurement.
+    way: f64,
+    unchanged: f64,
+}
+
+/// Half the width of a robot: its sides go so far in a turn of a radian, metres.
+const SIDE: f64 = 0.2;
+
+/// Watches how a sensor does that measures ranges.
+pub struct RangeHealthMonitor;
+
+impl Monitor for RangeHealthMonitor {
+    const NAME: &'static str = "range_health_monitor";
+    const DOC: &'static str = "Watches how a sensor does that measures ranges.";
+    type Sensors = RangeSensor;
+    type Params = ();
+    type State = Memory;
+    type Value = SensorHealth;
+
+    fn interpret(memory: &mut Memory, sensors: &RangeSensor, _: &(), now: &Tick) -> Option<SensorHealth> {
+        let begun = *memory.begun.get_or_insert(now.now());
+        if let Some(Odometry { pose, .. }) = sensors.odometry.new() {
+            let (x, y, theta) =
+                memory.pose.replace((pose.x, pose.y, pose.theta)).unwrap_or((pose.x, pose.y, pose.theta));
+            let turn = math::angle_between(theta, pose.theta).abs();
+            let way = math::hypot(pose.x - x, pose.y - y) + SIDE * turn;
+            memory.way += if way.is_finite() { way } else { 0.0 };
+        }
+        let scan = &sensors.ranges;
+        if scan.is_new() {
+            let heard = scan.echoes.iter().any(|echo| echo.heard.get());
+            let ranges = || scan.echoes.iter().map(|echo| echo.range);
+            // Compared as bits: what is no number is always the same, too.
+            let same = ranges().map(f64::to_bits).eq(memory.ranges.iter().map(|range| range.to_bits()));
+            // Who hears nothing anywhere says the same wherever it goes.
+            if !same || !heard {
+                memory.ranges.clear();
+                memory.ranges.extend(ranges());
+                memory.way = 0.0;
+            }
+            memory.unchanged = memory.way;
+        }
+        let newest = if scan.stamp().sequence > 0 { scan.stamp().time } else { begun };
+        let invalid = scan.echoes.iter().filter(|echo| !echo.range.is_finite()).count();
+        Some(SensorHealth {
+            age: now.now().saturating_sub(newest) as f64 * 1e-9,
+            invalid: invalid as f64 / math::max(scan.echoes.len() as f64, 1.0),
+            unchanged: memory.unchanged,
+        })
+    }
+}
