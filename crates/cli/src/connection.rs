@@ -1,7 +1,6 @@
 //! Finding the agent that a command is for.
 
 use clap::Args;
-use slate::blackboard::is_within;
 use slate::runtime::remote::{Client, agents};
 use slate::runtime::sharing::TEAM;
 
@@ -42,12 +41,10 @@ impl AgentOption {
         if self.agent.is_some() || running.len() < 2 || path.contains("://") {
             return None;
         }
-        let path = path.trim_start_matches('/');
         let mut owners = running.iter().filter_map(|name| {
             // One that ends just now has nothing.
             let mut client = Client::connect(name).ok()?;
-            let properties = client.properties(None).ok()?;
-            properties.iter().any(|property| is_within(path, &property.path)).then_some(client)
+            client.read(path).is_ok().then_some(client)
         });
         let first = owners.next();
         first.filter(|_| owners.next().is_none())

@@ -174,6 +174,9 @@ impl<M: Measurement> Display<M> {
             self.shown.clone_from(measured);
             return Some(&self.shown);
         };
+        if fault.kind != FaultKind::Late {
+            self.late = None;
+        }
         match fault.kind {
             FaultKind::Frozen => {}
             FaultKind::Silent => return None,
@@ -186,7 +189,7 @@ impl<M: Measurement> Display<M> {
                     self.late = Some((now, measured.clone()));
                     return None;
                 };
-                if now < *at + fault.delay {
+                if now < at.saturating_add(fault.delay) {
                     return None;
                 }
                 self.shown.clone_from(value);

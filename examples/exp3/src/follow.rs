@@ -160,7 +160,10 @@ impl Plan for FollowPlanner {
 impl FollowMemory {
     /// Takes in who is seen, and how the robot itself moves.
     fn notice(&mut self, pose: Pose2, noticed: &FollowNoticing, time: f64) -> Twist2 {
-        if let Some(robots) = noticed.robots.new() {
+        if noticed.robots.fresh().is_none() {
+            // Where they were is nothing to go by.
+            self.others = Tracks::default();
+        } else if let Some(robots) = noticed.robots.new() {
             self.others.see(pose, robots, time);
         }
         if self.footprint.is_none() {

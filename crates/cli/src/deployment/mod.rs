@@ -34,6 +34,9 @@ const INTERRUPTED: u8 = 130;
 /// SIGTERM before it caught them.
 const BY_ITSELF: [u8; 6] = [0, 1, 2, 129, INTERRUPTED, 143];
 
+/// Those of a run that was asked to end, and did so.
+const STOPPED: [u8; 4] = [1, 129, INTERRUPTED, 143];
+
 /// What happens to the supervisor.
 pub enum Event {
     /// An agent can start, or has ended; by its place.
@@ -203,7 +206,7 @@ impl Deployment {
         let is_over = member.is_over;
         let code = match code(status) {
             // It was asked to end, and its run is judged where its mission is.
-            code if is_over && BY_ITSELF.contains(&code) => 0,
+            code if is_over && STOPPED.contains(&code) => 0,
             code => code,
         };
         if self.stopping.is_some() {
@@ -226,12 +229,23 @@ impl Deployment {
             self.end_with(&called);
         } else {
             Self::fall(member, at, &describe(status), code);
+            self.end_with_fallen();
         }
+    }
+
+    /// Asks those to end whose mission was that of an agent which stays off.
+    fn end_with_fallen(&mut self) {
+        let ended = self.members.iter().filter(|member| member.code.is_some());
+        let called: Vec<_> = ended.map(|member| member.called.clone()).collect();
+        called.iter().for_each(|called| self.end_with(called));
     }
 
     /// Asks those to end whose mission was that of an agent which has ended.
     fn end_with(&mut self, called: &str) {
-        for member in self.members.iter_mut().filter(|member| member.mission_of.as_deref() == Some(called)) {
+        for member in self.members.iter_mut() {
+            if member.is_over || member.mission_of.as_deref() != Some(called) {
+                continue;
+            }
             member.is_over = true;
             match &member.running {
                 Some(running) => running.interrupt(),
@@ -241,7 +255,7 @@ impl Deployment {
         }
         let mut members = self.members.iter();
         if members.all(|member| member.is_over || member.code.is_some()) {
-            self.stopping = Some(now());
+            self.stopping.get_or_insert_with(now);
         }
     }
 
@@ -277,6 +291,7 @@ impl Deployment {
                 Self::fall(member, at, &format!("can't be started: {error}"), 2);
             }
         }
+        self.end_with_fallen();
     }
 
     fn asked(&mut self) {

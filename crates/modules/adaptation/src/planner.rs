@@ -80,7 +80,13 @@ impl Plan for AdaptationPlanner {
                 && !given_up[*number]
                 && sensors.get(*number).is_none_or(is_healthy)
         };
-        let Some(best) = (0..given_up.len()).find(is_possible) else { return };
+        let Some(best) = (0..given_up.len()).find(is_possible) else {
+            if failed || noticed.first.newest().is_some() || noticed.second.newest().is_some() {
+                let what = "plan: there is no alternative left, so the robot goes on as it is: stop it";
+                now.log_with(Level::Error, format_args!("{what}"), &[("decision", memory.decision.into())]);
+            }
+            return;
+        };
         if best == memory.chosen && !failed {
             return;
         }

@@ -91,6 +91,8 @@ type Began = Option<(u64, Vec<u8>)>;
 
 /// What a module begins with, and the file that takes the place of that at the end.
 fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Replacement>), Problem> {
+    // A name that leads to the file stays one, and all names of it are kept from other runs.
+    let file = &file.canonicalize().unwrap_or_else(|_| file.to_owned());
     // First, so that no other run writes it between.
     let unwritable = |error: io::Error| match error.kind() {
         io::ErrorKind::AlreadyExists => ("another run or module has it".into(), help(error.kind())),

@@ -62,7 +62,9 @@ impl SettingsControl {
     pub fn carry_out(&self) {
         let _turn = locked(&self.turn);
         self.asked.store(false, Ordering::Relaxed);
-        for request in std::mem::take(&mut *locked(&self.requests)) {
+        // A change waits until no module runs, and one that runs may ask meanwhile: nothing is locked for that long.
+        let requests = std::mem::take(&mut *locked(&self.requests));
+        for request in requests {
             let composer = self.composer.get().and_then(WeakComposer::upgrade);
             let answer = composer.map_or(Err("the agent ends".into()), |composer| {
                 composer.change_for(&request.module, &request.lines).map_err(|report| report.to_string())

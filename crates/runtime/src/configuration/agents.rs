@@ -112,8 +112,12 @@ impl Layers {
             if !self.agents.contains_key(name) {
                 self.unknown(name, Some(entry.key));
             } else if let Some(table) = self.problems.as_table(&format!("agents.{name}"), entry) {
+                self.division.note(name, entry, table, &mut self.problems);
                 if is_wanted {
-                    own = Some(table.clone());
+                    let mut table = table.clone();
+                    // It is noted.
+                    table.entries.remove("runs");
+                    own = Some(table);
                 } else if kind == SourceKind::Change {
                     let help =
                         format!("change it there: --agent {name}, and the setting without `agents.{name}.`");

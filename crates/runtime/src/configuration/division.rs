@@ -9,7 +9,7 @@ use super::Options;
 use super::layers::Layers;
 use super::problems::{Problems, suggestion};
 use super::scope::{SECTIONS, each_text, resolve_keys};
-use super::source::{Sources, Span, Spanned};
+use super::source::{SourceKind, Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
 
 /// The agents of a file, with what each says that it runs.
@@ -49,6 +49,7 @@ impl Division {
         merged: &mut Table,
         sources: &Sources,
         extra_tables: &[String],
+        changes: &[Table],
         problems: &mut Problems,
     ) -> bool {
         if self.0.values().all(|part| part.runs.is_none()) || !self.0.contains_key(agent) {
@@ -56,6 +57,7 @@ impl Division {
         }
         let side = Side { parts: &self.0, agent, names: Names::of(merged, sources) };
         side.check(problems);
+        side.check_changes(changes, problems);
         for section in SECTIONS {
             let Some(Value::Table(table)) =
                 merged.entries.get_mut(section).map(|entry| &mut entry.value.value)
@@ -107,10 +109,10 @@ impl Layers {
             return of_files;
         };
         if !self.incomplete {
-            let Self { division, merged, sources, problems, .. } = self;
+            let Self { division, merged, sources, flat_sets: changes, problems, .. } = self;
             let extra = &options.extra_tables;
-            division.leave(&wanted, &mut of_files, sources, extra, &mut Problems::default());
-            self.clock_elsewhere = division.leave(&wanted, merged, sources, extra, problems);
+            division.leave(&wanted, &mut of_files, sources, extra, &[], &mut Problems::default());
+            self.clock_elsewhere = division.leave(&wanted, merged, sources, extra, changes, problems);
         }
         of_files
     }
@@ -198,6 +200,19 @@ impl Side<'_> {
         }
     }
 
+    /// A change at run time is one of this agent, and would be lost on what another one runs.
+    fn check_changes(&self, changes: &[Table], problems: &mut Problems) {
+        let sections = changes.iter().flat_map(|change| SECTIONS.map(|section| change.get(section)));
+        let tables = sections.flatten().filter_map(|section| section.as_table());
+        for (name, entry) in tables.flat_map(Table::iter) {
+            if let Some(owner) = self.owner(first(name)).filter(|owner| *owner != self.agent) {
+                let called = &self.parts[owner].called;
+                let message = format!("agent `{called}` runs `{}`", first(name));
+                problems.add(entry.key, message, format!("change it there: --agent {called}"));
+            }
+        }
+    }
+
     /// Whether the agent has a module, an actuator or the input of a link.
     fn keeps(&self, name: &str, entry: &Entry, sources: &Sources, problems: &mut Problems) -> bool {
         let is_own = is_own(sources, entry.key);
@@ -221,9 +236,10 @@ impl Side<'_> {
     }
 }
 
-/// Whether something is written in the table of one agent.
+/// Whether something is written in the table of one agent, or was brought to it at run time.
 fn is_own(sources: &Sources, span: Span) -> bool {
-    sources.0[span.source].place.own
+    let source = &sources.0[span.source];
+    source.place.own || source.kind == SourceKind::Change
 }
 
 /// The first of the names that slashes separate.

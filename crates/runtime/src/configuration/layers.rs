@@ -135,6 +135,7 @@ impl Layers {
         for Written { text, equals } in settings {
             let id = self.setting(kind, text);
             let Some(table) = parse_set(text, equals, id, &mut self.problems) else { continue };
+            self.sources.0[id].place.own = table.entries.contains_key("agents");
             let Some(mut table) = self.of_wanted(kind, table) else { continue };
             if let Some(Entry { key, .. }) = table.entries.remove("include") {
                 self.problems.add(key, "only a file includes others", "write `include` in the file");

@@ -196,3 +196,28 @@ fn what_nobody_or_two_would_run_is_refused() {
         assert!(said.contains("robots.toml:"), "{said}");
     }
 }
+
+#[test]
+fn a_change_at_run_time_is_of_what_the_agent_runs() {
+    let folder = Folder::new("division", &[("robots.toml", &format!("{WORLD}{AGENTS}"))]);
+    let open = |agent: &str| Database::open(folder.path("robots.toml"), of(agent, &[])).unwrap();
+    let database = open("r2");
+    for path in
+        ["robots.r3.modules.planner.params.speed", "modules.simulator.params.rate", "links.'referee/truth'"]
+    {
+        let refused = database.set(&[(path, "0.2")]).unwrap_err().to_string();
+        assert!(refused.contains("runs `") && refused.contains("change it there: --agent "), "{refused}");
+    }
+    let before = modules(&open("base").current()).len();
+    database
+        .set(&[("robots.r2.modules.planner.params.speed", "0.2"), ("modules.camera.plugin", "camera")])
+        .unwrap();
+    let names = |configuration: &Configuration| modules(configuration).join(" ");
+    assert_eq!(names(&database.current()), "camera r2/planner");
+    database.save(SaveTo::Origin).unwrap();
+    assert_eq!(names(&open("r2").current()), "camera r2/planner");
+    assert_eq!(
+        (modules(&open("base").current()).len(), names(&open("r3").current())),
+        (before, "r3/planner".into())
+    );
+}
