@@ -177,7 +177,9 @@ fn a_url_that_names_an_agent_leads_to_it() {
     run(&mut running, "robot");
     run(&mut running, "watcher");
     run(&mut running, "other");
-    running.fails(2, &["get", "/referee/truth/x"], &["several agents run here"]);
+    // Two have that, and one alone has the other.
+    running.fails(2, &["get", "/simulator/r2/truth/x"], &["several agents run here"]);
+    assert!(running.call(&["get", "/referee/params/robot"]).status.success());
     let read = |url: &str| running.call(&["get", url]).status.success();
     wait_for("a value", || read("slate://robot/simulator/r2/truth/x"));
     assert!(running.done(&["list", "slate://robot/simulator/**"]).contains("r2/truth"));

@@ -8,6 +8,7 @@
 )]
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -15,7 +16,7 @@ use slate_module::Plugin;
 use slate_module::aspect::{Answer, Aspect, Settings};
 use slate_module::prelude::*;
 use slate_runtime::configuration::{self, Configuration, Database};
-use slate_runtime::{Agent, Control, Options, Rate};
+use slate_runtime::{Agent, Control, Mode, Options, Rate};
 
 /// A number.
 #[interface]
@@ -282,4 +283,38 @@ fn on_the_wall_clock_they_are_made_beside_the_loop() {
     let answers = answers.lock().unwrap();
     assert!(matches!(&answers[..], [(_, Answer::Done(_))]), "{answers:?}");
     assert_eq!(database.get("modules.gauge.params.gain").unwrap()[0].value.as_f64(), Some(10.0));
+}
+
+#[test]
+fn modules_on_threads_of_their_own_that_ask_at_once_do_not_wait_for_each_other() {
+    const TIMES: u64 = 30;
+    let done: [Arc<AtomicU64>; 2] = Default::default();
+    let mut modules = String::new();
+    for (asker, done) in ["asker_on_a_thread", "asker_on_another"].into_iter().zip(&done) {
+        let (done, mut open) = (Arc::clone(done), None);
+        let script = move |settings: &Settings, _: &Tick| {
+            if open.is_some_and(|request| settings.answer(request) != Answer::Pending) {
+                done.fetch_add(1, Ordering::Relaxed);
+                open = None;
+            }
+            let gain = format!("modules.gauge.params.gain={}", done.load(Ordering::Relaxed) + 2);
+            open.get_or_insert_with(|| settings.change([gain.as_str()]));
+            Outcome::Ok
+        };
+        SCRIPTS.lock().unwrap().insert(asker.into(), Box::new(script));
+        modules += &format!("[modules.{asker}]\nplugin = \"asker\"\n");
+    }
+    let text = format!("[loop]\nperiod = \"2ms\"\n[modules.beat]\n[modules.gauge]\n{modules}");
+    let database = Database::from_text("test.toml", &text, Default::default()).unwrap();
+    let options = Options { mode: Mode::Threaded, ..Options::default() };
+    let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+    let (told, start) = (done.clone(), Instant::now());
+    let observer = move |_: &slate_runtime::Cycle<'_>| {
+        let are_done = told.iter().all(|done| done.load(Ordering::Relaxed) >= TIMES);
+        let is_over = are_done || start.elapsed() > Duration::from_secs(60);
+        if is_over { Control::Stop } else { Control::Continue }
+    };
+    agent.run(Box::new(observer)).unwrap();
+    let counts = done.map(|done| done.load(Ordering::Relaxed));
+    assert!(counts.iter().all(|count| *count >= TIMES), "{counts:?}");
 }
