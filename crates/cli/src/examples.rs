@@ -15,54 +15,61 @@ struct Example {
     name: &'static str,
     about: &'static str,
     configuration: &'static str,
-    /// Variants by the value of `controller`, and the settings that make them.
-    controllers: &'static [(&'static str, &'static [&'static str])],
+    /// What `controller` and `pace` may be.
+    choices: [&'static [Variant]; CHOICES.len()],
 }
+
+/// What a choice is called, and the settings that make it.
+type Variant = (&'static str, &'static [&'static str]);
 
 const EXAMPLES: [Example; 3] = [
     Example {
         name: slate_exp1::NAME,
         about: slate_exp1::ABOUT,
         configuration: slate_exp1::CONFIGURATION,
-        controllers: &slate_exp1::CONTROLLERS,
+        choices: [&slate_exp1::CONTROLLERS, &slate_exp1::PACES],
     },
     Example {
         name: slate_exp2::NAME,
         about: slate_exp2::ABOUT,
         configuration: slate_exp2::CONFIGURATION,
-        controllers: &slate_exp2::CONTROLLERS,
+        choices: [&slate_exp2::CONTROLLERS, &slate_exp2::PACES],
     },
     Example {
         name: slate_exp3::NAME,
         about: slate_exp3::ABOUT,
         configuration: slate_exp3::CONFIGURATION,
-        controllers: &slate_exp3::CONTROLLERS,
+        choices: [&slate_exp3::CONTROLLERS, &slate_exp3::PACES],
     },
 ];
 
-/// The setting that chooses a variant.
-const CONTROLLER: &str = "controller";
+/// The settings that choose among variants; a later one goes over an earlier.
+const CHOICES: [&str; 2] = ["controller", "pace"];
 
 /// Names at the top of a configuration that belong to applications.
-const EXTRA_TABLES: [&str; 3] = ["world", "report", CONTROLLER];
+const EXTRA_TABLES: [&str; 4] = ["world", "report", CHOICES[0], CHOICES[1]];
 
 impl Example {
     fn read(&self, options: Options) -> Result<Database, Failure> {
         Ok(Database::from_text(&format!("{}.toml", self.name), self.configuration, options)?)
     }
 
-    /// The settings of the variant that `controller` names.
-    fn variant(&self, configuration: &Configuration) -> Result<&'static [&'static str], Failure> {
-        let Some(controller) = configuration.value(CONTROLLER) else { return Ok(&[]) };
-        let name = controller.value.as_str().unwrap_or_default();
-        if let Some((_, settings)) = self.controllers.iter().find(|(known, _)| *known == name) {
-            return Ok(settings);
+    /// The settings of the variants that are chosen.
+    fn variants(&self, configuration: &Configuration) -> Result<Vec<String>, Failure> {
+        let mut sets = Vec::new();
+        for (choice, variants) in CHOICES.iter().zip(self.choices) {
+            let Some(chosen) = configuration.value(choice) else { continue };
+            let name = chosen.value.as_str().unwrap_or_default();
+            let Some((_, settings)) = variants.iter().find(|(known, _)| *known == name) else {
+                let known: Vec<_> = variants.iter().map(|(known, _)| *known).collect();
+                let help = format!("there are {}", known.join(", "));
+                let message = format!("no {choice} `{name}`");
+                let diagnostic = configuration.diagnostic(chosen.span, message, Some(help));
+                return Err(Failure::Configuration(diagnostic.into()));
+            };
+            sets.extend(settings.iter().map(|set| (*set).to_owned()));
         }
-        let known: Vec<_> = self.controllers.iter().map(|(known, _)| *known).collect();
-        let help = format!("there are {}", known.join(", "));
-        let diagnostic =
-            configuration.diagnostic(controller.span, format!("no controller `{name}`"), Some(help));
-        Err(Failure::Configuration(diagnostic.into()))
+        Ok(sets)
     }
 }
 
@@ -121,9 +128,9 @@ pub fn find(
         extra_tables: EXTRA_TABLES.map(Into::into).to_vec(),
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
-        let variant = example.variant(&example.read(options(sets.clone()))?.current())?;
-        // What the user sets goes over what the variant sets.
-        let sets = variant.iter().map(|set| (*set).to_owned()).chain(sets).collect();
+        let variants = example.variants(&example.read(options(sets.clone()))?.current())?;
+        // What the user sets goes over what the variants set.
+        let sets = variants.into_iter().chain(sets).collect();
         return Ok(Application::new(name, example.read(options(sets))?));
     }
     let path = Path::new(name);
@@ -145,7 +152,8 @@ pub fn find(
 /// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.
 pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure> {
     // What can't be read is said with all else.
-    let is_variant = |set: &&String| parse_change(set).is_ok_and(|(path, _)| path == CONTROLLER);
+    let is_variant =
+        |set: &&String| parse_change(set).is_ok_and(|(path, _)| CHOICES.contains(&path.as_str()));
     if let Some(set) = sets.iter().find(is_variant) {
         return Err(Failure::OtherVariant { set: set.clone() });
     }

@@ -103,6 +103,18 @@ fn the_authors_scene_and_their_law_can_be_run() {
 }
 
 #[test]
+fn a_pace_goes_over_what_a_controller_brings() {
+    let time = |sets: &[&str]| {
+        let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        summary(&folder("pace"), &sets)["sim_time_s"].as_f64().unwrap()
+    };
+    let (authors, own) = (time(&["pace=authors"]), time(&[]));
+    assert!(authors > 2.0 * own, "{authors} and {own} s");
+    let (slow, fast) = (time(&["controller=rocs-fixed"]), time(&["controller=rocs-fixed", "pace=robots"]));
+    assert!(slow > fast, "{slow} and {fast} s");
+}
+
+#[test]
 fn who_does_not_arrive_in_time_exits_with_1() {
     let output = slate(
         &folder("late"),
@@ -168,11 +180,16 @@ fn what_is_wrong_is_said_with_its_place_and_its_mend() {
         &["simulater", "simulator"],
     );
     refused("controller", &["run", "exp1", "--set", "controller=best"], &["best", "slate, rocs, rocs-fixed"]);
+    refused(
+        "pace",
+        &["run", "exp1", "--set", "pace=hasty"],
+        &["no pace `hasty`", "default, authors, robots"],
+    );
     refused("layout", &["run", "exp1", "--set", "world.layout=none"], &["none", "authors", "random"]);
     refused(
         "range",
         &["run", "exp1", "--set", "robots.r2.modules.planner.params.speed=99"],
-        &["speed", "99", "0 to 1.2"],
+        &["speed", "99", "0 to 3"],
     );
     refused("max", &["run", "exp1", "--mode", "threaded", "--rate", "max"], &["threaded", "realtime"]);
 }

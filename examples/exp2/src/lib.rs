@@ -34,3 +34,26 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
         ],
     ),
 ];
+
+/// How fast the robots may drive, by the value of `pace`, and the settings that make it.
+pub const PACES: [(&str, &[&str]); 3] = [
+    ("default", &[]),
+    (
+        "authors",
+        &[
+            // The authors' wheels turn with 1 rad/s.
+            "robots.r3.modules.planner.params.speed=0.11",
+            "robots.r3.modules.planner.params.careful_speed=0.11",
+            "robots.r3.modules.avoid_obstacle.params.speed=0.11",
+        ],
+    ),
+    (
+        "robots",
+        &[
+            // What the actuators allow, where there is room.
+            "robots.r3.modules.planner.params.speed=1.5",
+            "robots.r3.modules.planner.params.careful_speed=0.3",
+            "robots.r3.modules.avoid_obstacle.params.speed=1.5",
+        ],
+    ),
+];

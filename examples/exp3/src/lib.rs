@@ -48,4 +48,31 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
     ),
 ];
 
+/// How fast the robots may drive, by the value of `pace`, and the settings that make it.
+pub const PACES: [(&str, &[&str]); 3] = [
+    ("default", &[]),
+    (
+        "authors",
+        &[
+            // The authors' wheels turn with 1 rad/s.
+            "robots.r2.modules.planner.params.speed=0.0975",
+            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "robots.r2.modules.avoid_obstacle.params.speed=0.0975",
+            "robots.r3.modules.planner.params.speed=0.11",
+            "robots.r3.modules.avoid_obstacle.params.speed=0.11",
+        ],
+    ),
+    (
+        "robots",
+        &[
+            // What the actuators allow, where there is room.
+            "robots.r2.modules.planner.params.speed=1.2",
+            "robots.r2.modules.planner.params.careful_speed=0.3",
+            "robots.r2.modules.avoid_obstacle.params.speed=1.2",
+            "robots.r3.modules.planner.params.speed=1.5",
+            "robots.r3.modules.avoid_obstacle.params.speed=1.5",
+        ],
+    ),
+];
+
 plugin!(PlanBlock<patrol::PatrolPlanner>, PlanBlock<follow::FollowPlanner>);

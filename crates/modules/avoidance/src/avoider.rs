@@ -21,6 +21,10 @@ pub enum Decision {
 const ARRIVED: f64 = 0.03;
 /// So near to an occupied goal the robot waits, metres.
 const WAITING: f64 = 0.8;
+/// Speed per metre that is left to the goal, 1/s.
+const APPROACH: f64 = 1.5;
+/// But no slower than this, m/s.
+const CREEP: f64 = 0.05;
 /// Less than this in the time of the patience is no progress, metres.
 const PROGRESS: f64 = 0.1;
 
@@ -181,7 +185,7 @@ impl Avoider {
         if !due {
             // Between two choices only: is the present one still safe?
             let motion = self.choice.map_or_else(
-                || planned.unwrap_or_else(|| straight(bearing, parameters)),
+                || planned.unwrap_or_else(|| straight(bearing, distance, parameters)),
                 |[linear, angular]| Twist2 { linear, angular },
             );
             if surroundings.safe(motion) {
@@ -238,7 +242,7 @@ impl Avoider {
         let length = math::min(parameters.look_ahead, distance) + self.footprint.front() + more;
         surroundings.strip_free(bearing, half_width, length)
             && (bearing.abs() < parameters.heading_tolerance || surroundings.can_turn(bearing))
-            && surroundings.safe(straight(bearing, parameters))
+            && surroundings.safe(straight(bearing, distance, parameters))
     }
 
     fn occupied(&self, place: Point2, room: f64) -> bool {
@@ -277,14 +281,24 @@ where
     Ok(list)
 }
 
+/// How fast (m/s) a robot goes that far (metres) from its goal, at most at `speed` (m/s): slower at the end, and so that it
+/// can brake with that deceleration (m/s²).
+pub fn approach_speed(speed: f64, distance: f64, deceleration: f64) -> f64 {
+    let braking = (2.0 * deceleration * distance).sqrt();
+    math::min(speed, math::max(math::min(APPROACH * distance, braking), CREEP))
+}
+
 /// What a planner does that goes straight to the goal when it is let drive.
-fn straight(bearing: f64, parameters: &Parameters) -> Twist2 {
+fn straight(bearing: f64, distance: f64, parameters: &Parameters) -> Twist2 {
     if bearing.abs() > parameters.heading_tolerance {
         Twist2 {
             linear: 0.0,
             angular: if bearing < 0.0 { -parameters.turn_rate } else { parameters.turn_rate },
         }
     } else {
-        Twist2 { linear: parameters.speed, angular: bearing }
+        Twist2 {
+            linear: approach_speed(parameters.speed, distance, parameters.deceleration),
+            angular: bearing,
+        }
     }
 }

@@ -16,7 +16,7 @@ mod motion;
 mod parameters;
 mod rocs;
 
-pub use avoider::{Avoider, Decision, Other};
+pub use avoider::{Avoider, Decision, Other, approach_speed};
 pub use footprint::{Footprint, FootprintError};
 pub use look_ahead::{Course, Sides};
 pub use map::{LocalMap, Mark};

@@ -204,7 +204,7 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
             Some(Step::Done) | None => self.turn = None,
         }
         // Slower at the end; towards the goal on an arc.
-        let linear = math::min(self.leg.speed, math::max(1.5 * distance, 0.05));
+        let linear = whereabouts.approach_speed(self.leg.speed, distance);
         let speeds = whereabouts.wheels_for(linear, math::clamp(2.0 * error, -1.5, 1.5));
         let drive = self.drive.insert(SetWheelSpeed::start(Speeds {
             left: speeds.left,

@@ -37,7 +37,7 @@ pub struct AvoidObstacleSensors {
 /// How it avoids.
 #[params]
 pub struct AvoidObstacleParams {
-    #[param(default = 0.4, range = 0.0..=1.2, unit = "m/s", doc = "highest speed forward")]
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "highest speed forward")]
     speed: f64,
     #[param(default = 1.2, range = 0.1..=5.0, unit = "rad/s", doc = "highest rate of turn")]
     turn_rate: f64,
@@ -99,7 +99,7 @@ impl ReactiveModel for AvoidObstacleModel {
         let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
         let moving = motion.notice(pose, now.seconds());
         let usual = Parameters::default();
-        let braking = robot.chassis.maximum_wheel_acceleration * robot.chassis.wheel_radius;
+        let deceleration = robot.deceleration();
         let parameters = Parameters {
             speed: params.speed,
             turn_rate: params.turn_rate,
@@ -109,9 +109,11 @@ impl ReactiveModel for AvoidObstacleModel {
             // Of one that stops at once it does not matter how it moves now.
             sides: robot.sides().filter(|sides| sides.acceleration < usual.deceleration),
             room: (params.room < 1e6).then_some(params.room),
-            // A heavy robot brakes less hard than one would like to.
-            deceleration: math::min(usual.deceleration, braking),
-            angular_deceleration: math::min(usual.angular_deceleration, 2.0 * braking / robot.chassis.track),
+            deceleration,
+            angular_deceleration: math::min(
+                usual.angular_deceleration,
+                2.0 * deceleration / robot.chassis.track,
+            ),
             ..usual
         };
         let mut scan = *scan;

@@ -1,5 +1,6 @@
 //! What the actions of a robot on wheels act on, whichever wheels it has.
 
+use slate_avoidance::approach_speed;
 use slate_plugin::interfaces::{Orientation, Pose2, Position, WheelSpeeds};
 use slate_plugin::prelude::*;
 
@@ -34,6 +35,12 @@ impl Whereabouts {
         let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
         let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
         (pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite()).then_some(pose)
+    }
+
+    /// How fast (m/s) to go that far (metres) from a place to end at, of that speed at most: slower at the end, and never so fast
+    /// that it could not brake.
+    pub fn approach_speed(&self, speed: f64, distance: f64) -> f64 {
+        approach_speed(speed, distance, self.robot.deceleration())
     }
 
     /// The wheels for a speed forward (m/s) and a turn (rad/s).

@@ -20,9 +20,9 @@ pub struct Noticing {
 /// How fast the robot goes.
 #[params]
 pub struct GoToOriginParams {
-    #[param(default = 0.4, range = 0.0..=1.2, unit = "m/s", doc = "speed where there is room")]
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "speed where there is room")]
     speed: f64,
-    #[param(default = 0.3, range = 0.0..=1.2, unit = "m/s", doc = "speed where it is crowded")]
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded")]
     careful_speed: f64,
     #[param(default = 0.05, range = 0.001..=1.0, unit = "m", doc = "the goal is reached within this distance")]
     tolerance: f64,

@@ -1,6 +1,6 @@
 //! What the robot knows: its goal, and its own body.
 
-use slate_avoidance::Sides;
+use slate_avoidance::{Parameters, Sides};
 use slate_plugin::interfaces::{Chassis, Orientation, Point2, Pose2, Position, WheelSpeeds};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{Device, RobotModel};
@@ -24,6 +24,12 @@ impl WheeledModel {
             return WheelSpeeds::ZERO;
         }
         WheelSpeeds { left: (linear - angular * half) / radius, right: (linear + angular * half) / radius }
+    }
+
+    /// How hard it brakes when nothing hurries it, m/s²: a heavy robot less than others; not at all while the body is not known.
+    pub fn deceleration(&self) -> f64 {
+        let greatest = self.chassis.maximum_wheel_acceleration * self.chassis.wheel_radius;
+        math::min(Parameters::default().deceleration, greatest)
     }
 
     /// How its sides follow commands; nothing while the body is not known.
