@@ -91,6 +91,12 @@ const LATER_TURNS: [f64; 5] = [0.0, 0.4, -0.4, 1.0, -1.0];
 /// What a change of motion costs: for each m/s, and for each rad/s.
 const CHANGE: [f64; 2] = [0.05, 0.02];
 
+/// Time between two looks at what comes, seconds.
+const INTERVAL: f64 = 0.2;
+/// Who is slower than this (m/s) looks so much farther ahead, but no more than so many times.
+const BRISK: f64 = 0.6;
+const SLOWEST: f64 = 5.0;
+
 /// Follows another robot.
 pub struct FollowPlanner;
 
@@ -198,6 +204,7 @@ impl FollowMemory {
             room: params.room,
             radius: params.other_radius,
             margin: params.margin,
+            pace: math::clamp(BRISK / params.speed, 1.0, SLOWEST),
         };
         let others = self.others.iter().filter(|track| own.is_none_or(|own| own.name != track.name));
         for (other, track) in outlook.others.iter_mut().zip(others) {
@@ -205,7 +212,8 @@ impl FollowMemory {
         }
         let motions = |speeds: &'static [f64], turns: &'static [f64]| {
             let all = speeds.iter().flat_map(move |speed| turns.iter().map(move |turn| (speed, turn)));
-            all.map(|(speed, turn)| Twist2 { linear: speed * params.speed, angular: turn * params.turn_rate })
+            let turn_rate = params.turn_rate / outlook.pace;
+            all.map(move |(speed, turn)| Twist2 { linear: speed * params.speed, angular: turn * turn_rate })
         };
         let (linear, angular) = self.wants;
         let change = |motion: Twist2| {
@@ -213,7 +221,8 @@ impl FollowMemory {
         };
         let first = std::iter::once(law(course.pose, leader, params)).chain(motions(&SPEEDS, &TURNS));
         let second = motions(&LATER_SPEEDS, &LATER_TURNS);
-        sides.best(course, first.map(|motion| (motion, change(motion))), second, |pose, time| {
+        let interval = INTERVAL * outlook.pace;
+        sides.best(course, interval, first.map(|motion| (motion, change(motion))), second, |pose, time| {
             outlook.cost(pose, time)
         })
     }

@@ -32,6 +32,8 @@ pub struct Outlook<'a> {
     pub radius: f64,
     /// Least distance to anything, metres.
     pub margin: f64,
+    /// How much slower than usual all this goes: what may become of the others takes so much longer.
+    pub pace: f64,
 }
 
 /// Nearer to the leader than this is too near, and farther too far, metres.
@@ -74,6 +76,7 @@ impl Outlook<'_> {
     pub fn cost(&self, pose: Pose2, time: f64) -> f64 {
         let limit = self.room - self.radius;
         let leader = self.leader.after(time, limit);
+        let unsure = time / self.pace;
         let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
         let gap = (dx * dx + dy * dy).sqrt();
         let heading = Point2 { x: math::cos(pose.theta), y: math::sin(pose.theta) };
@@ -82,11 +85,11 @@ impl Outlook<'_> {
         if !self.hidden {
             cost += self.lane(pose, leader);
             // The leader may turn at any time.
-            cost += 6.0 * squared(BAND[0] + 0.08 * time - gap) + 4.0 * squared(gap - BAND[1]);
+            cost += 6.0 * squared(BAND[0] + 0.08 * unsure - gap) + 4.0 * squared(gap - BAND[1]);
             let shut_in = math::max(from_middle(leader.x, leader.y), OUTSIDE);
             cost += 0.5 * squared(from_middle(pose.x, pose.y) - shut_in);
         }
-        let sure = 1.0 / (1.0 + 0.5 * time);
+        let sure = 1.0 / (1.0 + 0.5 * unsure);
         cost += sure * self.touch(pose, heading, leader);
         let mut way = gap;
         for other in self.others.iter().flatten() {
@@ -106,7 +109,7 @@ impl Outlook<'_> {
     fn lane(&self, pose: Pose2, leader: Point2) -> f64 {
         let [east, north] = self.leader.velocity;
         let speed = (east * east + north * north).sqrt();
-        if speed < SLOW {
+        if speed * self.pace < SLOW {
             return 0.0;
         }
         let (dx, dy) = (pose.x - leader.x, pose.y - leader.y);

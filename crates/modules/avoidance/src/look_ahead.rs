@@ -23,8 +23,6 @@ pub struct Course {
     pub motion: Twist2,
 }
 
-/// Time between two looks, seconds.
-const STEP: f64 = 0.2;
 /// Looks at the first of two motions, and at the second.
 const FIRST: u32 = 4;
 const SECOND: u32 = 12;
@@ -53,10 +51,12 @@ impl Sides {
     }
 
     /// Which of the motions in `first` to begin with, when one of those in `second` comes after it: that from which the
-    /// least `cost` follows, summed over places at times (seconds from now). A motion comes with a cost of its own.
+    /// least `cost` follows, summed over places at times (seconds from now), every `interval` (seconds). A motion comes with
+    /// a cost of its own.
     pub fn best(
         &self,
         course: Course,
+        interval: f64,
         first: impl Iterator<Item = (Twist2, f64)>,
         second: impl Iterator<Item = Twist2> + Clone,
         cost: impl Fn(Pose2, f64) -> f64,
@@ -66,8 +66,8 @@ impl Sides {
         for (motion, own) in first {
             let (mut there, mut begun) = (course, own);
             for step in 1..=FIRST {
-                there = self.after(there, motion, STEP);
-                begun += cost(there.pose, STEP * f64::from(step));
+                there = self.after(there, motion, interval);
+                begun += cost(there.pose, interval * f64::from(step));
             }
             for next in std::iter::once(motion).chain(second.clone()) {
                 let (mut there, mut sum) = (there, begun);
@@ -76,8 +76,8 @@ impl Sides {
                     if sum >= least {
                         break;
                     }
-                    there = self.after(there, next, STEP);
-                    sum += cost(there.pose, STEP * f64::from(step));
+                    there = self.after(there, next, interval);
+                    sum += cost(there.pose, interval * f64::from(step));
                 }
                 if sum < least {
                     (best, least) = (Some(motion), sum);

@@ -406,7 +406,7 @@ fn of_motions_the_one_is_best_from_which_the_best_can_follow() {
     let [on, back, stop] = [0.5, -0.5, 0.0].map(|linear| Twist2 { linear, angular: 0.0 });
     let best = |motions: &[Twist2], to: f64| {
         let first = motions.iter().map(|motion| (*motion, 0.0));
-        sides.best(standing, first, [stop].into_iter(), |pose, _| (pose.x - to).abs())
+        sides.best(standing, 0.2, first, [stop].into_iter(), |pose, _| (pose.x - to).abs())
     };
     assert_eq!(best(&[stop, on, back], 1.0), Some(on));
     assert_eq!(best(&[stop, on, back], -1.0), Some(back));
