@@ -9,7 +9,9 @@
 mod batch;
 mod error;
 mod plot;
+mod recorder;
 mod report;
+pub mod ros;
 mod scene;
 mod statistics;
 mod summary;
@@ -17,6 +19,7 @@ mod trajectory;
 
 pub use batch::{Batch, Collisions, Companion, Spread};
 pub use error::Error;
+pub use recorder::{RecordError, RecordState, Recorded, Recorder};
 pub use report::Report;
 pub use scene::{Bounds, Circle, Cone, Goal, Polygon, Robot, Scene};
 pub use summary::{Outcome, Summary};

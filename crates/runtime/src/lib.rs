@@ -19,6 +19,7 @@ mod main_loop;
 pub mod memory;
 pub mod plugin;
 mod printable;
+pub mod recording;
 pub mod remote;
 pub mod replacement;
 mod runner;

@@ -6,7 +6,7 @@ mod property;
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, OnceLock, PoisonError};
 
 pub use error::BoardError;
 pub use events::{Event, Observer, Settings};
@@ -14,7 +14,7 @@ pub use nearest::{nearest_names, nearest_paths};
 pub use pattern::{Pattern, PatternError};
 pub use property::{Access, Carrier, Property, Setter, Watching};
 
-use crate::channel::{Budget, Channel, FrozenValue, ValueMemory};
+use crate::channel::{Budget, Channel, FrozenValue, Tap, ValueMemory};
 use crate::interface::{Descriptor, FieldPath, Value, View, find};
 use crate::message::Mailbox;
 use crate::sync::RwLock;
@@ -30,6 +30,22 @@ pub struct Board {
     agent: String,
     entries: RwLock<Entries>,
     observers: Arc<Observers>,
+    taps: Tappers,
+}
+
+/// Says who sees the values of a property.
+pub trait Taps: Send + Sync {
+    /// Who sees every value of it; nothing if nobody does. It is asked once, before the first value.
+    fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>>;
+}
+
+#[derive(Default)]
+struct Tappers(OnceLock<Arc<dyn Taps>>);
+
+impl std::fmt::Debug for Tappers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Tappers")
+    }
 }
 
 type Entries = BTreeMap<String, Entry>;
@@ -73,12 +89,19 @@ impl Board {
             agent: agent.into(),
             entries: RwLock::new(Entries::new()),
             observers: Arc::new(Observers::new()),
+            taps: Tappers::default(),
         }
     }
 
     /// The agent's name.
     pub fn agent(&self) -> &str {
         &self.agent
+    }
+
+    /// Has `taps` asked about each property with values that is made from now on. Only the first one counts.
+    pub fn tap_with(&self, taps: Arc<dyn Taps>) {
+        // As with the tap of a channel.
+        let _ = self.taps.0.set(taps);
     }
 
     fn entries(&self) -> impl Deref<Target = Entries> {
@@ -144,7 +167,12 @@ impl Board {
         let source = self.source(path);
         let told = Arc::clone(&source);
         channel.set_hook(move |link| told.link(link));
-        Ok(Arc::new(Property::new(source, doc, descriptor, access, Carrier::Channel(channel), setter)))
+        let carrier = Carrier::Channel(Arc::clone(&channel));
+        let property = Property::new(source, doc, descriptor, access, carrier, setter);
+        if let Some(tap) = self.taps.0.get().and_then(|taps| taps.tap(&property)) {
+            channel.set_tap(tap);
+        }
+        Ok(Arc::new(property))
     }
 
     /// Puts properties and other names at their paths, all at once, in the place of what stands there. What stood there

@@ -21,6 +21,7 @@ mod link;
 mod memory;
 mod pool;
 mod queue;
+mod tap;
 mod writer;
 
 use std::ops::DerefMut;
@@ -34,6 +35,7 @@ pub(crate) use link::Link;
 pub use memory::ValueMemory;
 pub use pool::Loan;
 pub use queue::{Cursor, Evicted, Policy, QueueReader, Start};
+pub use tap::Tap;
 pub use writer::{Blocked, Draft, SetAside, Writer};
 
 use crate::Shape;
@@ -41,6 +43,7 @@ use crate::sync::{AtomicU32, AtomicU64, Mutex, Ordering, order};
 use link::Hook;
 use memory::Memory;
 use pool::{NO_SLOT, Pool};
+use tap::Tapped;
 use writer::Ledger;
 
 /// How many readers a channel serves. What they may pin decides how many slots there can be.
@@ -69,6 +72,8 @@ pub struct Channel {
     blockers: AtomicU32,
     /// 1 while a draft is set aside.
     aside: AtomicU32,
+    /// Who sees every value.
+    tap: Tapped,
     /// Whom to tell that handles come and go.
     hook: Hook,
     /// Handles given out, and what a writer leaves to the next. Not used on the way of a value.
@@ -145,6 +150,7 @@ impl Channel {
             cursors: (0..budget.queues).map(|_| AtomicU64::new(IDLE)).collect(),
             blockers: AtomicU32::new(0),
             aside: AtomicU32::new(0),
+            tap: Tapped::default(),
             hook: Hook::default(),
             desk: Mutex::new(desk),
         })
@@ -261,6 +267,11 @@ impl Channel {
         drop(desk);
         self.hook.call(Link::ReaderCame);
         Ok(reader)
+    }
+
+    /// Has `tap` see every value that is written from now on. Only the first one counts.
+    pub fn set_tap(&self, tap: Arc<dyn Tap>) {
+        self.tap.set(tap);
     }
 
     /// Has `hook` called whenever a handle came or went, in the thread that made or dropped it, with no lock of the

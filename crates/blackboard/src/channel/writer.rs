@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use super::lent::Lent;
 use super::pool::{self, Held, NO_SLOT};
-use super::{Channel, IDLE, Link, LinkError};
+use super::{Channel, IDLE, Link, LinkError, Tap};
 use crate::sync::{Ordering, order};
 use crate::{Shape, Stamp};
 
@@ -217,6 +217,9 @@ impl Writer {
         if let Some(deeper) = &mut self.deeper {
             deeper.copy(channel.pool.data(index), length, items, time);
         }
+        if let Some(tap) = channel.tap.get() {
+            show(tap, channel.pool.data(index), length, items, stamp);
+        }
         Ok(stamp)
     }
 
@@ -338,6 +341,15 @@ impl Writer {
     pub fn last(&self) -> Stamp {
         self.ledger.last
     }
+}
+
+/// Lets a tap see a value that was just published.
+#[cold]
+#[inline(never)]
+fn show(tap: &dyn Tap, data: *const u8, length: usize, items: usize, stamp: Stamp) {
+    // SAFETY: the value is in the ring, so its writer, who calls this, leaves it alone.
+    let bytes = unsafe { std::slice::from_raw_parts(data, length) };
+    tap.wrote(bytes, items, stamp);
 }
 
 /// Whether a value of that number would take the place of one that a reader must still see.

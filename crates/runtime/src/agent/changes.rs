@@ -1,9 +1,12 @@
 //! Changes of the configuration that modules ask for, and how changes are told.
 
+use std::cell::Cell;
+
 use toml_edit::Key;
 
 use super::composer::Composer;
 use crate::configuration::{Change, Report, Value};
+use crate::recording::Change as Recorded;
 
 impl Composer {
     /// Makes the changes that a module asks for, a line each: `path=value`, or a path alone, which takes back what was
@@ -19,7 +22,7 @@ impl Composer {
         for line in set {
             changes.push(crate::configuration::parse_change(line)?);
         }
-        let changes = self.commit(|| database.propose_instead(&taken_back, &changes))?;
+        let changes = by_module(|| self.commit(|| database.propose_instead(&taken_back, &changes)))?;
         self.say_changes(&format!("{module} has changed"), &changes);
         let changed: Vec<_> = changes.iter().map(|change| self.told(change)).collect();
         Ok(changed.join(", "))
@@ -45,5 +48,49 @@ impl Composer {
         let [section, module, part, name] = names[..] else { return None };
         let value = self.default_of(module, name).filter(|_| (section, part) == ("modules", "params"))?;
         serde_json::to_string(&value).ok()
+    }
+}
+
+thread_local! {
+    /// Whether this thread makes a change that a module has asked for.
+    static BY_MODULE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Makes a change that a module has asked for: who makes the run again has it from the module.
+fn by_module<R>(change: impl FnOnce() -> R) -> R {
+    let before = BY_MODULE.replace(true);
+    let result = change();
+    BY_MODULE.set(before);
+    result
+}
+
+impl Composer {
+    /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
+    /// again.
+    pub(super) fn make_recorded<R>(&self, changes: &[Change], make: impl FnOnce() -> R) -> R {
+        let recording = self.shared.recording.as_ref().filter(|_| !BY_MODULE.get());
+        let Some(recording) = recording else { return make() };
+        let (cycle, result) = match self.shared.lockstep {
+            true => self.shared.between_two(make),
+            false => (None, make()),
+        };
+        let time = self.now();
+        if self.shared.lockstep && cycle.is_none() {
+            let what = "settings were changed in the middle of a cycle".into();
+            recording.changed(self.shared.cycles(), time, &Recorded::Other { what });
+        }
+        let cycle = cycle.unwrap_or_else(|| self.shared.cycles());
+        for Change { path, after, .. } in changes {
+            let value = after.as_ref().map(Value::to_string);
+            recording.changed(cycle, time, &Recorded::Setting { path: path.clone(), value });
+        }
+        result
+    }
+
+    /// Tells what records the agent of a change that can't be made again.
+    pub(super) fn tell_recording(&self, what: impl FnOnce() -> String) {
+        if let Some(recording) = &self.shared.recording {
+            recording.changed(self.shared.cycles(), self.now(), &Recorded::Other { what: what() });
+        }
     }
 }

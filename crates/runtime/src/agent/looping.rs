@@ -46,6 +46,17 @@ impl Composer {
 }
 
 impl Composer {
+    /// The stages of the loop in their order, each with its modules in the order in which they run; those with threads of
+    /// their own are in none.
+    pub fn order(&self) -> Vec<(String, Vec<String>)> {
+        self.shared.order()
+    }
+
+    /// Cycles that the main loop has begun.
+    pub fn cycles(&self) -> u64 {
+        self.shared.cycles()
+    }
+
     /// What ran when; as [`Agent::trace`].
     pub fn trace(&self) -> AgentTrace {
         AgentTrace::new(Arc::clone(&self.shared))

@@ -36,6 +36,7 @@ use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
+use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
@@ -86,6 +87,8 @@ pub struct Options {
     pub follows_files: bool,
     /// What carries values to other agents and from them, if links or `[share]` want that.
     pub sharing: Option<Box<dyn Sharing>>,
+    /// What records the agent.
+    pub recording: Option<Arc<dyn Recording>>,
 }
 
 impl Default for Options {
@@ -104,6 +107,7 @@ impl Default for Options {
             keeps_memory: false,
             follows_files: true,
             sharing: None,
+            recording: None,
         }
     }
 }
@@ -173,6 +177,10 @@ impl Agent {
         // What is measured in lockstep is no reason to wait.
         let minimum = if lockstep { 0 } else { configuration.minimum().map_or(0, |minimum| minimum.value) };
         let board = Arc::new(Board::new(configuration.agent_name()));
+        if let Some(recording) = &options.recording {
+            // First, so that it sees all that is ever written.
+            board.tap_with(Arc::clone(recording) as _);
+        }
         let shared = Arc::new(Shared::new(Parameters {
             board: Arc::clone(&board),
             clock,
@@ -183,6 +191,7 @@ impl Agent {
             workers: Workers::start(options.workers, options.always_help)?,
             pace: Pace::new(options.rate, minimum),
             time_source: options.time_source,
+            recording: options.recording,
         }));
         let hang = Duration::from_nanos(configuration.hang().value);
         let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
@@ -281,6 +290,17 @@ impl Agent {
     /// Where its configuration is changed; none when it was loaded without one.
     pub fn database(&self) -> Option<&Database> {
         self.settings.as_ref().map(|settings| &settings.database)
+    }
+
+    /// What it was loaded with, and with what was changed since.
+    pub fn configuration(&self) -> Arc<Configuration> {
+        Arc::clone(&self.composer.composition().configuration)
+    }
+
+    /// Whether a time source sets its time and all runs on the loop, so that the same configuration and seed give the same
+    /// bytes.
+    pub fn is_lockstep(&self) -> bool {
+        self.shared.lockstep
     }
 
     /// What changes the agent, also while it runs and from any thread.

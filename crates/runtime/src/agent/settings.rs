@@ -297,23 +297,25 @@ impl Composer {
         if of_log {
             self.set_log_levels(configuration.log().levels());
         }
-        let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
-        if of_links || composition.unlinked.is_some() {
-            let modules = composition.settle_links(&configuration, &self.shared);
-            self.tell_links(&modules);
-        }
-        let mut complaints = Complaints::new(&configuration);
-        let survey = survey(&configuration, &composition.catalogue, &mut complaints);
-        for surveyed in &survey.modules {
-            let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };
-            if let Err(error) = self.apply_to(&configuration, surveyed, change) {
-                self.log(Level::Error, &format!("a change of the configuration is lost: {error}"));
+        self.make_recorded(changes, || {
+            let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
+            if of_links || composition.unlinked.is_some() {
+                let modules = composition.settle_links(&configuration, &self.shared);
+                self.tell_links(&modules);
             }
-        }
-        // A plugin that was exchanged since it was judged may see it otherwise.
-        complaints.diagnostics.iter().for_each(|complaint| self.log(Level::Error, &complaint.to_string()));
-        drop(survey);
-        composition.configuration = configuration;
+            let mut complaints = Complaints::new(&configuration);
+            let survey = survey(&configuration, &composition.catalogue, &mut complaints);
+            for surveyed in &survey.modules {
+                let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };
+                if let Err(error) = self.apply_to(&configuration, surveyed, change) {
+                    self.log(Level::Error, &format!("a change of the configuration is lost: {error}"));
+                }
+            }
+            // A plugin that was exchanged since it was judged may see it otherwise.
+            complaints.diagnostics.iter().for_each(|complaint| self.log(Level::Error, &complaint.to_string()));
+            drop(survey);
+            composition.configuration = configuration;
+        });
         drop(composition);
         if let Err(error) = self.share() {
             self.log(Level::Error, &format!("links to other agents bring nothing: {error}"));

@@ -20,7 +20,7 @@ pub(super) struct Build<'a> {
 
 impl Build<'_> {
     pub(super) fn top(&mut self, root: &Table, extra: &[String]) {
-        let mut known = vec!["agent", "loop", "time", "mission", "log", "share", "snapshot"];
+        let mut known = vec!["agent", "loop", "time", "mission", "log", "share", "snapshot", "record"];
         known.extend(["plugins", "modules", "links", "actuators", "robots"]);
         known.extend(extra.iter().map(String::as_str));
         self.problems.unknown_keys(root, "at the top", &known);

@@ -46,6 +46,7 @@ mod path;
 mod plugins;
 mod problems;
 mod read;
+mod record;
 mod scope;
 mod set;
 mod share;
@@ -63,8 +64,8 @@ pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscri
 pub use diagnostic::{Diagnostic, Report};
 pub use model::{
     Actuator, Allowance, Compression, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy,
-    LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity,
-    SharedKnowledge, Transport,
+    LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Record, Share,
+    ShareSecurity, SharedKnowledge, Transport,
 };
 use path::Prefix;
 use problems::Problems;
@@ -113,6 +114,7 @@ pub struct Configuration {
     clock_elsewhere: bool,
     mission: Option<Mission>,
     snapshot: Option<Trigger>,
+    record: model::Record,
     log: Log,
     share: Option<Share>,
     plugins: Vec<PluginEntry>,
@@ -197,6 +199,11 @@ impl Configuration {
     /// When a snapshot is taken.
     pub fn snapshot(&self) -> Option<&Trigger> {
         self.snapshot.as_ref()
+    }
+
+    /// What the agent records of itself.
+    pub fn record(&self) -> &Record {
+        &self.record
     }
 
     /// What is logged.

@@ -151,6 +151,40 @@ pub enum LinkRate {
     Every(u64),
 }
 
+/// What the agent records of itself.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Whether it does from the start.
+    pub enabled: bool,
+    /// The file; `run.mcap` beside the report unless said.
+    pub file: Option<Spanned<PathBuf>>,
+    /// The properties that are recorded.
+    pub select: Vec<Pattern>,
+    /// Those of them that are not.
+    pub exclude: Vec<Pattern>,
+    /// Bytes from which a piece of the file is closed, with its checksum.
+    pub chunk: u64,
+    /// Wall-clock nanoseconds after which it is closed even when it is smaller.
+    pub within: u64,
+    /// Bytes that each thread which writes values may be ahead of the file.
+    pub buffer: u64,
+}
+
+impl Default for Record {
+    /// Everything, when somebody asks for it.
+    fn default() -> Self {
+        Self {
+            enabled: false,
+            file: None,
+            select: Pattern::parse("/**").into_iter().collect(),
+            exclude: Vec::new(),
+            chunk: 64 << 10,
+            within: 100_000_000,
+            buffer: 4 << 20,
+        }
+    }
+}
+
 /// How the agent shares with others.
 #[derive(Clone, Debug)]
 pub struct Share {

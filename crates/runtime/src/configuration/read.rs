@@ -120,6 +120,7 @@ fn build(
     let time_source = build.time_source(&merged);
     let mission = build.mission(&merged);
     let snapshot = build.snapshot(&merged);
+    let record = build.record(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
     let wanted = options.agent.as_deref().filter(|_| described.is_none() && !name.is_empty());
     if let Some(wanted) = wanted.filter(|wanted| *wanted != name) {
@@ -147,6 +148,7 @@ fn build(
                 clock_elsewhere,
                 mission,
                 snapshot,
+                record,
                 plugins,
                 log,
                 share,

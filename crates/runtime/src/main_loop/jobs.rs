@@ -1,7 +1,8 @@
 //! Work between two cycles: whoever has the loop's token does it there, so that nothing changes under a step.
 
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -68,6 +69,14 @@ pub(crate) struct NotReturned;
 /// How often is looked whether the loop has ended meanwhile, or a module hangs.
 const LOOK: Duration = Duration::from_millis(2);
 
+thread_local! {
+    /// What takes the jobs of this thread, while it has the loop stand still.
+    static HELD: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
+}
+
+/// How long a change waits for the end of a cycle.
+const PATIENCE: Duration = Duration::from_secs(1);
+
 impl Shared {
     /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
     /// nothing when it lost the token, because a module of `seats` did not return in time.
@@ -76,7 +85,6 @@ impl Shared {
         seats: &[Arc<Seat>],
         work: impl FnOnce(&Shared) -> Option<R> + Send + 'static,
     ) -> Result<R, NotReturned> {
-        let _turn = self.jobs.turn.lock().unwrap_or_else(PoisonError::into_inner);
         let (sender, receiver) = channel();
         let job: Job = Box::new(move |shared| match work(shared) {
             Some(result) => {
@@ -86,6 +94,10 @@ impl Shared {
             }
             None => Flow::Lost,
         });
+        if let Some(held) = HELD.with_borrow(Clone::clone) {
+            return held.send(job).ok().and_then(|()| receiver.recv().ok()).ok_or(NotReturned);
+        }
+        let _turn = self.jobs.turn.lock().unwrap_or_else(PoisonError::into_inner);
         self.jobs.give(job);
         loop {
             if self.token.try_take() {
@@ -106,6 +118,34 @@ impl Shared {
                 Err(RecvTimeoutError::Timeout) => {}
             }
         }
+    }
+
+    /// Does `work` in this thread between two cycles, with all that is to be done between cycles for it, and says after
+    /// which. Nothing is said when no cycle has ended for long, as this thread may be one that the loop waits for.
+    pub fn between_two<R>(self: &Arc<Self>, work: impl FnOnce() -> R) -> (Option<u64>, R) {
+        let (begin, begun) = channel();
+        let (held, jobs) = channel::<Job>();
+        let between = move |shared: &Shared| {
+            // Who asked does not wait any more when it can't be sent, and has ended its work when nothing more comes.
+            if begin.send(shared.cycles()).is_ok() {
+                while let Ok(job) = jobs.recv() {
+                    if job(shared) == Flow::Lost {
+                        return None;
+                    }
+                }
+            }
+            Some(())
+        };
+        let shared = Arc::clone(self);
+        let helper = std::thread::Builder::new().name("change".into());
+        // Nobody waits for it: what it holds ends with the work.
+        let helper = helper.spawn(move || drop(shared.between_cycles(&[], between)));
+        let cycle = helper.ok().and_then(|_| begun.recv_timeout(PATIENCE).ok());
+        drop(begun);
+        let before = HELD.replace(cycle.map(|_| held));
+        let result = work();
+        HELD.set(before);
+        (cycle, result)
     }
 
     /// Does `work` while the seat is in no step: in the loop's thread, or for a module with a thread of its own in one

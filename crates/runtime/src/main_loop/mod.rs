@@ -35,6 +35,7 @@ use crate::aspects::SettingsControl;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
+use crate::recording::Recording;
 use crate::sharing::AfterTick;
 use crate::synchronization::{Emitter, Synchronization};
 
@@ -217,6 +218,8 @@ pub(crate) struct Shared {
     shortest_timeout: AtomicU64,
     /// What sends to other agents what was written.
     pub after_tick: Arc<OnceLock<AfterTick>>,
+    /// What records the agent.
+    pub recording: Option<Arc<dyn Recording>>,
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
@@ -233,12 +236,23 @@ pub(crate) struct Parameters {
     pub workers: Workers,
     pub pace: Pace,
     pub time_source: Option<Box<dyn TimeSource>>,
+    pub recording: Option<Arc<dyn Recording>>,
 }
 
 impl Shared {
     pub fn new(parameters: Parameters) -> Self {
-        let Parameters { board, clock, logger, period, lockstep, schedule, workers, pace, time_source } =
-            parameters;
+        let Parameters {
+            board,
+            clock,
+            logger,
+            period,
+            lockstep,
+            schedule,
+            workers,
+            pace,
+            time_source,
+            recording,
+        } = parameters;
         let synchronization = Arc::new(Synchronization::default());
         let core = Core {
             plan: Plan::default(),
@@ -287,6 +301,7 @@ impl Shared {
             deadline: AtomicU64::new(0),
             shortest_timeout: AtomicU64::new(u64::MAX),
             after_tick: Arc::default(),
+            recording,
         }
     }
 
@@ -323,8 +338,13 @@ impl Shared {
     }
 
     /// Cycles begun.
-    fn cycles(&self) -> u64 {
+    pub fn cycles(&self) -> u64 {
         self.gauges.cycles.load(Ordering::Relaxed)
+    }
+
+    /// The stages and the modules of each.
+    pub fn order(&self) -> Vec<(String, Vec<String>)> {
+        self.parts().order()
     }
 
     fn parts(&self) -> MutexGuard<'_, Parts> {

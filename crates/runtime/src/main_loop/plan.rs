@@ -98,6 +98,15 @@ impl Parts {
         self.levels.get(stage as usize).map_or(&[], Vec::as_slice)
     }
 
+    /// The stages, each with the names of its modules in their order.
+    pub fn order(&self) -> Vec<(String, Vec<String>)> {
+        let stages = self.stages().stages().iter().map(|stage| {
+            let seats = stage.members.iter().flat_map(|member| self.levels_of(*member).iter().flatten());
+            (stage.name.clone(), seats.map(|seat| seat.name.to_string()).collect())
+        });
+        stages.collect()
+    }
+
     /// All modules, each with its stage in the loop if it is on the loop.
     pub fn watched(&self) -> impl Iterator<Item = (Arc<Seat>, Option<Arc<str>>)> {
         let staged = self.stages().stages().iter().flat_map(|stage| {

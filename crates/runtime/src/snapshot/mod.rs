@@ -21,7 +21,7 @@ pub(crate) use image::{
 };
 pub use trigger::{Condition, Trigger};
 
-use crate::configuration::{Database, Options, Report};
+use crate::configuration::{Database, Report};
 
 /// Something of the application that goes into snapshots beside the agent: what an observer has collected, say.
 pub trait Keepsake: Send + Sync {
@@ -119,11 +119,7 @@ impl Snapshot {
     /// # Errors
     /// When it is none any more, or a setting is wrong.
     pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
-        let text = self.configuration_text();
-        // Whatever stands at the top was meant for somebody.
-        let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
-        let extra_tables = document.iter().map(|(name, _)| name.to_owned()).collect();
-        let options = Options { sets, extra_tables, ..Options::default() };
-        Database::from_text(&format!("the snapshot of {}", self.agent()), text, options)
+        let name = format!("the snapshot of {}", self.agent());
+        crate::recording::configuration(&name, self.configuration_text(), sets)
     }
 }

@@ -11,10 +11,20 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Agent, Composer};
-use crate::snapshot::{Keepsake, Snapshot, SnapshotError};
+use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
 pub(super) use watch::Watch;
 
 impl Composer {
+    /// The whole configuration as it is, with what the command line has set and what was changed since, as TOML.
+    pub fn configuration_text(&self) -> String {
+        text::of(&self.composition(), self.shared.board.agent())
+    }
+
+    /// The plugins that are loaded, each with a hash over its library, or over what its modules are.
+    pub fn plugin_marks(&self) -> Vec<PluginMark> {
+        capture::marks(&self.composition())
+    }
+
     /// Takes something of the application into all snapshots from now on, under a name.
     pub fn keep(&self, name: &str, keepsake: Arc<dyn Keepsake>) {
         self.composition().keepsakes.insert(name.into(), keepsake);

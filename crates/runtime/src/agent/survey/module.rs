@@ -14,7 +14,7 @@ use crate::configuration::{Configuration, Module};
 use crate::runner::{OwnSetup, describe};
 
 /// Where the agent tells of itself.
-const OWN: [(&str, &str); 2] = [("loop", "the main loop"), ("log", "the log")];
+const OWN: [(&str, &str); 3] = [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];
 
 pub(super) fn survey_module<'a>(
     configuration: &'a Configuration,

@@ -1,0 +1,240 @@
+//! Where the values of all threads come together.
+
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::{Thread, ThreadId};
+
+use slate_blackboard::channel::Tap;
+use slate_blackboard::{Pattern, Property, Stamp};
+use slate_runtime::configuration::Record;
+
+use super::channels::{Channel, PropertyTap};
+use super::line::{HEAD, Head, Inlet, Outlet, line};
+
+/// What every value of an agent goes through.
+pub(crate) struct Hub {
+    number: u64,
+    select: Vec<Pattern>,
+    exclude: Vec<Pattern>,
+    /// Bytes that a thread may be ahead.
+    buffer: usize,
+    /// Whether values are taken.
+    is_on: AtomicBool,
+    /// Whether whoever writes waits for a full line.
+    waits: AtomicBool,
+    /// The bytes of the largest value.
+    largest: AtomicUsize,
+    /// Set when what is there shall be in the file at once.
+    pub urgent: AtomicBool,
+    channels: Mutex<Vec<Channel>>,
+    /// Lines that nobody takes values out of yet.
+    fresh: Mutex<Vec<(ThreadId, Outlet)>>,
+    /// Who takes values out; nobody before the beginning.
+    reader: OnceLock<Thread>,
+}
+
+/// Where values go that come from the lines.
+pub(crate) trait Sink: Send {
+    /// Takes a value of the channel with that number; what is no property has one of its own.
+    fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]);
+}
+
+/// From here on numbers are of no property.
+pub(crate) const OTHERS: u32 = u32::MAX - 16;
+
+/// The largest ring, bytes.
+const LARGEST: usize = 1 << 30;
+
+/// The line of this thread to each recorder.
+struct Own {
+    hub: u64,
+    inlet: Inlet,
+}
+
+thread_local! {
+    static OWN: RefCell<Vec<Own>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Counts recorders, so that a thread which writes for several agents knows them apart.
+static NUMBERS: AtomicU64 = AtomicU64::new(0);
+
+impl Hub {
+    pub fn new(settings: &Record) -> Arc<Self> {
+        Arc::new(Self {
+            number: NUMBERS.fetch_add(1, Ordering::Relaxed),
+            select: settings.select.clone(),
+            exclude: settings.exclude.clone(),
+            buffer: usize::try_from(settings.buffer).unwrap_or(LARGEST),
+            is_on: AtomicBool::new(true),
+            waits: AtomicBool::new(false),
+            largest: AtomicUsize::new(0),
+            urgent: AtomicBool::new(false),
+            channels: Mutex::default(),
+            fresh: Mutex::default(),
+            reader: OnceLock::new(),
+        })
+    }
+
+    /// What sees the values of a property, if it is recorded.
+    pub fn tap(self: &Arc<Self>, property: &Property) -> Option<Arc<dyn Tap>> {
+        let path = property.path();
+        let among = |patterns: &[Pattern]| patterns.iter().any(|pattern| pattern.matches(path));
+        // What the recorder says of itself would make it say more.
+        if !among(&self.select) || among(&self.exclude) || path.starts_with("record/") {
+            return None;
+        }
+        let shape = property.channel()?.shape();
+        self.largest.fetch_max(shape.bytes(shape.capacity), Ordering::Relaxed);
+        let channel = Channel::of(property);
+        let dropped = Arc::clone(&channel.dropped);
+        let mut channels = self.channels();
+        let id = u32::try_from(channels.len()).ok().filter(|id| *id < OTHERS)?;
+        channels.push(channel);
+        Some(Arc::new(PropertyTap { hub: Arc::clone(self), id, dropped }))
+    }
+
+    /// From now on `reader` takes values out of the lines.
+    pub fn begin(&self, waits: bool, reader: Thread) {
+        self.waits.store(waits, Ordering::Release);
+        // It begins once.
+        let _ = self.reader.set(reader);
+    }
+
+    /// Takes no more values.
+    pub fn stop(&self) {
+        self.is_on.store(false, Ordering::Release);
+    }
+
+    /// Whether values are taken.
+    pub fn is_on(&self) -> bool {
+        self.is_on.load(Ordering::Acquire)
+    }
+
+    /// Whether everything is selected.
+    pub fn is_whole(&self) -> bool {
+        self.exclude.is_empty() && self.select.iter().any(|pattern| pattern.to_string() == "**")
+    }
+
+    pub fn channels(&self) -> MutexGuard<'_, Vec<Channel>> {
+        self.channels.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Hands a value over; false when there is no room for it.
+    pub fn push(&self, id: u32, items: u32, sequence: u64, time: u64, bytes: &[u8]) -> bool {
+        if !self.is_on.load(Ordering::Relaxed) {
+            return true;
+        }
+        let Ok(length) = u32::try_from(bytes.len()) else { return false };
+        let head = Head { id, items, length, sequence, time };
+        // Nothing else of this thread writes values meanwhile, and at its end it is too late.
+        let pushed = OWN.try_with(|own| Some(self.push_to(&mut own.try_borrow_mut().ok()?, head, bytes)));
+        matches!(pushed, Ok(Some(true)))
+    }
+
+    fn push_to(&self, own: &mut Vec<Own>, head: Head, bytes: &[u8]) -> bool {
+        let needed = HEAD + bytes.len();
+        loop {
+            let Some(place) = own.iter().position(|own| own.hub == self.number) else {
+                own.retain(|own| !own.inlet.is_abandoned());
+                own.push(self.new_line(needed));
+                continue;
+            };
+            let inlet = &mut own[place].inlet;
+            if inlet.push(head, bytes) {
+                return true;
+            }
+            let has_begun = self.reader.get().is_some();
+            if needed > inlet.capacity() || !has_begun {
+                // What is written before the file is open has to find room, as has the first value of a larger kind.
+                let wanted = needed.saturating_mul(2).max(inlet.capacity().saturating_mul(2));
+                if wanted > LARGEST {
+                    return false;
+                }
+                own[place] = self.new_line(wanted);
+                continue;
+            }
+            if let Some(reader) = self.reader.get() {
+                reader.unpark();
+            }
+            if !self.waits.load(Ordering::Acquire) {
+                return false;
+            }
+            if !self.is_on() || inlet.is_abandoned() {
+                // Whoever recorded has given up, which it says.
+                return true;
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    /// A line of this thread, for values of so many bytes and more.
+    fn new_line(&self, needed: usize) -> Own {
+        let largest = self.largest.load(Ordering::Relaxed).saturating_mul(2);
+        let (inlet, outlet) = line(needed.max(self.buffer).max(largest).min(LARGEST));
+        let mut fresh = self.fresh.lock().unwrap_or_else(PoisonError::into_inner);
+        fresh.push((std::thread::current().id(), outlet));
+        Own { hub: self.number, inlet }
+    }
+
+    /// Hands something over that is encoded already.
+    pub fn push_whole(&self, id: u32, time: u64, bytes: &[u8]) {
+        self.push(id, 0, 0, time, bytes);
+    }
+
+    /// Has what is there in the file at once.
+    pub fn hurry(&self) {
+        self.urgent.store(true, Ordering::Release);
+        if let Some(reader) = self.reader.get() {
+            reader.unpark();
+        }
+    }
+}
+
+/// All lines, for who takes values out.
+#[derive(Default)]
+pub(crate) struct Drain {
+    lines: Vec<(ThreadId, Outlet)>,
+    channels: Vec<Channel>,
+    bytes: Vec<u8>,
+}
+
+impl Drain {
+    /// Takes out what is there; says whether there was anything.
+    pub fn turn(&mut self, hub: &Hub, sink: &mut dyn Sink) -> bool {
+        self.lines.append(&mut hub.fresh.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut found = false;
+        let mut place = 0;
+        while place < self.lines.len() {
+            let thread = self.lines[place].0;
+            // A thread goes on in a larger line; what is in the one before comes first.
+            if self.lines[..place].iter().any(|(own, _)| *own == thread) {
+                place += 1;
+                continue;
+            }
+            let outlet = &mut self.lines[place].1;
+            let is_over = outlet.is_abandoned();
+            // Not more than is there now, so that the others get their turn.
+            let mut budget = outlet.waiting();
+            while budget > 0
+                && let Some(head) = outlet.pop(&mut self.bytes)
+            {
+                budget = budget.saturating_sub(HEAD + self.bytes.len());
+                found = true;
+                let index = head.id as usize;
+                if index >= self.channels.len() && head.id < OTHERS {
+                    let known = hub.channels();
+                    self.channels.extend(known[self.channels.len()..].iter().cloned());
+                }
+                let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
+                sink.value(self.channels.get(index), head.id, head.items as usize, stamp, &self.bytes);
+            }
+            if is_over && outlet.waiting() == 0 {
+                drop(self.lines.remove(place));
+            } else {
+                place += 1;
+            }
+        }
+        found
+    }
+}
