@@ -10,6 +10,7 @@ use crate::log::LogOptions;
 use crate::module::ModuleVerb;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
+use crate::replay::ReplayOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
 
@@ -30,6 +31,8 @@ pub enum Verb {
     Run(RunOptions),
     /// Runs many seeds of an example and reports how they went.
     Batch(BatchOptions),
+    /// Makes a recorded run again, and compares it with the recording.
+    Replay(ReplayOptions),
     /// Lists the examples.
     Examples,
     /// Writes plugins, shows what they are, and changes which of them a running agent has.

@@ -26,6 +26,10 @@ pub enum Failure {
     #[error("{0}")]
     Report(#[from] slate::record::Error),
     #[error("{0}")]
+    Record(#[from] slate::record::RecordError),
+    #[error("{0}")]
+    Recording(#[from] slate::record::replay::ReadError),
+    #[error("{0}")]
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
     WallClock,

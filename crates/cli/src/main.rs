@@ -18,6 +18,7 @@ mod output;
 mod peers;
 mod plugin;
 mod property;
+mod replay;
 mod run;
 mod scene;
 mod snapshot;
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
 fn done(verb: &Verb) -> Result<u8, Failure> {
     let well = match verb {
         Verb::Run(options) => return run::run(options),
+        Verb::Replay(options) => return replay::replay(options),
         Verb::Batch(options) => batch::batch(options),
         Verb::Examples => examples::list(),
         Verb::Plugin(verb) => plugin::plugin(verb),

@@ -1,11 +1,12 @@
 //! One run of an application from start to verdict.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use slate::blackboard::interface::Value;
-use slate::record::{Outcome, Scene, Summary, Trajectory};
+use slate::record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory};
 use slate::runtime::log::LogTarget;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::snapshot::Snapshot;
@@ -30,6 +31,8 @@ pub struct Finished {
     pub trajectory: Trajectory,
     /// Whether what modules remember of it was written.
     pub remembered: Result<(), MemoryError>,
+    /// What was recorded, if that was asked for.
+    pub recorded: Option<Result<Recorded, RecordError>>,
 }
 
 /// What the modules of an agent remember, as a condition of the run: a fingerprint of the file that each began with.
@@ -61,18 +64,23 @@ pub struct Mission {
     course: Course,
     mode: ModeName,
     wants_trajectory: bool,
+    recorder: Option<Recorder>,
 }
 
 impl Mission {
     /// Loads an application; nothing is started when anything does not fit.
     pub fn load(application: Application, how: How) -> Result<Self, Failure> {
         let configuration = &application.configuration;
+        let recorder = Some(configuration.record()).filter(|record| record.enabled && how.follows);
+        let recorder = recorder.map(Recorder::new);
+        let log = how.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).collect();
         let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
         let options = Options {
             mode: how.mode.mode(),
             rate: how.rate,
             workers: how.workers,
-            log: how.log,
+            log,
+            recording: recorder.clone().map(|recorder| Arc::new(recorder) as _),
             // Many runs at once would be several agents of one name.
             sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
             // Many runs at once would all begin with the same memory, and only one could write it.
@@ -95,7 +103,16 @@ impl Mission {
             course,
             mode: how.mode,
             wants_trajectory: how.trajectory,
+            recorder,
         })
+    }
+
+    /// Begins to record, if the configuration says so: into the file that it names, or else into one of that folder.
+    pub fn record(&self, folder: &Path) -> Result<(), Failure> {
+        let Some(recorder) = &self.recorder else { return Ok(()) };
+        let file = self.application.configuration.record().file.as_ref();
+        let file = file.map_or_else(|| folder.join("run.mcap"), |file| file.value.clone());
+        Ok(recorder.begin(&self.agent, &file)?)
     }
 
     /// Goes on from a snapshot, with the settings that the application was loaded with.
@@ -119,7 +136,9 @@ impl Mission {
         let end = self.agent.run(Box::new(observer))?;
         let wall_time = start.elapsed();
         let (cycles, now) = self.course.cycles();
-        let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
+        let digest = self.agent.digest();
+        let recorded = self.recorder.as_ref().map(|recorder| recorder.end(digest));
+        let digest = digest.map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let (outcome, message) = self.judge(&end);
         let mut judged = self.observation.metrics().into_iter();
         let Metrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();
@@ -166,7 +185,7 @@ impl Mission {
         };
         let trajectory = self.course.take_trajectory();
         let remembered = self.agent.remember();
-        Ok(Finished { summary, scene: self.scene, trajectory, remembered })
+        Ok(Finished { summary, scene: self.scene, trajectory, remembered, recorded })
     }
 
     fn judge(&self, end: &End) -> (Outcome, Option<String>) {

@@ -2,7 +2,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use slate::record::Report;
+use slate::record::{Recorded, Report};
 use slate::runtime::Rate;
 use slate::runtime::log::LogTarget;
 use slate::runtime::remote::Server;
@@ -106,6 +106,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     // Only now, as a configuration that is refused leaves nothing behind.
     std::fs::create_dir_all(&directory)
         .map_err(|source| Failure::File { path: directory.clone(), source })?;
+    mission.record(&directory)?;
     match judge {
         None => eprintln!("the configuration has no [mission], so the agent runs until it is interrupted"),
         // Whoever supervises both knows when that one has ended.
@@ -129,7 +130,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     drop(server);
     drop(display);
     let finished = finished?;
-    let is_forgotten = finished.remembered.is_err();
+    let is_lost = finished.remembered.is_err() || matches!(finished.recorded, Some(Err(_)));
     if let Err(error) = finished.remembered {
         // The report is written in any case, and if it can't be, that is told too.
         Failure::from(error).print();
@@ -145,8 +146,23 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     }
     output::line(&finished.summary);
     output::line(format_args!("report: {}", slate::runtime::printable(&directory)));
+    match finished.recorded {
+        Some(Ok(recorded)) => tell(&recorded),
+        Some(Err(error)) => Failure::from(error).print(),
+        None => {}
+    }
     if options.common.json {
         output::line(finished.summary.json_line()?);
     }
-    Ok(if is_forgotten { 2 } else { u8::from(!finished.summary.succeeded()) })
+    Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
+}
+
+/// Says what is in the recording.
+fn tell(recorded: &Recorded) {
+    let file = slate::runtime::printable(&recorded.file);
+    let dropped = match recorded.dropped {
+        0 => String::new(),
+        dropped => format!(", {dropped} dropped"),
+    };
+    output::line(format_args!("recording: {file} ({} values{dropped})", recorded.values));
 }

@@ -1,5 +1,7 @@
 //! The seam to what records an agent: it sees every value that is written, and is told what is changed from outside.
 
+use std::path::PathBuf;
+
 use slate_blackboard::Taps;
 
 use crate::configuration::{Database, Options, Report};
@@ -22,6 +24,15 @@ pub enum Change {
         path: String,
         /// As TOML.
         value: Option<String>,
+    },
+    /// A plugin goes on with the code of that library.
+    Reload {
+        /// The plugin.
+        plugin: String,
+        /// The library.
+        file: PathBuf,
+        /// A hash over it.
+        hash: u64,
     },
     /// Something that can't be made again from a recording.
     Other {

@@ -8,6 +8,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, Property, Stamp};
 
 use super::lines::Hub;
+use crate::ros;
 
 /// A property that is recorded.
 #[derive(Clone, Debug)]
@@ -28,6 +29,14 @@ impl Channel {
             access: property.access(),
             dropped: Arc::default(),
         }
+    }
+
+    /// Appends a value as a message.
+    pub fn encode(&self, items: usize, bytes: &[u8], out: &mut Vec<u8>) -> Result<(), ros::Error> {
+        let descriptor = self.descriptor;
+        // Behind the last item there may be bytes that only fill up.
+        let tail = descriptor.tail().map_or(0, |kind| kind.size() * items);
+        ros::encode(descriptor, bytes.get(..descriptor.size + tail).unwrap_or(bytes), out)
     }
 
     /// Whether a run of the same configuration and seed in lockstep writes the same values; what is measured on the wall

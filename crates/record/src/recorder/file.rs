@@ -145,7 +145,8 @@ impl File {
     fn write(&mut self, channel_id: u16, sequence: u64, time: u64, bytes: &[u8]) -> Result<(), String> {
         let time = self.epoch.saturating_add(time);
         // The format counts in 32 bits.
-        let header = MessageHeader { channel_id, sequence: sequence as u32, log_time: time, publish_time: time };
+        let header =
+            MessageHeader { channel_id, sequence: sequence as u32, log_time: time, publish_time: time };
         self.writer.write_to_known_channel(&header, bytes).map_err(text)?;
         self.open += HEAD + bytes.len() as u64;
         if self.open >= self.chunk { self.close_piece() } else { Ok(()) }
@@ -170,19 +171,18 @@ impl File {
         }
         let own = match self.channels[index] {
             Some(own) => own,
-            None => *self.channels[index].insert(self.add(channel).map_err(text)?),
+            None => {
+                let own = self.add(channel).map_err(text)?;
+                *self.channels[index].insert(own)
+            }
         };
-        let descriptor = channel.descriptor;
-        // Behind the last item there may be bytes that only fill up.
-        let tail = descriptor.tail().map_or(0, |kind| kind.size() * items);
-        let value = bytes.get(..descriptor.size + tail).unwrap_or(bytes);
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.clear();
-        let encoded = ros::encode(descriptor, value, &mut scratch).map_err(|error| error.to_string());
+        let encoded = channel.encode(items, bytes, &mut scratch).map_err(|error| error.to_string());
         let written = encoded.and_then(|()| self.write(own, stamp.sequence, stamp.time, &scratch));
         self.scratch = scratch;
         self.values += 1;
-        self.urgent |= descriptor.name == "ModuleState" && stamp.sequence > 1;
+        self.urgent |= channel.descriptor.name == "ModuleState" && stamp.sequence > 1;
         written
     }
 

@@ -111,11 +111,6 @@ impl Hub {
         self.is_on.load(Ordering::Acquire)
     }
 
-    /// Whether everything is selected.
-    pub fn is_whole(&self) -> bool {
-        self.exclude.is_empty() && self.select.iter().any(|pattern| pattern.to_string() == "**")
-    }
-
     pub fn channels(&self) -> MutexGuard<'_, Vec<Channel>> {
         self.channels.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -128,8 +123,11 @@ impl Hub {
         let Ok(length) = u32::try_from(bytes.len()) else { return false };
         let head = Head { id, items, length, sequence, time };
         // Nothing else of this thread writes values meanwhile, and at its end it is too late.
-        let pushed = OWN.try_with(|own| Some(self.push_to(&mut own.try_borrow_mut().ok()?, head, bytes)));
-        matches!(pushed, Ok(Some(true)))
+        let push = |own: &RefCell<Vec<Own>>| match own.try_borrow_mut() {
+            Ok(mut own) => self.push_to(&mut own, head, bytes),
+            Err(_) => false,
+        };
+        OWN.try_with(push).unwrap_or(false)
     }
 
     fn push_to(&self, own: &mut Vec<Own>, head: Head, bytes: &[u8]) -> bool {

@@ -5,6 +5,7 @@ use slate_runtime::log::Record as Line;
 use slate_runtime::recording::Change;
 
 use super::lines::OTHERS;
+use crate::ros::Schema;
 
 /// A topic that is no property.
 pub(crate) struct Topic {
@@ -54,6 +55,10 @@ string setting
 bool has_value
 # As TOML, or what was done, in words.
 string value
+# A plugin that was reloaded, the library, and a hash over that.
+string plugin
+string file
+uint64 hash
 ",
 };
 
@@ -98,14 +103,36 @@ const SECOND: u64 = 1_000_000_000;
 pub(super) fn change(cycle: u64, change: &Change) -> Vec<u8> {
     let mut message = Message::new();
     message.number(&cycle.to_le_bytes());
-    let (path, has_value, value) = match change {
-        Change::Setting { path, value } => (path.as_str(), value.is_some(), value.as_deref().unwrap_or("")),
-        Change::Other { what } => ("", true, what.as_str()),
+    let (path, value, [plugin, file], hash) = match change {
+        Change::Setting { path, value } => (path.as_str(), value.as_deref(), ["", ""].map(String::from), 0),
+        Change::Reload { plugin, file, hash } => {
+            ("", None, [plugin.clone(), file.to_string_lossy().into_owned()], *hash)
+        }
+        Change::Other { what } => ("", Some(what.as_str()), ["", ""].map(String::from), 0),
     };
     message.text(path);
-    message.number(&[u8::from(has_value)]);
-    message.text(value);
+    message.number(&[u8::from(value.is_some())]);
+    message.text(value.unwrap_or_default());
+    message.text(&plugin);
+    message.text(&file);
+    message.number(&hash.to_le_bytes());
     message.0
+}
+
+/// The cycle and the change of a message.
+pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
+    let schema = Schema::parse(CHANGE.schema, CHANGE.definition).ok()?;
+    let change = schema.decode(message).ok()?;
+    let text = |name: &str| Some(change.get(name)?.as_str()?.to_owned());
+    let number = |name: &str| u64::try_from(change.get(name)?.as_integer()?).ok();
+    let value = if change.get("has_value")?.as_bool()? { Some(text("value")?) } else { None };
+    let (path, plugin) = (text("setting")?, text("plugin")?);
+    let own = match (path.is_empty(), plugin.is_empty()) {
+        (false, _) => Change::Setting { path, value },
+        (_, false) => Change::Reload { plugin, file: text("file")?.into(), hash: number("hash")? },
+        _ => Change::Other { what: value.unwrap_or_default() },
+    };
+    Some((number("cycle")?, own))
 }
 
 pub(super) fn dropped(url: &str, values: u64) -> Vec<u8> {

@@ -22,8 +22,8 @@ use slate_runtime::log::LogTarget;
 use slate_runtime::recording::{Change, Recording};
 
 pub(crate) use channels::Channel;
-pub(crate) use lines::{Hub, Sink};
-pub(crate) use messages::{CHANGE, LOG};
+pub(crate) use lines::{Drain, Hub, Sink};
+pub(crate) use messages::{CHANGE, DROPPED, read_change};
 pub(crate) use run::CONFIGURATION;
 pub use state::RecordState;
 

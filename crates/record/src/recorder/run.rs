@@ -20,14 +20,11 @@ pub(super) fn epoch(agent: &Agent) -> u64 {
 }
 
 /// The metadata that stand at the beginning.
-pub(super) fn metadata(
-    agent: &Agent,
-    settings: &Record,
-) -> Vec<(&'static str, BTreeMap<String, String>)> {
+pub(super) fn metadata(agent: &Agent, settings: &Record) -> Vec<(&'static str, BTreeMap<String, String>)> {
     let composer = agent.composer();
     let configuration = agent.configuration();
-    let is_whole = settings.exclude.is_empty()
-        && settings.select.iter().any(|pattern| pattern.to_string() == "**");
+    let is_whole =
+        settings.exclude.is_empty() && settings.select.iter().any(|pattern| pattern.to_string() == "**");
     let date = agent.date_of(agent.now()).duration_since(UNIX_EPOCH).unwrap_or_default();
     let name = agent.board().agent();
     let run = [
@@ -37,6 +34,7 @@ pub(super) fn metadata(
         ("seed", configuration.seed().value.to_string()),
         ("clock", if agent.is_lockstep() { "lockstep" } else { "wall" }.into()),
         ("epoch_ns", epoch(agent).to_string()),
+        ("armed", agent.begins_armed().to_string()),
         ("from_cycle", composer.cycles().to_string()),
         ("slate", env!("CARGO_PKG_VERSION").into()),
         ("whole", is_whole.to_string()),
@@ -49,9 +47,11 @@ pub(super) fn metadata(
         .into_iter()
         .map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
     let modules = composer.modules().into_iter().map(|module| (module.name, module.kind));
-    let stages = composer.order().into_iter().enumerate().map(|(place, (stage, modules))| {
-        (format!("{place:02} {stage}"), modules.join(" "))
-    });
+    let stages = composer
+        .order()
+        .into_iter()
+        .enumerate()
+        .map(|(place, (stage, modules))| (format!("{place:02} {stage}"), modules.join(" ")));
     let links = composer.links().into_iter().map(|link| (link.to, link.from));
     vec![
         ("run", run.map(|(key, value)| (key.to_owned(), value)).into()),

@@ -14,7 +14,6 @@ pub struct RecordState {
     pub dropped: u64,
     /// Bytes of the file.
     #[unit("B")]
-    #[unit("B")]
     pub bytes: u64,
     /// Whether it goes on; it does not when the file can't be written.
     pub is_on: Bool,

@@ -77,12 +77,10 @@ impl Thread {
 
     /// Closes the file.
     pub fn end(mut self, digest: Option<u64>) -> Result<Recorded, RecordError> {
-        let failed = |reason| RecordError::Write { path: self.path.clone(), reason };
-        let panicked = || failed("the thread that writes it has panicked".into());
-        let mut file = match self.join() {
-            Some(file) => file,
-            None => return Err(panicked()),
-        };
+        let path = self.path.clone();
+        let failed = |reason| RecordError::Write { path: path.clone(), reason };
+        let file = self.join();
+        let mut file = file.ok_or_else(|| failed("the thread that writes it has panicked".into()))?;
         if let Some(reason) = file.failure.take() {
             return Err(failed(reason));
         }

@@ -67,30 +67,40 @@ fn by_module<R>(change: impl FnOnce() -> R) -> R {
 impl Composer {
     /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
     /// again.
-    pub(super) fn make_recorded<R>(&self, changes: &[Change], make: impl FnOnce() -> R) -> R {
+    pub(super) fn make_recorded<R, E>(
+        &self,
+        changes: Vec<Recorded>,
+        make: impl FnOnce() -> Result<R, E>,
+    ) -> Result<R, E> {
         let recording = self.shared.recording.as_ref().filter(|_| !BY_MODULE.get());
         let Some(recording) = recording else { return make() };
         let (cycle, result) = match self.shared.lockstep {
             true => self.shared.between_two(make),
             false => (None, make()),
         };
-        let time = self.now();
-        if self.shared.lockstep && cycle.is_none() {
-            let what = "settings were changed in the middle of a cycle".into();
-            recording.changed(self.shared.cycles(), time, &Recorded::Other { what });
-        }
-        let cycle = cycle.unwrap_or_else(|| self.shared.cycles());
-        for Change { path, after, .. } in changes {
-            let value = after.as_ref().map(Value::to_string);
-            recording.changed(cycle, time, &Recorded::Setting { path: path.clone(), value });
+        let (now, cycles) = (self.now(), self.shared.cycles());
+        if result.is_err() {
+            self.tell_recording("a change that failed");
+        } else if self.shared.lockstep && cycle.is_none() {
+            self.tell_recording("a change in the middle of a cycle");
+        } else {
+            changes.iter().for_each(|change| recording.changed(cycle.unwrap_or(cycles), now, change));
         }
         result
     }
 
     /// Tells what records the agent of a change that can't be made again.
-    pub(super) fn tell_recording(&self, what: impl FnOnce() -> String) {
+    pub(super) fn tell_recording(&self, what: &str) {
         if let Some(recording) = &self.shared.recording {
-            recording.changed(self.shared.cycles(), self.now(), &Recorded::Other { what: what() });
+            let change = Recorded::Other { what: what.into() };
+            recording.changed(self.shared.cycles(), self.now(), &change);
         }
+    }
+}
+
+impl From<&Change> for Recorded {
+    fn from(change: &Change) -> Self {
+        let value = change.after.as_ref().map(Value::to_string);
+        Self::Setting { path: change.path.clone(), value }
     }
 }

@@ -303,6 +303,11 @@ impl Agent {
         self.shared.lockstep
     }
 
+    /// Whether its actuators are armed as soon as they are there.
+    pub fn begins_armed(&self) -> bool {
+        self.composer.composition().armed
+    }
+
     /// What changes the agent, also while it runs and from any thread.
     pub fn composer(&self) -> Composer {
         self.composer.clone()

@@ -1,6 +1,7 @@
 //! The settings of an agent that runs: which of them may change, and how a change reaches the modules.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use slate_blackboard::interface::{Value, View};
@@ -12,6 +13,7 @@ use super::composition::Composition;
 use super::consent::{Question, ask};
 use super::survey::{Complaints, Surveyed, survey};
 use crate::configuration::{Change, Configuration, Database, Diagnostic, Edit, Report, Subscription, Watch};
+use crate::recording::Change as Recorded;
 
 /// An agent follows a database as long as this lives.
 pub(super) struct Settings {
@@ -297,7 +299,7 @@ impl Composer {
         if of_log {
             self.set_log_levels(configuration.log().levels());
         }
-        self.make_recorded(changes, || {
+        let Ok(()) = self.make_recorded(changes.iter().map(Recorded::from).collect(), || {
             let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
             if of_links || composition.unlinked.is_some() {
                 let modules = composition.settle_links(&configuration, &self.shared);
@@ -312,9 +314,13 @@ impl Composer {
                 }
             }
             // A plugin that was exchanged since it was judged may see it otherwise.
-            complaints.diagnostics.iter().for_each(|complaint| self.log(Level::Error, &complaint.to_string()));
+            complaints
+                .diagnostics
+                .iter()
+                .for_each(|complaint| self.log(Level::Error, &complaint.to_string()));
             drop(survey);
             composition.configuration = configuration;
+            Ok::<(), Infallible>(())
         });
         drop(composition);
         if let Err(error) = self.share() {

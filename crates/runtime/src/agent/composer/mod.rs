@@ -17,12 +17,14 @@ use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Board, BoardError, nearest_names};
 use slate_module::{Level, ModuleKind, Plugin};
+use toml_edit::Key;
 
 use super::composition::Composition;
 use super::memory::States;
 use crate::log::Levels;
 use crate::main_loop::Shared;
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
+use crate::recording::Change;
 pub use error::PluginError;
 use gather::Gathered;
 pub(crate) use links::Property;
@@ -203,6 +205,7 @@ impl Composer {
         let mut composition = self.composition();
         let mut gathered = Gathered::new(&composition);
         gather(&mut gathered)?;
+        self.tell_recording("the load of a plugin");
         let (catalogue, origins, came) = gathered.done();
         let mut target = composition.target(|present| *present = catalogue);
         for (plugin, kind) in
@@ -263,6 +266,7 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
+        self.tell_recording("the unload of a plugin");
         self.ask(&composition, &leaving)?;
         let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
         target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
@@ -332,8 +336,10 @@ impl Composer {
     /// # Errors
     /// When there is no such module, or another module switches it.
     pub fn enable(&self, module: &str, on: bool) -> Result<(), BoardError> {
-        let value = Value::Bool(on);
-        self.shared.board.write(&format!("{module}/enabled/value"), &value, self.shared.clock.now()).map(drop)
+        let (path, value) = (format!("{module}/enabled/value"), Value::Bool(on));
+        let setting = format!("modules.{}.enabled", Key::new(module).display_repr());
+        let change = Change::Setting { path: setting, value: Some(on.to_string()) };
+        self.make_recorded(vec![change], || self.shared.board.write(&path, &value, self.now()).map(drop))
     }
 
     /// The default of a module's parameter.

@@ -11,6 +11,7 @@ use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, not_loaded};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::{Composition, Fitting};
+use crate::recording::Change;
 use crate::runner::Retired;
 
 /// Modules, each with what became of its state: carried over, or why it began afresh.
@@ -65,22 +66,27 @@ impl Composer {
                 self.fresh(&composition, module, fitting)?;
             }
         }
-        let modules = if in_place {
-            let modules = self.exchange(&mut composition, &modules, described)?;
-            self.end_trial(&mut composition, name);
-            self.take_in(&mut composition, &new)?;
-            modules
-        } else {
-            self.ask(&composition, &modules)?;
-            // While they are away nothing may miss them; found out before anything is ended for it.
-            composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
-            self.end_trial(&mut composition, name);
-            composition.ground.kept = composition.settings(&modules);
-            let replaced = self.replace(&mut composition, &modules, &old, &new);
-            composition.ground.kept.clear();
-            replaced?
-        };
-        composition.origins.insert(name.into(), Origin { file: file.into(), residence });
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.into());
+        let hash = new.kinds().iter().find_map(crate::plugin::code_of).unwrap_or_default();
+        let change = Change::Reload { plugin: name.into(), file: file.clone(), hash };
+        let modules = self.make_recorded(vec![change], || -> Result<Carried, PluginError> {
+            if in_place {
+                let modules = self.exchange(&mut composition, &modules, described)?;
+                self.end_trial(&mut composition, name);
+                self.take_in(&mut composition, &new)?;
+                Ok(modules)
+            } else {
+                self.ask(&composition, &modules)?;
+                // While they are away nothing may miss them; found out before anything is ended for it.
+                composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
+                self.end_trial(&mut composition, name);
+                composition.ground.kept = composition.settings(&modules);
+                let replaced = self.replace(&mut composition, &modules, &old, &new);
+                composition.ground.kept.clear();
+                replaced
+            }
+        })?;
+        composition.origins.insert(name.into(), Origin { file, residence });
         drop(old);
         let old_library = origin.map_or("linked in", |origin| origin.residence.describe());
         for (module, state) in &modules {

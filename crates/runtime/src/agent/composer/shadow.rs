@@ -93,6 +93,7 @@ impl Composer {
     /// When there is none, it has panicked, it lags behind or hangs, or a module does not return; the old code goes on
     /// then.
     pub fn promote(&self, name: &str) -> Result<Reload, PluginError> {
+        self.tell_recording("new code that ran beside the old");
         let mut composition = self.composition();
         let trial = composition.trials.get(name).ok_or_else(|| alone(&composition, name))?;
         let (plugin, origin, modules) = (trial.plugin.clone(), trial.origin.clone(), trial.modules.clone());

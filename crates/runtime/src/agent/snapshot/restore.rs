@@ -102,6 +102,7 @@ impl Composer {
         kept: &[String],
         other: Option<(&Configuration, &BTreeMap<String, String>)>,
     ) -> Result<(), SnapshotError> {
+        self.tell_recording("going on from a snapshot");
         self.is_of(snapshot)?;
         let mut composition = self.composition();
         let configuration = match other {

@@ -1,0 +1,137 @@
+//! What a recording says of its run.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use slate_runtime::configuration::{Configuration, Database, Link, Report};
+use slate_runtime::recording::{Change, configuration};
+
+use super::file::{Item, ReadError, Source};
+use crate::recorder::{CHANGE, CONFIGURATION, DROPPED, read_change};
+
+type Texts = BTreeMap<String, String>;
+
+/// A run, as a recording has it.
+#[derive(Clone, Debug, Default)]
+pub struct Run {
+    about: Texts,
+    pub(super) plugins: Texts,
+    pub(super) memories: Texts,
+    text: Option<String>,
+    /// What was changed from outside, each after the cycle of that number.
+    pub(super) changes: Vec<(u64, Change)>,
+    end: Option<Texts>,
+    drops: bool,
+}
+
+impl Run {
+    /// Reads what a recording says of its run.
+    ///
+    /// # Errors
+    /// When it can't be read, or is damaged.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let mut source = Source::open(path)?;
+        let (mut run, mut changes, mut dropped) = (Self::default(), None, None);
+        while let Some(item) = source.next()? {
+            match item {
+                Item::Metadata(name, texts) => match name.as_str() {
+                    "run" => run.about = texts,
+                    "plugins" => run.plugins = texts,
+                    "memories" => run.memories = texts,
+                    "end" => run.end = Some(texts),
+                    _ => {}
+                },
+                Item::Attachment(name, bytes) if name == CONFIGURATION => {
+                    let text = String::from_utf8(bytes);
+                    run.text = Some(text.map_err(|_| source.error("its configuration is no text"))?);
+                }
+                Item::Channel(channel) if channel.topic == CHANGE.name => changes = Some(channel.id),
+                Item::Channel(channel) if channel.topic == DROPPED.name => dropped = Some(channel.id),
+                Item::Message(header, bytes) if Some(header.channel_id) == changes => {
+                    let change = read_change(&bytes);
+                    let change = change.ok_or_else(|| source.error("a change in it can't be read"))?;
+                    run.changes.push(change);
+                }
+                Item::Message(header, _) if Some(header.channel_id) == dropped => run.drops = true,
+                _ => {}
+            }
+        }
+        if run.about.is_empty() {
+            return Err(source.error("it says nothing of its run, so it is no recording of an agent"));
+        }
+        // Those of one cycle stay in their order.
+        run.changes.sort_by_key(|(cycle, _)| *cycle);
+        Ok(run)
+    }
+
+    /// The agent.
+    pub fn agent(&self) -> &str {
+        self.about("agent")
+    }
+
+    /// The configuration that it had, to load an agent like it; `sets` are settings of the command line that go over it.
+    ///
+    /// # Errors
+    /// When it is none any more, or a setting is wrong.
+    pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
+        let name = format!("the recording of {}", self.agent());
+        // Files that the run wrote are not written again. Each setting has a line.
+        let writes =
+            |line: &&str| ["record.", "snapshot.", "log.targets."].iter().any(|own| line.starts_with(own));
+        let lines = self.text.as_deref().unwrap_or_default().lines().filter(|line| !writes(line));
+        configuration(&name, &lines.collect::<Vec<_>>().join("\n"), sets)
+    }
+
+    /// Whether its actuators were armed from the start.
+    pub fn is_armed(&self) -> bool {
+        self.about("armed") == "true"
+    }
+
+    /// Why a run with that configuration can't be made again, if it can't.
+    pub fn obstacle_in(&self, configuration: &Configuration) -> Option<String> {
+        let own = configuration.agent_name();
+        let is_remote = |link: &Link| link.from.value.agent().is_some_and(|agent| agent != own);
+        let takes_part = configuration.share().is_some() || configuration.links().iter().any(is_remote);
+        takes_part.then(|| "values of other agents may have come into the run".into())
+    }
+
+    fn about(&self, key: &str) -> &str {
+        self.about.get(key).map_or("", String::as_str)
+    }
+
+    /// Something that is known at the end.
+    pub(super) fn end(&self, key: &str) -> Option<&str> {
+        self.end.as_ref()?.get(key).map(String::as_str)
+    }
+
+    /// How many cycles it had, if it has an end.
+    pub(super) fn cycles(&self) -> Option<u64> {
+        self.end("cycles")?.parse().ok()
+    }
+
+    /// Why the run can't be made again, if it can't.
+    pub fn obstacle(&self) -> Option<String> {
+        if self.about("clock") != "lockstep" {
+            return Some("the run was not in lockstep: on the wall clock no two runs are the same".into());
+        }
+        if self.about("whole") != "true" {
+            return Some(
+                "only a part of the properties is recorded (`record.select`, `record.exclude`)".into(),
+            );
+        }
+        if self.about("from_cycle") != "0" {
+            return Some("the recording does not begin with the run".into());
+        }
+        if self.text.is_none() {
+            return Some("the recording has no configuration".into());
+        }
+        if self.drops || self.end("dropped").is_some_and(|dropped| dropped != "0") {
+            return Some("values are missing in the recording".into());
+        }
+        let other = self.changes.iter().find_map(|(cycle, change)| match change {
+            Change::Other { what } => Some(format!("after cycle {cycle} there was {what}")),
+            _ => None,
+        });
+        other.map(|other| format!("{other}, which can't be made again"))
+    }
+}
