@@ -108,11 +108,11 @@ impl Mission {
     }
 
     /// Begins to record, if the configuration says so: into the file that it names, or else into one of that folder.
-    pub fn record(&self, folder: &Path) -> Result<(), Failure> {
-        let Some(recorder) = &self.recorder else { return Ok(()) };
+    pub fn record(&self, folder: &Path) {
+        let Some(recorder) = &self.recorder else { return };
         let file = self.application.configuration.record().file.as_ref();
         let file = file.map_or_else(|| folder.join("run.mcap"), |file| file.value.clone());
-        Ok(recorder.begin(&self.agent, &file)?)
+        recorder.begin(&self.agent, &file);
     }
 
     /// Goes on from a snapshot, with the settings that the application was loaded with.

@@ -106,7 +106,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     // Only now, as a configuration that is refused leaves nothing behind.
     std::fs::create_dir_all(&directory)
         .map_err(|source| Failure::File { path: directory.clone(), source })?;
-    mission.record(&directory)?;
+    mission.record(&directory);
     match judge {
         None => eprintln!("the configuration has no [mission], so the agent runs until it is interrupted"),
         // Whoever supervises both knows when that one has ended.

@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use slate_blackboard::channel::Tap;
 use slate_blackboard::{Property, Taps};
+use slate_module::Level;
 use slate_runtime::Agent;
 use slate_runtime::configuration::Record;
 use slate_runtime::log::LogTarget;
@@ -28,6 +29,7 @@ pub(crate) use run::CONFIGURATION;
 pub use state::RecordState;
 
 use file::File;
+use state::Shown;
 use thread::Thread;
 
 /// Records an agent: every value that is written to the properties that are selected, the log, what is changed from
@@ -55,29 +57,23 @@ impl std::fmt::Debug for Recorder {
 struct State {
     settings: Record,
     thread: Option<Thread>,
+    /// Why it has not begun.
+    failure: Option<RecordError>,
 }
 
 /// Why nothing is recorded.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file can't be made.
-    #[error("the recording {} can't be made: {source}", slate_runtime::printable(path))]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system says.
-        source: std::io::Error,
-    },
-    /// The file could not be written to its end; what it had until then is there.
-    #[error("the recording {} ends early: {reason}", slate_runtime::printable(path))]
+    /// The file could not be made, or not be written to its end; what it had until then is there.
+    #[error("the recording {} has not all of the run: {reason}", slate_runtime::printable(path))]
     Write {
         /// The file.
         path: PathBuf,
         /// Why.
         reason: String,
     },
-    /// It has begun already, or has not begun.
-    #[error("a recording begins once and ends once")]
+    /// It has not begun, or has ended already.
+    #[error("a recording that has not begun can't end")]
     Order,
 }
 
@@ -97,7 +93,7 @@ pub struct Recorded {
 impl Recorder {
     /// A recorder with the settings of a configuration; it records nothing before an agent is loaded with it.
     pub fn new(settings: &Record) -> Self {
-        let state = State { settings: settings.clone(), thread: None };
+        let state = State { settings: settings.clone(), thread: None, failure: None };
         Self { hub: Hub::new(settings), state: Arc::new(Mutex::new(state)) }
     }
 
@@ -108,46 +104,48 @@ impl Recorder {
 
     /// Opens the file for an agent that was loaded with this recorder. What it wrote until now goes into it too.
     ///
-    /// # Errors
-    /// When the file can't be made; nothing is recorded then.
-    pub fn begin(&self, agent: &Agent, path: &Path) -> Result<(), RecordError> {
-        let failed = |source| {
-            self.hub.stop();
-            RecordError::Create { path: path.to_owned(), source }
-        };
+    /// An agent does not stand still because it can't be recorded: its log says so, and [`end`](Recorder::end).
+    pub fn begin(&self, agent: &Agent, path: &Path) {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        folder.map_or(Ok(()), std::fs::create_dir_all).map_err(failed)?;
-        let file = std::fs::File::create(path).map_err(failed)?;
-        self.begin_with(agent, path, Box::new(file))
+        let file = folder.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::File::create(path));
+        match file {
+            Ok(file) => self.begin_with(agent, path, Box::new(file)),
+            Err(error) => self.fail(agent, path, error.to_string()),
+        }
     }
 
     /// As [`begin`](Recorder::begin), into something else than a file; `path` is what messages call it.
-    ///
-    /// # Errors
-    /// When the first bytes can't be written.
-    pub fn begin_with(
-        &self,
-        agent: &Agent,
-        path: &Path,
-        writer: Box<dyn Write + Send>,
-    ) -> Result<(), RecordError> {
+    pub fn begin_with(&self, agent: &Agent, path: &Path, writer: Box<dyn Write + Send>) {
         let mut state = self.state();
         if state.thread.is_some() {
-            return Err(RecordError::Order);
+            return;
         }
         let begun = File::create(writer, &state.settings, agent).and_then(|file| {
             Thread::start(&self.hub, file, agent, path, state.settings.within)
                 .map_err(|error| error.to_string())
         });
-        let thread = begun.map_err(|reason| {
-            self.hub.stop();
-            RecordError::Write { path: path.to_owned(), reason }
-        })?;
-        if let Some(reader) = thread.handle() {
-            self.hub.begin(agent.is_lockstep(), reader);
+        match begun {
+            Ok(thread) => {
+                if let Some(reader) = thread.handle() {
+                    self.hub.begin(agent.is_lockstep(), reader);
+                }
+                state.thread = Some(thread);
+            }
+            Err(reason) => {
+                drop(state);
+                self.fail(agent, path, reason);
+            }
         }
-        state.thread = Some(thread);
-        Ok(())
+    }
+
+    fn fail(&self, agent: &Agent, path: &Path, reason: String) {
+        self.hub.stop();
+        let error = RecordError::Write { path: path.to_owned(), reason };
+        agent.logger().log(agent.now(), Level::Error, &error.to_string());
+        if let Some(mut shown) = Shown::new(agent.board()) {
+            shown.write(false, 0, 0, 0, agent.now());
+        }
+        self.state().failure = Some(error);
     }
 
     /// Closes the file after the run. `digest` is that of the [agent](Agent::digest), if it has one.
@@ -156,7 +154,11 @@ impl Recorder {
     /// When something of it could not be written.
     pub fn end(&self, digest: Option<u64>) -> Result<Recorded, RecordError> {
         self.hub.stop();
-        let thread = self.state().thread.take().ok_or(RecordError::Order)?;
+        let mut state = self.state();
+        if let Some(failure) = state.failure.take() {
+            return Err(failure);
+        }
+        let thread = state.thread.take().ok_or(RecordError::Order)?;
         thread.end(digest)
     }
 

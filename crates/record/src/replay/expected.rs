@@ -9,6 +9,8 @@ pub(super) struct Wanted {
     pub sequence: u32,
     pub time: u64,
     pub message: Vec<u8>,
+    /// When it was written, at the latest: a value may have the time of something that was long before.
+    until: u64,
 }
 
 /// The values of a recording, property by property.
@@ -57,7 +59,7 @@ impl Expected {
                     let (sequence, time) = (header.sequence, header.log_time);
                     self.read_to = self.read_to.max(time);
                     let waiting = self.waiting.entry(path.clone()).or_default();
-                    waiting.push_back(Wanted { sequence, time, message });
+                    waiting.push_back(Wanted { sequence, time, message, until: self.read_to });
                     return Ok(true);
                 }
                 Some(_) => {}
@@ -89,10 +91,10 @@ impl Expected {
         Ok(())
     }
 
-    /// The earliest value that nobody has asked for, from before that time.
+    /// The earliest value that nobody has asked for, and that was written before that time.
     pub fn missed(&self, before: u64) -> Option<(&str, &Wanted)> {
         let fronts = self.waiting.iter().filter_map(|(path, all)| Some((path.as_str(), all.front()?)));
-        fronts.filter(|(_, wanted)| wanted.time < before).min_by_key(|(_, wanted)| wanted.time)
+        fronts.filter(|(_, wanted)| wanted.until < before).min_by_key(|(_, wanted)| wanted.until)
     }
 
     /// Whether every recorded value was asked for.

@@ -1,0 +1,300 @@
+//! Recordings of runs, as somebody else's library reads them, and the same runs made again from them.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
+
+use common::{Running, exp1, folder, slate, text};
+use mcap::read::{LinearReader, Options};
+use mcap::records::{Metadata, Record};
+use mcap::{Message, MessageStream, Summary};
+use serde_json::Value;
+use slate::record::ros::Schema;
+
+const ON: [&str; 2] = ["--set", "record.enabled=true"];
+
+/// Records a run of EXP1; its file and its summary.
+fn recorded(folder: &Path, arguments: &[&str]) -> (PathBuf, Value) {
+    let (summary, code) = exp1(folder, &[&ON, &["--out", "here"], arguments].concat());
+    assert!(matches!(code, Some(0 | 1)), "{summary}");
+    (folder.join("here/run.mcap"), summary)
+}
+
+fn messages(file: &[u8]) -> Vec<Message<'_>> {
+    MessageStream::new(file).unwrap().map(|message| message.unwrap()).collect()
+}
+
+/// All metadata, by name.
+fn metadata(file: &[u8]) -> BTreeMap<String, BTreeMap<String, String>> {
+    let summary = Summary::read(file).unwrap().unwrap();
+    let read = |index| mcap::read::metadata(file, index).unwrap();
+    summary.metadata_indexes.iter().map(read).map(|Metadata { name, metadata }| (name, metadata)).collect()
+}
+
+/// Makes a recorded run again: what is said of it, and the exit code.
+fn verify(folder: &Path, file: &str) -> (String, Option<i32>) {
+    let output = slate(folder, &["replay", "--verify", file]);
+    (text(&output.stdout) + &text(&output.stderr), output.status.code())
+}
+
+#[test]
+fn every_value_of_every_property_is_in_the_file() {
+    let folder = folder("record-all");
+    let (file, summary) = recorded(&folder, &["--seed", "1"]);
+    let file = std::fs::read(file).unwrap();
+    let mut counts: BTreeMap<String, u32> = BTreeMap::new();
+    for message in messages(&file) {
+        let topic = &message.channel.topic;
+        if message.channel.metadata.contains_key("access") {
+            let count = counts.entry(topic.clone()).or_default();
+            *count += 1;
+            assert_eq!(message.sequence, *count, "a value of {topic} is missing");
+            assert_eq!(message.log_time, message.publish_time);
+        }
+    }
+    let ticks = summary["ticks"].as_u64().unwrap() as u32;
+    assert_eq!(counts["/simulator/r2/truth"], ticks);
+    for topic in ["/r2/planner/params", "/r2/wheels/command", "/r2/execute/status", "/loop/state"] {
+        assert!(counts.contains_key(topic), "{topic} is not there");
+    }
+    let metadata = metadata(&file);
+    assert_eq!(metadata["end"]["digest"], summary["digest"].as_str().unwrap());
+    assert_eq!(metadata["end"]["dropped"], "0");
+    assert_eq!((&*metadata["run"]["seed"], &*metadata["run"]["clock"]), ("1", "lockstep"));
+    assert_eq!(metadata["modules"]["r2/planner"], "go_to_origin_planner");
+    assert!(metadata["links"].len() > 10 && metadata["plugins"].contains_key("simulation"), "{metadata:?}");
+}
+
+#[test]
+fn the_last_pose_is_that_of_the_report() {
+    let folder = folder("record-pose");
+    let (file, _) = recorded(&folder, &["--seed", "2"]);
+    let file = std::fs::read(file).unwrap();
+    let last = messages(&file).into_iter().rfind(|message| message.channel.topic == "/simulator/r2/truth");
+    let last = last.unwrap();
+    let schema = last.channel.schema.clone().unwrap();
+    assert_eq!((&*last.channel.message_encoding, &*schema.encoding), ("cdr", "ros2msg"));
+    let schema = Schema::parse(&schema.name, std::str::from_utf8(&schema.data).unwrap()).unwrap();
+    let pose = schema.decode(&last.data).unwrap();
+    let csv = std::fs::read_to_string(folder.join("here/trajectory.csv")).unwrap();
+    let row = csv.lines().rfind(|line| line.contains(",r2,")).unwrap().to_owned();
+    let cells: Vec<_> = row.split(',').collect();
+    let written = [2, 3, 4].map(|i| cells[i].parse::<f64>().unwrap());
+    assert_eq!(
+        ["x", "y", "theta"].map(|field| pose.get(field).and_then(|value| value.as_f64()).unwrap()),
+        written
+    );
+    assert_eq!(last.log_time, (cells[0].parse::<f64>().unwrap() * 1e9).round() as u64);
+}
+
+#[test]
+fn a_recording_changes_nothing_of_the_run_and_the_run_can_be_made_again() {
+    let folder = folder("record-again");
+    let (_, summary) = recorded(&folder, &["--seed", "3"]);
+    let (without, _) = exp1(&folder, &["--seed", "3", "--out", "there"]);
+    assert_eq!(summary["digest"], without["digest"]);
+    let (said, code) = verify(&folder, "here/run.mcap");
+    let cycles = format!(" values in {} cycles", summary["ticks"]);
+    assert!(said.starts_with("identical, ") && said.contains(&cycles), "{said}");
+    assert_eq!(code, Some(0));
+}
+
+/// Writes a recording anew with another message in the place of one.
+fn changed(file: &[u8], topic: &str, number: u32, change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
+    let mut out = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().compression(None).profile("ros2").create(&mut out).unwrap();
+    let summary = Summary::read(file).unwrap().unwrap();
+    for index in &summary.metadata_indexes {
+        writer.write_metadata(&mcap::read::metadata(file, index).unwrap()).unwrap();
+    }
+    for index in &summary.attachment_indexes {
+        writer.attach(&mcap::read::attachment(file, index).unwrap()).unwrap();
+    }
+    for mut message in messages(file) {
+        if message.channel.topic == topic && message.sequence == number {
+            change(message.data.to_mut());
+        }
+        writer.write(&message).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    out.into_inner()
+}
+
+#[test]
+fn the_first_value_that_differs_is_named_with_its_field() {
+    let folder = folder("record-differs");
+    let (file, _) = recorded(&folder, &["--seed", "4"]);
+    let file = std::fs::read(file).unwrap();
+    // The second number of a pose, behind the header of four bytes.
+    let other = changed(&file, "/simulator/r2/truth", 50, |data| {
+        data[4 + 8..][..8].copy_from_slice(&7_f64.to_le_bytes())
+    });
+    std::fs::write(folder.join("other.mcap"), other).unwrap();
+    let (said, code) = verify(&folder, "other.mcap");
+    let expected = "first difference at 0.980 s: /simulator/r2/truth/y: recorded 7.0, replayed ";
+    assert!(said.starts_with(expected), "{said}");
+    assert_eq!(code, Some(1));
+    let same = changed(&file, "/simulator/r2/truth", 50, |_| {});
+    std::fs::write(folder.join("same.mcap"), same).unwrap();
+    assert_eq!(verify(&folder, "same.mcap").1, Some(0));
+}
+
+#[test]
+fn only_what_is_selected_is_recorded_and_that_is_not_enough_to_make_the_run_again() {
+    let folder = folder("record-selected");
+    let select = ["--set", "record.select=[\"/r2/**\"]", "--set", "record.exclude=[\"/**/timing\"]"];
+    let (file, _) = recorded(&folder, &select);
+    let file = std::fs::read(file).unwrap();
+    for message in messages(&file) {
+        let topic = &message.channel.topic;
+        let is_own = ["/log", "/record/change"].contains(&topic.as_str());
+        assert!(is_own || topic.starts_with("/r2/") && !topic.ends_with("/timing"), "{topic}");
+    }
+    let (said, code) = verify(&folder, "here/run.mcap");
+    assert!(said.contains("not covered: only a part of the properties is recorded"), "{said}");
+    assert_eq!(code, Some(2));
+}
+
+/// The run goes on for this long, whatever happens, and it is quick enough for a test.
+const LONG: [&str; 6] = [
+    "--set",
+    "modules.referee.params.time_limit=20.0",
+    "--set",
+    "modules.referee.params.tolerance=0.0",
+    "--rate",
+    "4",
+];
+
+#[test]
+fn what_is_changed_during_the_run_is_changed_again() {
+    let mut running = Running::new("record-changes");
+    let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
+    running.start("exp1", &[&run[..], &ON, &LONG].concat());
+    running.done(&["config", "set", "robots.r2.modules.planner.params.speed=0.21"]);
+    running.done(&["module", "disable", "r2/avoid_obstacle"]);
+    running.done(&["link", "r2/avoid_wall/sonar", "simulator/r1/sonar"]);
+    running.done(&["module", "enable", "r2/avoid_obstacle"]);
+    let output = running.finish();
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{output:?}");
+    let file = std::fs::read(running.folder().join("here/run.mcap")).unwrap();
+    let all = messages(&file);
+    let of = |topic: &str| all.iter().filter(|message| message.channel.topic == topic).collect::<Vec<_>>();
+    assert_eq!(of("/record/change").len(), 4);
+    // The log says it too, as other tools know logs.
+    let said = of("/log").into_iter().map(|line| {
+        let schema = line.channel.schema.as_ref().unwrap();
+        assert_eq!(schema.name, "rcl_interfaces/msg/Log");
+        let schema = Schema::parse(&schema.name, std::str::from_utf8(&schema.data).unwrap()).unwrap();
+        let line = schema.decode(&line.data).unwrap();
+        line.get("msg").and_then(|value| value.as_str()).unwrap().to_owned()
+    });
+    assert!(said.into_iter().any(|line| line.contains("other links hold for r2/avoid_wall")));
+    let (said, code) = verify(running.folder(), "here/run.mcap");
+    assert!(said.starts_with("identical, "), "{said}");
+    assert_eq!(code, Some(0));
+}
+
+#[test]
+fn what_a_person_did_with_the_actuators_is_not_covered() {
+    let mut running = Running::new("record-stop");
+    let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
+    running.start("exp1", &[&run[..], &ON, &LONG].concat());
+    running.done(&["stop"]);
+    running.finish();
+    let (said, code) = verify(running.folder(), "here/run.mcap");
+    assert!(said.contains("not covered: after cycle") && said.contains("a stop of the actuators"), "{said}");
+    assert_eq!(code, Some(2));
+}
+
+/// The messages that can be read of a file that may end anywhere, and whether it is at its end.
+fn readable(file: &[u8]) -> (usize, bool) {
+    let mut count = 0;
+    for record in mcap::read::ChunkFlattener::new_with_options(file, Options::IgnoreEndMagic.into()).unwrap()
+    {
+        match record {
+            Ok(Record::Message { .. }) => count += 1,
+            Ok(Record::DataEnd(_)) => return (count, true),
+            Ok(_) => {}
+            Err(mcap::McapError::UnexpectedEof | mcap::McapError::UnexpectedEoc) => return (count, false),
+            Err(error) => panic!("{error}"),
+        }
+    }
+    (count, false)
+}
+
+#[test]
+fn what_was_closed_is_there_after_a_kill() {
+    let mut running = Running::new("record-kill");
+    for round in 0..4_u64 {
+        let name = format!("run{round}");
+        let run = ["run", "exp1", "--headless", "--seed", "6", "--out", &name];
+        let mut command = running.command(&[&run[..], &ON, &LONG].concat());
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let file = running.folder().join(&name).join("run.mcap");
+        common::wait_for("the file begins", || {
+            std::fs::metadata(&file).is_ok_and(|file| file.len() > 100_000)
+        });
+        std::thread::sleep(Duration::from_millis(37 * round));
+        let before = readable(&std::fs::read(&file).unwrap()).0;
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let file = std::fs::read(&file).unwrap();
+        // What can be read at any moment can be read for good.
+        let (after, is_whole) = readable(&file);
+        assert!(before > 100 && after >= before && !is_whole, "{before}, then {after}");
+        assert!(
+            LinearReader::new_with_options(&file, Options::IgnoreEndMagic.into()).unwrap().next().is_some()
+        );
+        let (said, code) = verify(running.folder(), &format!("{name}/run.mcap"));
+        assert!(
+            said.contains("identical, ") && said.contains("up to where the recording was cut off"),
+            "{said}"
+        );
+        assert_eq!(code, Some(0));
+    }
+}
+
+#[test]
+fn a_full_disk_ends_the_recording_and_not_the_run() {
+    let folder = folder("record-full");
+    let (without, _) = exp1(&folder, &["--seed", "7"]);
+    for (file, words) in [("/dev/full", "No space left"), ("/proc/nowhere/run.mcap", "No such file")] {
+        let place = format!("record.file={file}");
+        let output = slate(
+            &folder,
+            &[&["run", "exp1", "--headless", "--json", "--seed", "7", "--set", &place], &ON[..]].concat(),
+        );
+        let said = text(&output.stderr);
+        assert!(said.contains(&format!("the recording {file} ")) && said.contains(words), "{said}");
+        assert_eq!(common::json(&output)["digest"], without["digest"]);
+        assert_eq!(output.status.code(), Some(2), "what was asked for is not there");
+    }
+}
+
+#[test]
+fn a_file_that_is_no_recording_is_refused_in_words() {
+    let folder = folder("record-none");
+    std::fs::write(folder.join("none.mcap"), "no recording").unwrap();
+    let (said, code) = verify(&folder, "none.mcap");
+    assert!(said.contains("the recording none.mcap can't be read: "), "{said}");
+    assert_eq!(code, Some(2));
+    let (said, code) = verify(&folder, "nowhere.mcap");
+    assert!(said.contains("nowhere.mcap") && code == Some(2), "{said}");
+}
+
+#[test]
+fn on_the_wall_clock_nothing_can_be_made_again() {
+    let folder = folder("record-wall");
+    let all =
+        [&ON[..], &["--mode", "threaded", "--set", "modules.referee.params.time_limit=1.0", "--rate", "4"]];
+    let (file, _) = recorded(&folder, &all[1..].concat());
+    assert!(readable(&std::fs::read(file).unwrap()).1);
+    let (said, code) = verify(&folder, "here/run.mcap");
+    assert!(said.contains("not covered: the run was not in lockstep"), "{said}");
+    assert_eq!(code, Some(2));
+}
