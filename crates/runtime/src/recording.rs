@@ -20,7 +20,7 @@ pub trait Recording: Taps {
 pub enum Change {
     /// The setting at a path has that value, or is as the files say it if there is none.
     Setting {
-        /// As `--set` takes it.
+        /// As `--set` takes it; or `MODULE/enabled`, for a switch that is not in the configuration.
         path: String,
         /// As TOML.
         value: Option<String>,

@@ -147,33 +147,9 @@ fn other_code(run: &Run, agent: &Agent) -> Option<String> {
     other.or_else(|| (!agent.is_lockstep()).then(|| "the agent is not in lockstep".into()))
 }
 
-/// The module that a setting switches on and off.
-fn switched(path: &str) -> Option<String> {
-    let names: Vec<_> = path.parse::<SettingPath>().ok()?.0;
-    match names.as_slice() {
-        [modules, module, enabled] if modules == "modules" && enabled == "enabled" => Some(module.clone()),
-        _ => None,
-    }
-}
-
-/// The names of a setting's path.
-struct SettingPath(Vec<String>);
-
-impl std::str::FromStr for SettingPath {
-    type Err = ();
-
-    fn from_str(path: &str) -> Result<Self, ()> {
-        let (mut names, mut name, mut quoted) = (Vec::new(), String::new(), false);
-        for letter in path.chars() {
-            match letter {
-                '"' => quoted = !quoted,
-                '.' if !quoted => names.push(std::mem::take(&mut name)),
-                other => name.push(other),
-            }
-        }
-        names.push(name);
-        if quoted { Err(()) } else { Ok(Self(names)) }
-    }
+/// The module that a change switches on or off, past the configuration.
+fn switched(path: &str) -> Option<&str> {
+    path.strip_suffix("/enabled").filter(|module| !module.contains('.'))
 }
 
 /// Makes a change, and the settings before it, once more.
@@ -186,7 +162,7 @@ fn make(agent: &Agent, change: &Change, settings: Vec<(String, String)>) -> Resu
     match change {
         Change::Setting { path, value: Some(value) } => {
             let module = switched(path).unwrap_or_default();
-            composer.enable(&module, value == "true").map_err(|error| error.to_string())
+            composer.enable(module, value == "true").map_err(|error| error.to_string())
         }
         Change::Setting { path, value: None } if path.starts_with("links.") => {
             database.set(&[(path, "false")]).map(drop).map_err(|report| report.to_string())

@@ -17,7 +17,6 @@ use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Board, BoardError, nearest_names};
 use slate_module::{Level, ModuleKind, Plugin};
-use toml_edit::Key;
 
 use super::composition::Composition;
 use super::memory::States;
@@ -337,8 +336,7 @@ impl Composer {
     /// When there is no such module, or another module switches it.
     pub fn enable(&self, module: &str, on: bool) -> Result<(), BoardError> {
         let (path, value) = (format!("{module}/enabled/value"), Value::Bool(on));
-        let setting = format!("modules.{}.enabled", Key::new(module).display_repr());
-        let change = Change::Setting { path: setting, value: Some(on.to_string()) };
+        let change = Change::Setting { path: format!("{module}/enabled"), value: Some(on.to_string()) };
         self.make_recorded(vec![change], || self.shared.board.write(&path, &value, self.now()).map(drop))
     }
 
