@@ -6,7 +6,7 @@ use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::analyzes::Surroundings;
-use slate_wheeled::journey::{Journey, changes_speed};
+use slate_wheeled::journey::{Journey, must_change};
 
 /// What the Plan notices, and what it lets others know.
 #[ports]
@@ -22,11 +22,11 @@ pub struct PatrolNoticing {
 #[params]
 pub struct PatrolParams {
     #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the east and west of the origin")]
-    east: f64,
+    pub east: f64,
     #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the north and south of the origin")]
     north: f64,
     #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "speed where there is room")]
-    speed: f64,
+    pub speed: f64,
     #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded")]
     careful_speed: f64,
     #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "a corner is reached within this distance")]
@@ -100,8 +100,10 @@ impl Plan for PatrolPlanner {
             return;
         }
         let turns = memory.aside.is_some() != was_aside && !situation.is_reactive();
-        if turns || situation.needs_plan() || changes_speed(room_changed, situation) {
-            memory.journey.go(goal, [params.speed, params.careful_speed], params.tolerance, plan);
+        let speeds = [params.speed, params.careful_speed];
+        let is_changed = room_changed || memory.journey.is_outdated(goal, speeds);
+        if turns || situation.needs_plan() || must_change(is_changed, situation) {
+            memory.journey.go(goal, speeds, params.tolerance, plan);
         }
     }
 }
