@@ -1,9 +1,10 @@
-//! What programs that are not ours read from our messages.
+//! What programs that are not ours read from our messages, and what we read from theirs.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::{Mutex, PoisonError};
 
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
@@ -27,6 +28,9 @@ fn run(command: &mut Command, advice: &str) -> Output {
 
 /// A Python that has the packages.
 fn python() -> PathBuf {
+    // Made once, though tests run beside each other.
+    static MAKING: Mutex<()> = Mutex::new(());
+    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros-python");
     let python = folder.join("bin/python");
     let marker = folder.join("packages");
@@ -50,7 +54,11 @@ fn python() -> PathBuf {
     python
 }
 
-/// A value as JSON, as the script prints it.
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros").join(name)
+}
+
+/// A value as JSON, as the scripts print it.
 fn tree(value: &Value) -> Json {
     let float = |number: f64| match number {
         number if number.is_nan() => json!("nan"),
@@ -95,7 +103,6 @@ impl File {
 
 #[test]
 fn two_libraries_of_others_read_all_interfaces_in_both_forms() {
-    let python = python();
     let options = WriteOptions::new().compression(None).profile("ros2");
     let mut file = File { writer: options.create(Cursor::default()).unwrap(), expected: BTreeMap::new() };
     for descriptor in all() {
@@ -137,8 +144,7 @@ fn two_libraries_of_others_read_all_interfaces_in_both_forms() {
     file.writer.finish().unwrap();
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros.mcap");
     std::fs::write(&path, file.writer.into_inner().into_inner()).unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros/read.py");
-    let output = run(Command::new(&python).arg(script).arg(&path), "others can't read the file");
+    let output = run(Command::new(python()).arg(script("read.py")).arg(&path), "others can't read the file");
     let mut found: BTreeMap<(String, String), Vec<Json>> = BTreeMap::new();
     for line in String::from_utf8(output.stdout).unwrap().lines() {
         let mut line: Json = serde_json::from_str(line).unwrap();
@@ -150,4 +156,36 @@ fn two_libraries_of_others_read_all_interfaces_in_both_forms() {
             assert_eq!(found.get(&(reader.into(), topic.clone())), Some(expected), "{reader} {topic}");
         }
     }
+}
+
+#[test]
+fn messages_of_all_types_that_ros_brings_are_read_as_others_wrote_them() {
+    let mut command = Command::new(python());
+    // It would write beside the script.
+    command.env("PYTHONDONTWRITEBYTECODE", "1").arg(script("write.py"));
+    let output = run(&mut command, "others can't write messages");
+    let own: BTreeMap<String, Definition> = all()
+        .into_iter()
+        .filter_map(standard)
+        .map(|standard| (standard.definition().name.clone(), standard.definition().clone()))
+        .collect();
+    let (mut read, mut same) = (0, 0);
+    for line in String::from_utf8(output.stdout).unwrap().lines() {
+        let line: Json = serde_json::from_str(line).unwrap();
+        let (name, text) = (line["name"].as_str().unwrap(), line["text"].as_str().unwrap());
+        let theirs = Schema::parse(name, text).unwrap();
+        let ours = own.get(name).map(|definition| Schema::parse(name, &definition.text).unwrap());
+        for message in line["messages"].as_array().unwrap() {
+            let message: Vec<u8> = serde_json::from_value(message.clone()).unwrap();
+            assert_eq!(tree(&theirs.decode(&message).unwrap()), line["value"], "{name}");
+            // The definitions that come with this crate are those of ROS.
+            if let Some(ours) = &ours {
+                assert_eq!(tree(&ours.decode(&message).unwrap()), line["value"], "{name}");
+                same += 1;
+            }
+        }
+        read += 1;
+    }
+    assert!(read > 150, "{read}");
+    assert_eq!(same, 2 * own.len());
 }

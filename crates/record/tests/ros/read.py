@@ -33,12 +33,16 @@ def tell(reader, topic, value):
     print(json.dumps({"reader": reader, "topic": topic, "value": tree(value)}))
 
 
-path = Path(sys.argv[1])
-with path.open("rb") as file:
-    reader = make_reader(file, decoder_factories=[DecoderFactory()])
-    for _, channel, _, message in reader.iter_decoded_messages():
-        tell("mcap", channel.topic, message)
+def main(path):
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for _, channel, _, message in reader.iter_decoded_messages():
+            tell("mcap", channel.topic, message)
 
-with AnyReader([path]) as reader:
-    for connection, _, data in reader.messages():
-        tell("rosbags", connection.topic, reader.deserialize(data, connection.msgtype))
+    with AnyReader([path]) as reader:
+        for connection, _, data in reader.messages():
+            tell("rosbags", connection.topic, reader.deserialize(data, connection.msgtype))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -122,13 +122,13 @@ fn definitions_that_can_not_be_read_are_refused_in_words() {
         refused("int8 x\nwstring name"),
         line(2) + "a `wstring` can't be read: implementations of ROS disagree how it lies in a message"
     );
-    assert_eq!(refused("wstring<=3[] name").split(": ").nth(1).unwrap().chars().next(), Some('a'));
+    assert!(refused("wstring<=3[] name").contains("a `wstring` can't be read"));
     assert_eq!(refused("other/Part x"), line(1) + "`other/Part` is not defined in the text");
     assert_eq!(refused("int8"), line(1) + "expected a type and a name, not `int8`");
     assert_eq!(refused("int8 a-b"), line(1) + "expected a type and a name, not `int8 a-b`");
     assert_eq!(refused("int8[0] x"), line(1) + "`0` is no number of items");
     assert_eq!(refused("int8[-1] x"), line(1) + "`-1` is no number of items");
-    assert_eq!(refused("int8[<=x] x"), line(1) + "`<=x` is no number of items".replace("<=", "").as_str());
+    assert_eq!(refused("int8[<=x] x"), line(1) + "`x` is no number of items");
     assert_eq!(refused("int8<=3 x"), line(1) + "`int8<=3` is no type");
     assert_eq!(refused("int8 x\n===\nint8 y"), line(3) + "expected `MSG: package/Name`, not `int8 y`");
     assert_eq!(refused("int8 x\nMSG: a/B"), line(2) + "`MSG:` stands without a line of `=` before it");
