@@ -136,9 +136,8 @@ impl Mission {
         let end = self.agent.run(Box::new(observer))?;
         let wall_time = start.elapsed();
         let (cycles, now) = self.course.cycles();
-        let digest = self.agent.digest();
-        let recorded = self.recorder.as_ref().map(|recorder| recorder.end(digest));
-        let digest = digest.map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
+        let recorded = self.recorder.as_ref().map(|recorder| recorder.end(&mut self.agent));
+        let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let (outcome, message) = self.judge(&end);
         let mut judged = self.observation.metrics().into_iter();
         let Metrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();

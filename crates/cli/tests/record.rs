@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::Duration;
 
-use common::{Running, exp1, folder, slate, text};
+use common::{Running, exp1, folder, library, slate, text};
 use mcap::read::{LinearReader, Options};
 use mcap::records::{Metadata, Record};
 use mcap::{Message, MessageStream, Summary};
@@ -178,13 +178,14 @@ fn what_is_changed_during_the_run_is_changed_again() {
     running.done(&["config", "set", "robots.r2.modules.planner.params.speed=0.21"]);
     running.done(&["module", "disable", "r2/avoid_obstacle"]);
     running.done(&["link", "r2/avoid_wall/sonar", "simulator/r1/sonar"]);
+    running.done(&["plugin", "reload", "slate-wheeled", &library("libslate_wheeled.so")]);
     running.done(&["module", "enable", "r2/avoid_obstacle"]);
     let output = running.finish();
     assert!(matches!(output.status.code(), Some(0 | 1)), "{output:?}");
     let file = std::fs::read(running.folder().join("here/run.mcap")).unwrap();
     let all = messages(&file);
     let of = |topic: &str| all.iter().filter(|message| message.channel.topic == topic).collect::<Vec<_>>();
-    assert_eq!(of("/record/change").len(), 4);
+    assert_eq!(of("/record/change").len(), 5);
     // The log says it too, as other tools know logs.
     let said = of("/log").into_iter().map(|line| {
         let schema = line.channel.schema.as_ref().unwrap();
@@ -229,7 +230,7 @@ fn readable(file: &[u8]) -> (usize, bool) {
 
 #[test]
 fn what_was_closed_is_there_after_a_kill() {
-    let mut running = Running::new("record-kill");
+    let running = Running::new("record-kill");
     for round in 0..4_u64 {
         let name = format!("run{round}");
         let run = ["run", "exp1", "--headless", "--seed", "6", "--out", &name];

@@ -148,7 +148,7 @@ fn in_lockstep_the_loop_waits_for_a_recorder_that_is_behind() {
     }
     drop(go);
     let mut agent = steps.join().unwrap();
-    let recorded = recorder.end(agent.digest()).unwrap();
+    let recorded = recorder.end(&mut agent).unwrap();
     assert_eq!(recorded.dropped, 0);
     let file = bytes.0.lock().unwrap().clone();
     assert_eq!(recorded.bytes, file.len() as u64);
@@ -169,7 +169,7 @@ fn on_the_wall_clock_nobody_waits_and_drops_are_counted_in_the_file() {
     agent.run(Box::new(stop)).unwrap();
     drop(go);
     let written = agent.board().read("counter/number").unwrap().unwrap().1.sequence;
-    let recorded = recorder.end(agent.digest()).unwrap();
+    let recorded = recorder.end(&mut agent).unwrap();
     let file = bytes.0.lock().unwrap().clone();
     let numbers = numbers(&file, "/counter/number");
     assert!(recorded.dropped > 0 && numbers.is_sorted(), "{recorded:?}");
@@ -191,7 +191,7 @@ fn a_disk_that_gets_full_ends_the_recording_with_one_line_and_the_agent_goes_on(
         assert!(agent.step() && without.step());
     }
     assert_eq!(agent.digest(), without.digest());
-    let error = recorder.end(agent.digest()).unwrap_err().to_string();
+    let error = recorder.end(&mut agent).unwrap_err().to_string();
     assert!(error.contains("the recording here has not all of the run: "), "{error}");
     agent.logger().flush(std::time::Duration::from_secs(10));
     let lines = log.lines();
@@ -218,7 +218,7 @@ fn every_write_is_recorded_also_several_in_one_cycle_and_those_before_the_file_i
     agent.step();
     (3..8).for_each(|value| set(&agent, value.into()));
     agent.step();
-    recorder.end(agent.digest()).unwrap();
+    recorder.end(&mut agent).unwrap();
     let file = bytes.0.lock().unwrap().clone();
     assert_eq!(numbers(&file, "/counter/params"), (1..=7).collect::<Vec<_>>());
     assert_eq!(numbers(&file, "/counter/number"), [1, 2]);
@@ -226,6 +226,6 @@ fn every_write_is_recorded_also_several_in_one_cycle_and_those_before_the_file_i
 
 #[test]
 fn a_recording_that_has_not_begun_has_no_end() {
-    let (_, recorder, _) = agent(LOCKSTEP, "");
-    assert!(recorder.end(None).unwrap_err().to_string().contains("has not begun"));
+    let (mut agent, recorder, _) = agent(LOCKSTEP, "");
+    assert!(recorder.end(&mut agent).unwrap_err().to_string().contains("has not begun"));
 }

@@ -148,18 +148,18 @@ impl Recorder {
         self.state().failure = Some(error);
     }
 
-    /// Closes the file after the run. `digest` is that of the [agent](Agent::digest), if it has one.
+    /// Closes the file after a run of the agent.
     ///
     /// # Errors
     /// When something of it could not be written.
-    pub fn end(&self, digest: Option<u64>) -> Result<Recorded, RecordError> {
+    pub fn end(&self, agent: &mut Agent) -> Result<Recorded, RecordError> {
         self.hub.stop();
         let mut state = self.state();
         if let Some(failure) = state.failure.take() {
             return Err(failure);
         }
         let thread = state.thread.take().ok_or(RecordError::Order)?;
-        thread.end(digest)
+        thread.end(agent)
     }
 
     fn state(&self) -> MutexGuard<'_, State> {

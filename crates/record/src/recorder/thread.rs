@@ -8,8 +8,8 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use slate_module::Level;
+use slate_runtime::Agent;
 use slate_runtime::log::Logger;
-use slate_runtime::{Agent, Composer};
 
 use super::file::File;
 use super::lines::{Drain, Hub};
@@ -29,7 +29,6 @@ pub(super) struct Thread {
     is_over: Arc<AtomicBool>,
     hub: Arc<Hub>,
     path: PathBuf,
-    composer: Composer,
 }
 
 impl Thread {
@@ -53,13 +52,7 @@ impl Thread {
         };
         let over = Arc::clone(&is_over);
         let thread = Builder::new().name("record".into()).spawn(move || work.run(&over))?;
-        Ok(Self {
-            thread: Some(thread),
-            is_over,
-            hub: Arc::clone(hub),
-            path: path.to_owned(),
-            composer: agent.composer(),
-        })
+        Ok(Self { thread: Some(thread), is_over, hub: Arc::clone(hub), path: path.to_owned() })
     }
 
     pub fn handle(&self) -> Option<std::thread::Thread> {
@@ -76,7 +69,7 @@ impl Thread {
     }
 
     /// Closes the file.
-    pub fn end(mut self, digest: Option<u64>) -> Result<Recorded, RecordError> {
+    pub fn end(mut self, agent: &mut Agent) -> Result<Recorded, RecordError> {
         let path = self.path.clone();
         let failed = |reason| RecordError::Write { path: path.clone(), reason };
         let file = self.join();
@@ -84,12 +77,12 @@ impl Thread {
         if let Some(reason) = file.failure.take() {
             return Err(failed(reason));
         }
-        let time = self.composer.now();
+        let time = agent.now();
         let dropped = file.tell_drops(&self.hub.channels(), time);
-        let digest = digest.map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
+        let digest = agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let end = [
             ("digest", digest),
-            ("cycles", self.composer.cycles().to_string()),
+            ("cycles", agent.composer().cycles().to_string()),
             ("time_ns", time.to_string()),
             ("values", file.values.to_string()),
             ("dropped", dropped.to_string()),
