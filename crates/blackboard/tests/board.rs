@@ -273,3 +273,36 @@ proptest! {
         }
     }
 }
+
+/// Keeps what it sees of all properties but one.
+#[derive(Default)]
+struct Witness(std::sync::Mutex<Vec<(Vec<u8>, u64)>>);
+
+struct Eye(Arc<Witness>);
+
+impl slate_blackboard::Taps for Eye {
+    fn tap(&self, property: &Property) -> Option<Arc<dyn slate_blackboard::channel::Tap>> {
+        (property.path() != "private/value").then(|| Arc::clone(&self.0) as _)
+    }
+}
+
+impl slate_blackboard::channel::Tap for Witness {
+    fn wrote(&self, bytes: &[u8], _: usize, stamp: slate_blackboard::Stamp) {
+        self.0.lock().unwrap().push((bytes.to_vec(), stamp.sequence));
+    }
+}
+
+#[test]
+fn a_tap_sees_every_value_of_the_properties_it_is_for() {
+    let board = Board::new("base");
+    let witness = Arc::new(Witness::default());
+    board.tap_with(Arc::new(Eye(Arc::clone(&witness))));
+    let (open, private) =
+        (add(&board, "open/value", Access::Setting), add(&board, "private/value", Access::Setting));
+    for number in 1..=3_u8 {
+        open.set_bytes(&[number; SIZE], 0).unwrap();
+        private.set_bytes(&[number; SIZE], 0).unwrap();
+    }
+    let seen = witness.0.lock().unwrap().clone();
+    assert_eq!(seen, [1, 2, 3].map(|number| (vec![number; SIZE], u64::from(number))));
+}
