@@ -46,6 +46,9 @@ pub(crate) const OTHERS: u32 = u32::MAX - 16;
 /// The largest ring, bytes.
 const LARGEST: usize = 1 << 30;
 
+/// The largest one while nobody takes values out, as perhaps nobody ever will.
+const LARGEST_BEFORE: usize = 64 << 20;
+
 /// The line of this thread to each recorder.
 struct Own {
     hub: u64,
@@ -146,7 +149,7 @@ impl Hub {
             if needed > inlet.capacity() || !has_begun {
                 // What is written before the file is open has to find room, as has the first value of a larger kind.
                 let wanted = needed.saturating_mul(2).max(inlet.capacity().saturating_mul(2));
-                if wanted > LARGEST {
+                if wanted > if has_begun { LARGEST } else { LARGEST_BEFORE } {
                     return false;
                 }
                 own[place] = self.new_line(wanted);
