@@ -6,6 +6,7 @@
 //! The same data gives the same bytes. Of everything that is written, only [`Summary::wall_time_s`] differs between
 //! two runs of the same configuration and seed.
 
+pub mod bag;
 mod batch;
 mod error;
 mod plot;
