@@ -1,4 +1,5 @@
-//! Run reports: trajectories, timelines, summaries, statistics of batches.
+//! What stays of a run: reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
+//! messages, as logs hold them ([`ros`]).
 //!
 //! Plain data in, files out. A [`Report`] of one run is a folder of five files: `scene.svg`, `trajectory.csv`,
 //! `trajectory.svg`, `timeline.svg` and `summary.json`. A [`Batch`] is the statistics over the summaries of many runs.
@@ -11,6 +12,7 @@ mod batch;
 mod error;
 mod plot;
 mod report;
+pub mod ros;
 mod scene;
 mod statistics;
 mod summary;
