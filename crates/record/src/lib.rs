@@ -1,5 +1,5 @@
 //! What stays of a run: reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
-//! messages, as logs hold them ([`ros`]).
+//! messages, as logs hold them ([`ros`]); and recordings as files ([`bag`]).
 //!
 //! Plain data in, files out. A [`Report`] of one run is a folder of five files: `scene.svg`, `trajectory.csv`,
 //! `trajectory.svg`, `timeline.svg` and `summary.json`. A [`Batch`] is the statistics over the summaries of many runs.

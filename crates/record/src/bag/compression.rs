@@ -36,36 +36,36 @@ impl Compression {
     }
 }
 
-/// Appends the records of a chunk as long as they can be read, at most one byte more than so many; says what is wrong
-/// with the rest.
+/// Appends the records of a chunk, at most so many bytes; says what is wrong with what can't be read.
 pub(super) fn decompress(
     compression: &str,
     bytes: &[u8],
-    length: u64,
+    most: u64,
     out: &mut Vec<u8>,
 ) -> Result<(), String> {
-    if length > MAXIMUM_RECORD {
-        return Err(format!("its records have {length} bytes, and at most {MAXIMUM_RECORD} are read"));
+    if most > MAXIMUM_RECORD {
+        return Err(format!("the records have {most} bytes, and at most {MAXIMUM_RECORD} are read"));
     }
     let before = out.len() as u64;
-    let most = length + 1;
-    let read = match compression {
-        "" => bytes.take(most).read_to_end(out).map_err(|error| error.to_string()),
-        "lz4" => lz4_flex::frame::FrameDecoder::new(bytes)
-            .take(most)
+    let limit = most + 1;
+    let failed = |error: String| format!("its {compression} records can't be read: {error}");
+    let mut left = bytes;
+    match compression {
+        "" => (&mut left).take(limit).read_to_end(out).map_err(|error| failed(error.to_string()))?,
+        "lz4" => lz4_flex::frame::FrameDecoder::new(&mut left)
+            .take(limit)
             .read_to_end(out)
-            .map_err(|error| error.to_string()),
-        "zstd" => ruzstd::decoding::StreamingDecoder::new(bytes)
-            .map_err(|error| error.to_string())
-            .and_then(|decoder| decoder.take(most).read_to_end(out).map_err(|error| error.to_string())),
+            .map_err(|error| failed(error.to_string()))?,
+        "zstd" => ruzstd::decoding::StreamingDecoder::new(&mut left)
+            .map_err(|error| failed(error.to_string()))?
+            .take(limit)
+            .read_to_end(out)
+            .map_err(|error| failed(error.to_string()))?,
         other => return Err(format!("its compression `{other}` is none of lz4 and zstd")),
     };
-    read.map_err(|what| format!("its {compression} records can't be read: {what}"))?;
     match out.len() as u64 - before {
-        found if found == length => Ok(()),
-        found if found > length => {
-            Err(format!("it has more than the {length} bytes of records that it says"))
-        }
-        found => Err(format!("it has {found} bytes of records and should have {length}")),
+        found if found > most => Err(format!("it has more than the {most} bytes of records that it says")),
+        _ if !left.is_empty() => Err(format!("{} bytes follow its {compression} records", left.len())),
+        _ => Ok(()),
     }
 }

@@ -50,6 +50,8 @@ pub struct Reader<R> {
 pub struct Message<'a> {
     /// What it is a message of.
     pub channel: &'a Arc<Channel>,
+    /// How its bytes are laid out, unless its channel does not say.
+    pub schema: Option<&'a Arc<Schema>>,
     /// Its number among those of its channel, as its writer counts.
     pub sequence: u32,
     /// When it was recorded, nanoseconds.
@@ -137,10 +139,6 @@ impl<R: Read + Seek> Reader<R> {
         self.definitions.schemas.get(&channel.schema_id)
     }
 
-    pub(super) fn schemas(&self) -> usize {
-        self.definitions.schemas.len()
-    }
-
     /// How many messages of a channel were returned so far.
     pub(super) fn count(&self, channel: &Channel) -> u64 {
         self.counts.get(&channel.id).copied().unwrap_or(0)
@@ -149,6 +147,12 @@ impl<R: Read + Seek> Reader<R> {
     /// The earliest and the latest log time of the chunks that were read.
     pub(super) fn times(&self) -> Option<(u64, u64)> {
         self.times
+    }
+
+    /// The log time of the first message, if the file says it before it is read.
+    pub(super) fn start(&self) -> Option<u64> {
+        let said = self.outline.summary.statistics.as_ref().filter(|statistics| statistics.message_count > 0);
+        said.map(|statistics| statistics.message_start_time)
     }
 
     /// The next message; nothing at the end.
@@ -165,6 +169,7 @@ impl<R: Read + Seek> Reader<R> {
         };
         Ok(Some(Message {
             channel,
+            schema: self.definitions.schemas.get(&channel.schema_id),
             sequence: message.sequence,
             log_time: message.log_time,
             publish_time: message.publish_time,
@@ -227,6 +232,10 @@ impl<R: Read + Seek> Reader<R> {
         let damaged = |what: String| self.source.damaged(frame.offset, format!("in a chunk, {what}"));
         decompress(&chunk.compression, chunk.records, chunk.uncompressed_size, &mut self.records)
             .map_err(damaged)?;
+        if self.records.len() as u64 != chunk.uncompressed_size {
+            let (found, said) = (self.records.len(), chunk.uncompressed_size);
+            return Err(damaged(format!("there are {found} bytes of records and should be {said}")));
+        }
         let (said, found) = (chunk.uncompressed_crc, crc32fast::hash(&self.records));
         if said != 0 && said != found {
             return Err(damaged(format!(

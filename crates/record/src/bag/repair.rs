@@ -83,9 +83,9 @@ fn salvage<R: Read + Seek, W: Write>(
     let mut repair = Repair {
         writer: Writer::new(out, target, &header, Compression::None)?,
         known: summary.map(|summary| summary.definitions).unwrap_or_default(),
+        is_covered: is_covered(source)?,
         source,
         repaired: Repaired::default(),
-        loose: 0,
         body: Vec::new(),
         records: Vec::new(),
     };
@@ -97,14 +97,42 @@ fn salvage<R: Read + Seek, W: Write>(
 
 /// The summary, if its own checksum says that it is right.
 fn intact_summary<R: Read + Seek>(source: &mut Source<R>) -> Option<Summary> {
-    let size = FRAME + 20;
-    source.seek(source.length().checked_sub(size + MAGIC.len() as u64)?).ok()?;
+    let start = data_end(source)?;
+    source.seek(start).ok()?;
     let mut body = Vec::new();
-    let frame = source.frame().ok()?;
-    source.body(frame, &mut body).ok()?;
-    let footer = Footer::parse(&body).ok().filter(|footer| footer.summary_start > 0)?;
-    source.seek(footer.summary_start).ok()?;
     Summary::read(source, &mut body).ok().filter(|summary| summary.crc != 0)
+}
+
+/// Whether the file has an end, and a checksum there that is right for all data.
+fn is_covered<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, Error> {
+    let end_size = FRAME + 4;
+    let Some(end) = data_end(source).and_then(|end| end.checked_sub(end_size)) else { return Ok(false) };
+    let mut body = Vec::new();
+    source.seek(end)?;
+    source.part(end_size, &mut body)?;
+    let mut expected = Vec::new();
+    source.seek(0)?;
+    source.crc.reset();
+    let mut left = end;
+    let mut part = Vec::new();
+    while left > 0 {
+        source.part(left.min(1 << 20), &mut part)?;
+        left -= (part.len() as u64).clamp(1, left);
+    }
+    let data_section_crc = source.crc.clone().finalize();
+    DataEnd { data_section_crc }.append(&mut expected);
+    Ok(data_section_crc != 0 && body == expected)
+}
+
+/// Where the record that ends the data itself ends, as the footer says.
+fn data_end<R: Read + Seek>(source: &mut Source<R>) -> Option<u64> {
+    let place = source.length().checked_sub(FRAME + 20 + MAGIC.len() as u64)?;
+    source.seek(place).ok()?;
+    let frame = source.frame().ok().filter(|frame| frame.opcode == Footer::OPCODE)?;
+    let mut body = Vec::new();
+    source.body(frame, &mut body).ok()?;
+    let start = Footer::parse(&body).ok()?.summary_start;
+    (start <= place).then_some(if start == 0 { place } else { start })
 }
 
 /// The header, and where what follows it begins.
@@ -136,8 +164,8 @@ struct Repair<'a, R, W> {
     /// What the summary defines, for messages whose own definitions are lost.
     known: Definitions,
     repaired: Repaired,
-    /// Messages that no checksum of their own covers.
-    loose: u64,
+    /// Whether the checksum of all data is right.
+    is_covered: bool,
     body: Vec<u8>,
     records: Vec<u8>,
 }
@@ -146,24 +174,17 @@ struct Repair<'a, R, W> {
 enum Step {
     /// There.
     On(u64),
-    /// The data ends here, with that checksum of all before it.
-    End(u32),
-    /// Nothing that follows is read.
-    Unfinished,
+    /// Nothing that follows is data.
+    End,
 }
 
 impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     fn run(&mut self, start: u64) -> Result<(), Error> {
         let mut offset = start;
-        let mut crc = None;
         while offset < self.source.length() {
             match self.record(offset)? {
                 Ok(Step::On(next)) => offset = next,
-                Ok(Step::End(said)) => {
-                    crc = Some((offset, said));
-                    break;
-                }
-                Ok(Step::Unfinished) => break,
+                Ok(Step::End) => break,
                 Err(what) => {
                     let next = next_record(self.source, offset + 1)?.unwrap_or(self.source.length());
                     self.lose(offset, next, what);
@@ -171,29 +192,16 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                 }
             }
         }
-        let is_covered = match crc {
-            Some((end, said)) => said != 0 && said == self.crc_until(end)?,
-            None => false,
-        };
-        if !is_covered {
-            self.repaired.unchecked = self.loose;
-        }
         Ok(())
+    }
+
+    /// Counts messages that no checksum of their own covers.
+    fn doubt(&mut self, messages: u64) {
+        self.repaired.unchecked += if self.is_covered { 0 } else { messages };
     }
 
     fn lose(&mut self, offset: u64, end: u64, what: String) {
         self.repaired.lost.push(Lost { offset, bytes: end - offset, what });
-    }
-
-    fn crc_until(&mut self, end: u64) -> Result<u32, Error> {
-        self.source.seek(0)?;
-        self.source.crc.reset();
-        let mut left = end;
-        while left > 0 {
-            self.source.part(left.min(1 << 20), &mut self.body)?;
-            left -= (self.body.len() as u64).clamp(1, left);
-        }
-        Ok(self.source.crc.clone().finalize())
     }
 
     /// Keeps the record at a place, or says what is wrong with it. Only reading and writing itself fails.
@@ -215,7 +223,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
             return Ok(Ok(Step::On(end)));
         }
         if self.unfinished_chunk(offset)? {
-            return Ok(Ok(Step::Unfinished));
+            return Ok(Ok(Step::End));
         }
         // A record whose frame is right is left out as a whole.
         self.source.seek(offset)?;
@@ -252,10 +260,14 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
 
     fn keep_plain(&mut self, frame: Frame, body: &[u8]) -> Result<Result<Step, String>, Error> {
         let checked = match frame.opcode {
+            // Nobody writes that; an index of a chunk looks so when a bit of it is wrong.
+            MessageRecord::OPCODE if self.repaired.chunks > 0 && !self.is_covered => {
+                Err("a message stands outside of the chunks".into())
+            }
             Schema::OPCODE | Channel::OPCODE | MessageRecord::OPCODE => {
                 return match self.keep_loose(frame.opcode, body)? {
                     Ok(messages) => {
-                        self.loose += messages;
+                        self.doubt(messages);
                         Ok(Ok(Step::On(frame.end())))
                     }
                     Err(what) => Ok(Err(what)),
@@ -285,7 +297,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                 Err(what) => Err(what),
             },
             DataEnd::OPCODE => {
-                return Ok(DataEnd::parse(body).map(|end| Step::End(end.data_section_crc)));
+                return Ok(DataEnd::parse(body).map(|_| Step::End));
             }
             // All of these are made anew.
             MessageIndex::OPCODE => MessageIndex::parse(body).map(drop),
@@ -358,7 +370,10 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         let framed = u64::from_le_bytes(length).checked_sub(fields);
         let start = offset + FRAME + fields;
         let is_consistent = opcode == Chunk::OPCODE && framed == Some(compressed);
-        for size in [Some(compressed), framed.filter(|framed| *framed != compressed)].into_iter().flatten() {
+        let sizes = [framed.filter(|_| opcode == Chunk::OPCODE), Some(compressed), framed];
+        // At best all of it can be read; else the checksum says that what can be read is all.
+        let tries = [true, false].into_iter().flat_map(|whole| sizes.map(|size| (whole, size)));
+        for (is_whole, size) in tries.filter_map(|(whole, size)| Some((whole, size?))) {
             let end = start.saturating_add(size);
             if size > MAXIMUM_RECORD || end > self.source.length() {
                 continue;
@@ -371,17 +386,20 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
             for compression in named.chain(others) {
                 self.records.clear();
                 // What its fields say of its length may be wrong.
-                let read = decompress(compression, &self.body, MAXIMUM_RECORD - 1, &mut self.records);
+                let read = decompress(compression, &self.body, MAXIMUM_RECORD, &mut self.records);
                 let crc = crc32fast::hash(&self.records);
-                let is_as_said = read.is_ok() || self.records.len() as u64 == head.uncompressed_size;
                 let is_right = match head.uncompressed_crc {
-                    0 => is_consistent && is_as_said && !self.records.is_empty(),
+                    0 => is_consistent && self.records.len() as u64 == head.uncompressed_size,
                     said => said == crc && (is_consistent || !self.records.is_empty()),
                 };
-                if is_right {
-                    let chunk = Chunk { compression: (*compression).into(), ..head };
-                    return Ok(Some((chunk, end)));
+                if !is_right || is_whole != read.is_ok() {
+                    continue;
                 }
+                let compression = if is_whole { (*compression).to_owned() } else { String::new() };
+                if !is_whole {
+                    self.body.clone_from(&self.records);
+                }
+                return Ok(Some((Chunk { compression, ..head }, end)));
             }
         }
         Ok(None)
@@ -414,14 +432,14 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                 self.repaired.chunks += 1;
                 self.repaired.messages += content.messages();
                 if head.uncompressed_crc == 0 {
-                    self.loose += content.messages();
+                    self.doubt(content.messages());
                 }
             }
             // What it builds on is lost, or it was written wrong.
             Err(what) => {
                 let messages = self.keep_records(&records)?;
                 if head.uncompressed_crc == 0 {
-                    self.loose += messages;
+                    self.doubt(messages);
                 }
                 self.lose(offset, end, format!("{what}; {messages} messages of the chunk are kept"));
             }
@@ -462,7 +480,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         self.source.part(MAXIMUM_RECORD, &mut self.body)?;
         let mut records = Vec::new();
         // It ends too early, which is known; what can be read is there.
-        let _ = decompress(&head.compression, &self.body, MAXIMUM_RECORD - 1, &mut records);
+        let _ = decompress(&head.compression, &self.body, MAXIMUM_RECORD, &mut records);
         self.repaired.unfinished = self.keep_records(&records)?;
         let what =
             format!("the last chunk is not finished; {} messages of it are kept", self.repaired.unfinished);

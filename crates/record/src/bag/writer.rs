@@ -90,7 +90,7 @@ impl<W: Write> Writer<W> {
         put.map(|()| frame)
     }
 
-    fn unfit(&self, what: String) -> Error {
+    pub(super) fn unfit(&self, what: String) -> Error {
         Error::Unfit { path: self.path.clone(), what }
     }
 
