@@ -14,6 +14,7 @@ mod copy;
 mod curves;
 mod definitions;
 mod diff;
+mod ends;
 mod error;
 mod info;
 mod outline;

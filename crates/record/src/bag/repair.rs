@@ -5,15 +5,15 @@ use std::path::Path;
 
 use super::compression::{Compression, decompress};
 use super::definitions::{Content, Definitions, chunk_head};
+use super::ends::{header, intact_summary, is_covered};
 use super::reader::Attachment;
 use super::record::{
-    AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, FRAME, Footer, Header, MAGIC,
+    AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, FRAME, Footer, Header,
     MessageIndex, MessageRecord, Metadata, MetadataIndex, Record, Records, Schema, Statistics, SummaryOffset,
     attachment_crc,
 };
 use super::resume::{is_chain, next_record};
 use super::source::{Frame, Source};
-use super::summary::Summary;
 use super::{Error, MAXIMUM_RECORD, Writer, whole};
 
 /// The most bytes that the fields of a chunk before its records can sensibly have.
@@ -93,69 +93,6 @@ fn salvage<R: Read + Seek, W: Write>(
     let Repair { writer, repaired, .. } = repair;
     writer.finish()?;
     Ok(repaired)
-}
-
-/// The summary, if its own checksum says that it is right.
-fn intact_summary<R: Read + Seek>(source: &mut Source<R>) -> Option<Summary> {
-    let start = data_end(source)?;
-    source.seek(start).ok()?;
-    let mut body = Vec::new();
-    Summary::read(source, &mut body).ok().filter(|summary| summary.crc != 0)
-}
-
-/// Whether the file has an end, and a checksum there that is right for all data.
-fn is_covered<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, Error> {
-    let end_size = FRAME + 4;
-    let Some(end) = data_end(source).and_then(|end| end.checked_sub(end_size)) else { return Ok(false) };
-    let mut body = Vec::new();
-    source.seek(end)?;
-    source.part(end_size, &mut body)?;
-    let mut expected = Vec::new();
-    source.seek(0)?;
-    source.crc.reset();
-    let mut left = end;
-    let mut part = Vec::new();
-    while left > 0 {
-        source.part(left.min(1 << 20), &mut part)?;
-        left -= (part.len() as u64).clamp(1, left);
-    }
-    let data_section_crc = source.crc.clone().finalize();
-    DataEnd { data_section_crc }.append(&mut expected);
-    Ok(data_section_crc != 0 && body == expected)
-}
-
-/// Where the record that ends the data itself ends, as the footer says.
-fn data_end<R: Read + Seek>(source: &mut Source<R>) -> Option<u64> {
-    let place = source.length().checked_sub(FRAME + 20 + MAGIC.len() as u64)?;
-    source.seek(place).ok()?;
-    let frame = source.frame().ok().filter(|frame| frame.opcode == Footer::OPCODE)?;
-    let mut body = Vec::new();
-    source.body(frame, &mut body).ok()?;
-    let start = Footer::parse(&body).ok()?.summary_start;
-    (start <= place).then_some(if start == 0 { place } else { start })
-}
-
-/// The header, and where what follows it begins.
-fn header<R: Read + Seek>(source: &mut Source<R>) -> Result<(Header, u64), Error> {
-    let start = MAGIC.len() as u64;
-    let mut bytes = Vec::new();
-    source.seek(0)?;
-    source.part(start, &mut bytes)?;
-    let begins = MAGIC.starts_with(&bytes);
-    let mut body = Vec::new();
-    let frame = source.frame();
-    if let Ok(frame) = frame
-        && frame.opcode == Header::OPCODE
-    {
-        source.body(frame, &mut body)?;
-        if let Ok(header) = Header::parse(&body) {
-            return Ok((header, frame.end()));
-        }
-    }
-    match begins {
-        true => Ok((Header::default(), start.min(source.length()))),
-        false => Err(Error::NoBag { path: source.path().into(), what: "nothing in it says so".into() }),
-    }
 }
 
 struct Repair<'a, R, W> {
@@ -314,29 +251,29 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
 
     /// Keeps a schema, a channel or a message, and returns how many messages that were.
     fn keep_loose(&mut self, opcode: u8, body: &[u8]) -> Result<Result<u64, String>, Error> {
-        if opcode == MessageRecord::OPCODE
-            && let Ok(message) = MessageRecord::parse(body)
-        {
-            self.define(message.channel_id)?;
+        if opcode == MessageRecord::OPCODE {
+            let MessageRecord { channel_id, sequence, log_time, publish_time, data } =
+                match MessageRecord::parse(body) {
+                    Ok(message) => message,
+                    Err(what) => return Ok(Err(what)),
+                };
+            self.define(channel_id)?;
+            if !self.writer.definitions().channels.contains_key(&channel_id) {
+                return Ok(Err(format!(
+                    "message {sequence} is of channel {channel_id}, which is not defined"
+                )));
+            }
+            self.writer.message(channel_id, sequence, log_time, publish_time, data.0)?;
+            self.repaired.messages += 1;
+            return Ok(Ok(1));
         }
         let mut definitions = self.writer.definitions().clone();
-        let message = match definitions.take(opcode, body) {
-            Ok(message) => message,
-            Err(what) => return Ok(Err(what)),
-        };
-        match message {
-            Some(message) => {
-                let MessageRecord { channel_id, sequence, log_time, publish_time, data } = message;
-                self.writer.message(channel_id, sequence, log_time, publish_time, data.0)?;
-                self.repaired.messages += 1;
-                Ok(Ok(1))
-            }
-            None => {
-                definitions.schemas.values().try_for_each(|schema| self.writer.schema(schema))?;
-                definitions.channels.values().try_for_each(|channel| self.writer.channel(channel))?;
-                Ok(Ok(0))
-            }
+        if let Err(what) = definitions.take(opcode, body) {
+            return Ok(Err(what));
         }
+        definitions.schemas.values().try_for_each(|schema| self.writer.schema(schema))?;
+        definitions.channels.values().try_for_each(|channel| self.writer.channel(channel))?;
+        Ok(Ok(0))
     }
 
     /// Writes what the summary says of a channel, when its own definition is lost.
@@ -370,10 +307,11 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         let framed = u64::from_le_bytes(length).checked_sub(fields);
         let start = offset + FRAME + fields;
         let is_consistent = opcode == Chunk::OPCODE && framed == Some(compressed);
-        let sizes = [framed.filter(|_| opcode == Chunk::OPCODE), Some(compressed), framed];
+        let framed = framed.filter(|framed| opcode == Chunk::OPCODE || *framed != compressed);
+        let said = Some(compressed).filter(|_| framed != Some(compressed));
         // At best all of it can be read; else the checksum says that what can be read is all.
-        let tries = [true, false].into_iter().flat_map(|whole| sizes.map(|size| (whole, size)));
-        for (is_whole, size) in tries.filter_map(|(whole, size)| Some((whole, size?))) {
+        let mut cut: Option<(u64, Vec<u8>)> = None;
+        for size in framed.into_iter().chain(said) {
             let end = start.saturating_add(size);
             if size > MAXIMUM_RECORD || end > self.source.length() {
                 continue;
@@ -392,17 +330,20 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                     0 => is_consistent && self.records.len() as u64 == head.uncompressed_size,
                     said => said == crc && (is_consistent || !self.records.is_empty()),
                 };
-                if !is_right || is_whole != read.is_ok() {
-                    continue;
+                match read {
+                    Ok(()) if is_right => {
+                        let chunk = Chunk { compression: (*compression).into(), ..head };
+                        return Ok(Some((chunk, end)));
+                    }
+                    Err(_) if is_right && cut.is_none() => cut = Some((end, self.records.clone())),
+                    _ => {}
                 }
-                let compression = if is_whole { (*compression).to_owned() } else { String::new() };
-                if !is_whole {
-                    self.body.clone_from(&self.records);
-                }
-                return Ok(Some((Chunk { compression, ..head }, end)));
             }
         }
-        Ok(None)
+        let Some((end, records)) = cut else { return Ok(None) };
+        self.body.clone_from(&records);
+        self.records = records;
+        Ok(Some((Chunk { compression: String::new(), ..head }, end)))
     }
 
     /// Keeps the chunk that was just read.
