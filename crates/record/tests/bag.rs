@@ -265,7 +265,7 @@ fn every_flipped_bit_is_an_error_and_repairing_it_loses_no_more_than_its_chunk()
                 // No checksum tells which message it is, so that all of them are suspect.
                 assert!(told.unchecked > 0 && told.unchecked == told.messages, "{what}: {told:?}");
                 let right = kept.iter().filter(|one| all.contains(one)).count();
-                assert!(right + 9 >= all.len(), "{what}: {right} messages are right: {told:?}");
+                assert!(right + 1 >= all.len(), "{what}: {right} messages are right: {told:?}");
             }
         }
     }

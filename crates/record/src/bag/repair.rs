@@ -8,11 +8,11 @@ use super::definitions::{Content, Definitions, chunk_head};
 use super::ends::{header, intact_summary, is_covered};
 use super::reader::Attachment;
 use super::record::{
-    AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, FRAME, Footer, Header,
-    MessageIndex, MessageRecord, Metadata, MetadataIndex, Record, Records, Schema, Statistics, SummaryOffset,
+    AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, FRAME, Footer, MessageIndex,
+    MessageRecord, Metadata, MetadataIndex, Record, Records, Schema, Statistics, SummaryOffset,
     attachment_crc,
 };
-use super::resume::{is_chain, next_record};
+use super::resume::{is_chain, is_plausible, next_record};
 use super::source::{Frame, Source};
 use super::{Error, MAXIMUM_RECORD, Writer, whole};
 
@@ -196,6 +196,10 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     }
 
     fn keep_plain(&mut self, frame: Frame, body: &[u8]) -> Result<Result<Step, String>, Error> {
+        // A length that is wrong makes a record swallow others.
+        if !self.is_covered && !is_plausible(self.source, frame.end())? {
+            return Ok(Err("no record follows where it should end".into()));
+        }
         let checked = match frame.opcode {
             // Nobody writes that; an index of a chunk looks so when a bit of it is wrong.
             MessageRecord::OPCODE if self.repaired.chunks > 0 && !self.is_covered => {
