@@ -33,6 +33,9 @@ pub struct Batch {
     pub spl: Option<f64>,
     /// Seeds of the runs that did not reach the goal, ascending.
     pub failed_seeds: Vec<u64>,
+    /// The same seeds by what the runs ended with.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub failures: BTreeMap<String, Vec<u64>>,
     /// Simulated time of all runs, also the failed, seconds.
     pub sim_time_s: Option<Spread>,
     /// Length of the ways, metres.
@@ -151,9 +154,13 @@ impl Batch {
         let runs = summaries.len() as u64;
         let per_run = |total: f64| (runs > 0).then(|| total / runs as f64);
         let successes = summaries.iter().filter(|summary| summary.succeeded()).count() as u64;
-        let mut failed_seeds: Vec<u64> =
-            summaries.iter().filter(|summary| !summary.succeeded()).map(|summary| summary.seed).collect();
-        failed_seeds.sort_unstable();
+        let mut failed: Vec<_> = summaries.iter().filter(|summary| !summary.succeeded()).collect();
+        failed.sort_by_key(|summary| summary.seed);
+        let mut failures: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+        for summary in &failed {
+            let why = summary.message.clone().unwrap_or_else(|| summary.outcome.to_string());
+            failures.entry(why).or_default().push(summary.seed);
+        }
         let total = |count: fn(&Summary) -> u64| summaries.iter().map(count).sum();
         let companions: BTreeSet<&String> =
             summaries.iter().flat_map(|summary| summary.robots.keys()).collect();
@@ -175,7 +182,8 @@ impl Batch {
                 total(|summary| summary.collisions_caused),
             ),
             spl: per_run(sum(summaries.iter().map(weighted_success))),
-            failed_seeds,
+            failed_seeds: failed.iter().map(|summary| summary.seed).collect(),
+            failures,
             sim_time_s: spread(|summary| summary.sim_time_s),
             path_length_m: spread(|summary| summary.path_length_m),
             min_clearance_m: Spread::of(summaries.iter().filter_map(|summary| summary.min_clearance_m)),

@@ -152,6 +152,7 @@ fn json_is_one_line_with_the_promised_fields() {
     assert_eq!(value["runs"], 4);
     assert_eq!(value["success_rate"], 0.75);
     assert_eq!(value["failed_seeds"], serde_json::json!([3]));
+    assert_eq!(value["failures"], serde_json::json!({ "timed out": [3] }));
     for field in [
         "success_interval",
         "kilometres",
@@ -173,7 +174,10 @@ fn table_tells_what_happened_first() {
     let text = Batch::of(&runs(3, 4)).to_string();
     let first = text.lines().next().unwrap();
     assert_eq!(first, "exp1: 3 of 4 runs reached the goal, 75.0 % (95 % interval 30.1 to 95.4 %)");
-    assert!(text.lines().any(|line| line.trim_start().starts_with("failed seeds") && line.ends_with(" 3")));
+    assert!(
+        text.lines()
+            .any(|line| line.trim_start().starts_with("failed seeds") && line.ends_with(" 3: timed out"))
+    );
     assert!(text.contains("least clearance [m]"));
 }
 

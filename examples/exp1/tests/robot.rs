@@ -26,7 +26,7 @@ fn configuration(sets: &[&str]) -> Configuration {
 fn read(text: &str, sets: &[&str]) -> Configuration {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report", "controller", "pace"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     Configuration::from_text("exp1.toml", text, &options).unwrap()

@@ -20,7 +20,7 @@ use slate_wheeled::skid_steer::SkidSteerActions;
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report", "controller", "pace"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp2.toml", slate_exp2::CONFIGURATION, &options).unwrap();

@@ -19,7 +19,7 @@ use slate_wheeled::locate_robot::Located;
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report", "controller", "pace"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp3.toml", slate_exp3::CONFIGURATION, &options).unwrap();

@@ -16,6 +16,7 @@ use slate_plugin::module::aspect::{Answer, Aspect, Settings};
 use slate_plugin::prelude::*;
 
 use crate::alternatives::Alternatives;
+use crate::range_health::invalid_share;
 
 /// How far a decision has come.
 #[interface]
@@ -147,6 +148,8 @@ impl Action<Managed> for Reconfigure {
 
 /// How long the effect is waited for, seconds.
 const PATIENCE: f64 = 3.0;
+/// A sensor answers when no larger share of what it says is no number.
+const INVALID: f64 = 0.25;
 /// The robot may be so much faster than it shall be, as wheels and encoders are not exact, m/s.
 const TOLERANCE: f64 = 0.03;
 
@@ -173,9 +176,10 @@ impl Action<Managed> for Confirm {
         let since = *self.since.get_or_insert(now.now());
         let waited = now.now().saturating_sub(since) as f64 * 1e-9;
         let limit = body.alternatives.list.get(self.choice.number()).map_or(0.0, |chosen| chosen.speed);
-        let answers = body.used.fresh().is_some_and(|scan| {
-            body.used.stamp().time >= since && scan.echoes.iter().all(|echo| echo.range.is_finite())
-        });
+        let answers = body
+            .used
+            .fresh()
+            .is_some_and(|scan| body.used.stamp().time >= since && invalid_share(scan) <= INVALID);
         // Who stands needs no sensor.
         let senses = answers || limit == 0.0;
         let tell = |progress, what: fmt::Arguments<'_>| body.tell(self.choice, progress, waited, now, what);

@@ -79,11 +79,17 @@ impl Monitor for RangeHealthMonitor {
             memory.unchanged = memory.way;
         }
         let newest = if scan.stamp().sequence > 0 { scan.stamp().time } else { begun };
-        let invalid = scan.echoes.iter().filter(|echo| !echo.range.is_finite()).count();
         Some(SensorHealth {
             age: now.now().saturating_sub(newest) as f64 * 1e-9,
-            invalid: invalid as f64 / math::max(scan.echoes.len() as f64, 1.0),
+            // Before the first scan it is only late.
+            invalid: if scan.stamp().sequence > 0 { invalid_share(scan) } else { 0.0 },
             unchanged: memory.unchanged,
         })
     }
+}
+
+/// Which share of a scan is no number; one without any echoes tells nothing at all.
+pub(crate) fn invalid_share(scan: &SonarScan) -> f64 {
+    let invalid = scan.echoes.iter().filter(|echo| !echo.range.is_finite()).count();
+    if scan.echoes.is_empty() { 1.0 } else { invalid as f64 / scan.echoes.len() as f64 }
 }

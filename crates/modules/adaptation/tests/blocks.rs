@@ -67,6 +67,9 @@ fn between_two_measurements_nothing_is_the_same() {
 fn the_share_of_what_is_no_number_is_told() {
     let health = health(2, |_| Some(scan(&[1.0, f64::NAN, f64::INFINITY, 2.0], true)));
     assert_eq!(health.invalid, 0.5);
+    let nothing = |_| Some(scan(&[], false));
+    assert_eq!(self::health(2, nothing).invalid, 1.0, "who tells nothing at all");
+    assert_eq!(self::health(2, |_| None).invalid, 0.0, "who has not begun is late, and nothing else");
 }
 
 /// The conditions that are told when a sensor does so for so many cycles each, and in which cycle.

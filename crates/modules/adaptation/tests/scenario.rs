@@ -21,7 +21,7 @@ impl Drive {
             PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../examples/adaptation/adaptation.toml");
         let options = configuration::Options {
             sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-            extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+            extra_tables: ["world", "report", "controller", "pace"].map(Into::into).to_vec(),
             ..configuration::Options::default()
         };
         let database = Database::open(path, options).unwrap();

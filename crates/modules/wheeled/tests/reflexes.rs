@@ -172,7 +172,7 @@ fn where_the_wall_ends_it_goes_round_the_end_and_then_gives_up() {
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report", "controller", "pace"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../examples/reflexes/reflexes.toml");

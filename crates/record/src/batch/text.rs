@@ -28,9 +28,9 @@ impl fmt::Display for Batch {
                 line(&format!("{robot}: {name}"), value)?;
             }
         }
-        if !self.failed_seeds.is_empty() {
-            let seeds: Vec<String> = self.failed_seeds.iter().map(u64::to_string).collect();
-            line("failed seeds", seeds.join(", "))?;
+        for (why, seeds) in &self.failures {
+            let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
+            line("failed seeds", format!("{}: {why}", seeds.join(", ")))?;
         }
         line("mode", self.mode.clone())?;
         for (name, value) in &self.conditions {
