@@ -34,7 +34,6 @@ mod cdr;
 mod codec;
 mod definition;
 mod error;
-mod messages;
 mod names;
 mod schema;
 mod standard;

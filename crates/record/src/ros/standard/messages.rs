@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::definition::SEPARATOR;
+use crate::ros::definition::SEPARATOR;
 
 /// Where a field of a standard message comes from, when that is no field of its own name.
 pub(super) enum Origin {
