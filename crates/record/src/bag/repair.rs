@@ -196,8 +196,9 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     }
 
     fn keep_plain(&mut self, frame: Frame, body: &[u8]) -> Result<Result<Step, String>, Error> {
-        // A length that is wrong makes a record swallow others.
-        if !self.is_covered && !is_plausible(self.source, frame.end())? {
+        // A length that is wrong makes a message swallow others.
+        let is_message = frame.opcode == MessageRecord::OPCODE;
+        if is_message && !self.is_covered && !is_plausible(self.source, frame.end())? {
             return Ok(Err("no record follows where it should end".into()));
         }
         let checked = match frame.opcode {
@@ -274,6 +275,21 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         let mut definitions = self.writer.definitions().clone();
         if let Err(what) = definitions.take(opcode, body) {
             return Ok(Err(what));
+        }
+        // What the summary says of it has a checksum.
+        let known = &self.known;
+        let is_unknown = match opcode {
+            Schema::OPCODE => definitions
+                .schemas
+                .iter()
+                .any(|(id, schema)| known.schemas.get(id).is_some_and(|known| known != schema)),
+            _ => definitions
+                .channels
+                .iter()
+                .any(|(id, channel)| known.channels.get(id).is_some_and(|known| known != channel)),
+        };
+        if is_unknown {
+            return Ok(Err("it defines something else than the summary".into()));
         }
         definitions.schemas.values().try_for_each(|schema| self.writer.schema(schema))?;
         definitions.channels.values().try_for_each(|channel| self.writer.channel(channel))?;

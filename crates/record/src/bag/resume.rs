@@ -45,7 +45,7 @@ fn could_be(bytes: &[u8], left: u64) -> bool {
     is_known && length <= left && length <= MAXIMUM_RECORD
 }
 
-/// Whether what stands at a place could be the frame of a record, whole or cut off by the end of the file.
+/// Whether the frame of a record could stand there, which may be cut off by the end of the file.
 pub(super) fn is_plausible<R: Read + Seek>(source: &mut Source<R>, offset: u64) -> Result<bool, Error> {
     let mut bytes = Vec::new();
     source.seek(offset)?;
@@ -56,8 +56,9 @@ pub(super) fn is_plausible<R: Read + Seek>(source: &mut Source<R>, offset: u64) 
     let length = u64::from_le_bytes(*length);
     // Some writers fill in the length of a chunk when it is finished.
     let is_open = *opcode == Chunk::OPCODE && length == u64::MAX;
-    let is_known = (1..=DataEnd::OPCODE).contains(opcode) || *opcode >= 0x80;
-    Ok(is_open || is_known && length <= MAXIMUM_RECORD)
+    let is_known = (1..=DataEnd::OPCODE).contains(opcode);
+    let is_private = *opcode >= 0x80 && length <= source.length().saturating_sub(source.position());
+    Ok(is_open || (is_known || is_private) && length <= MAXIMUM_RECORD)
 }
 
 /// Whether well-formed records follow each other from there on, until there are enough of them or the data ends.

@@ -107,7 +107,7 @@ fn extent(numbers: impl Iterator<Item = f64>, share: f64) -> (f64, f64) {
 /// The number at a tick of an axis that shows `span` in all.
 fn label(number: f64, span: f64) -> String {
     match span {
-        span if span >= 1e7 || span < 1e-3 => format!("{number:.3e}"),
+        span if !(1e-3..1e7).contains(&span) => format!("{number:.3e}"),
         _ => super::axis_label(number, span),
     }
 }
