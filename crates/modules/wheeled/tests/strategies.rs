@@ -3,8 +3,8 @@
 
 use slate::interfaces::{Orientation, Position};
 use slate::mapek::{
-    ActionKind, ActionRequest, Ended, Ending, ExecuteStatus, KnowledgeBlock, PlanBlock, PlanDescription,
-    PlanLibrary, PlanOutcome, PlanStep, Planned, Role, Route, StrategyReport,
+    ActionKind, ActionRequest, Ended, Ending, ExecuteStatus, KnowledgeBlock, PlanBlock,
+    PlanDescription, PlanLibrary, PlanOutcome, PlanStep, Planned, Role, Route, StrategyReport,
 };
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
@@ -91,6 +91,42 @@ fn what_was_learned_is_all_that_it_remembers() {
     let mut restarted = knowing();
     restarted.restore(&state).unwrap();
     assert_eq!(told(&mut restarted).as_deref(), Some("east"));
+}
+
+#[test]
+fn a_plan_that_is_taken_out_of_the_library_is_not_followed_and_a_mended_one_begins_anew() {
+    let mut knowledge = knowing();
+    knowledge.push("outcomes", outcome("messenger", "west", false));
+    knowledge.push("outcomes", outcome("messenger", "east", true));
+    knowledge.tick();
+    let state = knowledge.save().unwrap();
+    let restarted = |plans: &[PlanDescription]| {
+        let mut knowledge = Knowing::new();
+        knowledge.set("role", role("messenger"));
+        knowledge.set("library", PlanLibrary { plans: Sequence::new(plans) });
+        knowledge.restore(&state).unwrap();
+        let plan = told(&mut knowledge).unwrap();
+        let report = knowledge.output::<StrategyReport>("report").unwrap();
+        let tries = report.records.iter().map(|record| (record.tried, record.succeeded)).collect::<Vec<_>>();
+        (plan, tries)
+    };
+    let (west, east) = (plan("messenger", "west", &[-1.0, -2.0]), plan("messenger", "east", &[1.0, 2.0]));
+    let others = [(1, 0), (1, 1), (0, 0)];
+    assert_eq!(restarted(&[west]), ("west".into(), others.to_vec()), "east is known, and not there");
+    assert_eq!(restarted(&[west, east]).0, "east");
+    assert_eq!(restarted(&[]).0, "", "without a library there is nothing to do");
+    let mended = plan("messenger", "west", &[-1.0, -3.0]);
+    assert_eq!(restarted(&[mended]), ("west".into(), vec![(0, 0), (1, 1), (0, 0)]));
+}
+
+#[test]
+fn of_two_plans_of_one_name_and_role_the_first_is_kept() {
+    let mut knowledge = Knowing::new();
+    knowledge.set("role", role("messenger"));
+    let twice = [plan("messenger", "west", &[-1.0]), plan("messenger", "west", &[-2.0])];
+    knowledge.set("library", PlanLibrary { plans: Sequence::new(&twice) });
+    knowledge.tick();
+    assert_eq!(knowledge.output::<PlanDescription>("strategy"), Some(twice[0]));
 }
 
 type Planning = Fixture<PlanBlock<StrategyPlanner>>;
