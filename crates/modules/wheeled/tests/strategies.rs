@@ -1,14 +1,16 @@
 //! A robot with a role and several plans for it: which one it follows, and what it learns from how that goes.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate::interfaces::{Orientation, Position};
+use slate::interfaces::{Orientation, Position, WheelSpeeds};
 use slate::mapek::{
-    ActionKind, ActionRequest, Ended, Ending, ExecuteStatus, KnowledgeBlock, PlanBlock,
+    ActionKind, ActionRequest, Ended, Ending, ExecuteBlock, ExecuteStatus, KnowledgeBlock, PlanBlock,
     PlanDescription, PlanLibrary, PlanOutcome, PlanStep, Planned, Role, Route, StrategyReport,
 };
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
 use slate_wheeled::actions::{GoToOrigin, Leg};
+use slate_wheeled::differential::DifferentialActions;
+use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::strategic_knowledge::StrategicKnowledge;
 use slate_wheeled::strategy_planner::StrategyPlanner;
 
@@ -127,6 +129,22 @@ fn of_two_plans_of_one_name_and_role_the_first_is_kept() {
     knowledge.set("library", PlanLibrary { plans: Sequence::new(&twice) });
     knowledge.tick();
     assert_eq!(knowledge.output::<PlanDescription>("strategy"), Some(twice[0]));
+}
+
+#[test]
+fn nobody_goes_backwards_to_a_place() {
+    for (speed, goes) in [(0.4, true), (-0.4, false), (f64::NAN, false)] {
+        let mut execute = Fixture::<ExecuteBlock<DifferentialActions>>::new();
+        execute.set("position", Position { x: 1.0, ..Position::default() });
+        execute.set("orientation", Orientation { theta: std::f64::consts::PI });
+        execute.set("robot", WheeledModel::default());
+        let action = GoToOrigin::request(Leg { x: 0.0, y: 0.0, speed, tolerance: 0.1 });
+        execute.push("plan", Planned { ticket: 1, action, ..Planned::default() });
+        execute.tick();
+        assert_eq!(execute.output::<WheelSpeeds>("wheels").is_some(), goes, "{speed}");
+        let status = execute.output::<ExecuteStatus>("status").unwrap();
+        assert_eq!(status.failed + status.refused, u64::from(!goes), "{speed}");
+    }
 }
 
 type Planning = Fixture<PlanBlock<StrategyPlanner>>;
