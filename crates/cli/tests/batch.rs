@@ -80,6 +80,19 @@ fn what_cannot_be_loaded_is_said_once() {
 }
 
 #[test]
+fn what_runs_on_the_wall_clock_is_no_batch() {
+    let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/exp1/pioneer.toml");
+    for mode in ["staged", "threaded"] {
+        let output = slate(&folder("real_batch"), &["batch", robot, "--runs", "2", "--mode", mode]);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        for word in ["pioneer.toml", "wall clock", "slate run", "time.source"] {
+            assert!(stderr.contains(word), "{word}: {stderr}");
+        }
+    }
+}
+
+#[test]
 fn where_lines_stay_some_tell_how_far_it_is() {
     let output = slate(&folder("progress"), &["batch", "exp1", "--runs", "20", "--set", SHORT]);
     let stderr = text(&output.stderr);
