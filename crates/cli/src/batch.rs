@@ -34,7 +34,7 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     if ending.is_asked() {
         eprintln!("interrupted: {} of {} runs are done", summaries.len(), options.runs);
     }
-    let batch = Batch::of(&summaries);
+    let batch = Batch::of(&summaries).out_of(options.runs);
     output::line(&batch);
     if options.common.json {
         output::line(batch.json_line()?);

@@ -22,6 +22,7 @@ fn the_number_of_jobs_changes_no_byte() {
     };
     let alone = printed("1");
     assert!(alone.contains("5 of 5 runs reached the goal"), "{alone}");
+    assert!(!alone.contains("interrupted") && !alone.contains("runs_asked"), "{alone}");
     for jobs in ["2", "16"] {
         assert_eq!(printed(jobs), alone, "{jobs} jobs");
     }
@@ -123,6 +124,7 @@ fn who_interrupts_a_batch_gets_the_figures_of_what_is_done() {
     let batch = json(&output);
     let runs = batch["runs"].as_u64().unwrap();
     assert!((1..300).contains(&runs), "{batch}");
+    assert_eq!((&batch["interrupted"], &batch["runs_asked"]), (&true.into(), &300.into()), "{batch}");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert!(rest.ends_with(&format!("interrupted: {runs} of 300 runs are done\n")), "{rest}");
     // Every run that is counted went on to its end.
