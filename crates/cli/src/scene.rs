@@ -103,16 +103,47 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
     }
     if let Ok(Some(scenario)) = scenario(configuration) {
         let profiles: BTreeSet<_> = scenario.placements.iter().map(|placement| &placement.sonar).collect();
-        let noisy = scenario.placements.iter().any(|Placement { description, sonar, .. }| {
-            description.sonar.get(sonar).is_some_and(|sonar| sonar.noise_constant > 0.0)
-        });
         let named: Vec<_> = profiles.into_iter().filter(|name| !name.is_empty()).cloned().collect();
         if !named.is_empty() {
             conditions.insert("sensor_profile".into(), named.join(", "));
         }
-        conditions.insert("noise".into(), if noisy { "ranges and odometry" } else { "odometry only" }.into());
+        conditions.insert("noise".into(), noise(&scenario));
+    }
+    if let Some(profile) = text("world.robot_sensor") {
+        conditions.insert("robot_sensor".into(), profile);
+    }
+    for (choice, usual) in [("controller", "slate"), ("pace", "default")] {
+        if let Some(other) = text(choice).filter(|chosen| chosen != usual) {
+            conditions.insert(choice.into(), other);
+        }
     }
     conditions
+}
+
+/// What is told to the robots with noise, or not always, or by mistake.
+fn noise(scenario: &Scenario) -> String {
+    let any = |noisy: fn(&Placement) -> bool| scenario.placements.iter().any(noisy);
+    let echoes = any(|Placement { description, sonar, .. }| {
+        description
+            .sonar
+            .get(sonar)
+            .is_some_and(|it| it.noise_constant + it.noise_proportional + it.dropout + it.crosstalk > 0.0)
+    });
+    let beams = scenario
+        .lasers
+        .values()
+        .any(|laser| laser.noise_constant + laser.noise_proportional + laser.dropout > 0.0);
+    let sightings = any(|placement| {
+        placement
+            .robot_sensor()
+            .is_some_and(|it| it.noise_constant + it.noise_proportional + it.noise_bearing + it.dropout > 0.0)
+    });
+    let places = any(|Placement { description: RobotDescription { noise, .. }, .. }| {
+        noise.position + noise.orientation > 0.0
+    });
+    let noisy = [(echoes || beams, "ranges"), (sightings, "sightings"), (places, "places")];
+    let names: Vec<_> = noisy.iter().filter(|(noisy, _)| *noisy).map(|(_, name)| *name).collect();
+    if names.is_empty() { "odometry only".into() } else { format!("{} and odometry", names.join(", ")) }
 }
 
 fn scenario(configuration: &Configuration) -> Result<Option<Scenario>, Failure> {

@@ -2,7 +2,9 @@ use std::marker::PhantomData;
 use std::ops::Deref;
 
 use serde::{Deserialize, Serialize};
-use slate_module::{Input, Module, Outbox, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports};
+use slate_module::{
+    Input, Module, Outbox, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger, ports,
+};
 
 use crate::block::{BlockState, distinct, on};
 use crate::port::{PlanOut, role};
@@ -138,6 +140,9 @@ pub struct PlanMemory<S> {
 /// How long a message may be on its way before the Plan takes it for lost, nanoseconds.
 const LOST: u64 = 100_000_000;
 
+/// A Plan that nobody tells anything runs after so long, nanoseconds.
+const LOOK: u64 = 200_000_000;
+
 /// A [`Plan`] as a module.
 pub struct PlanBlock<P>(PhantomData<fn() -> P>);
 
@@ -151,7 +156,12 @@ impl<P: Plan> Module for PlanBlock<P> {
     const STAGE: Stage = Stage::Think;
 
     fn spec() -> Spec {
-        let trigger = on(&Self::Io::describe(), |port| port.role == role::CHANGE || port.name == "situation");
+        let mut trigger =
+            on(&Self::Io::describe(), |port| port.role == role::CHANGE || port.name == "situation");
+        // Nobody tells a Plan that a parameter or what it reads of the knowledge is another one now.
+        if let Trigger::On { timeout, .. } = &mut trigger {
+            *timeout = Some(timeout.map_or(LOOK, |stale| stale.min(LOOK)));
+        }
         Spec { trigger, deadline: None, unique: "plan" }
     }
 

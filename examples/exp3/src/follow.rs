@@ -2,7 +2,7 @@
 //! at the next seconds.
 
 use serde::{Deserialize, Serialize};
-use slate_avoidance::{Course, Footprint, Sides};
+use slate_avoidance::{Course, Footprint, LOOKS, Sides};
 use slate_plugin::interfaces::{Point2, Pose2, Sightings, Twist2};
 use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
@@ -46,6 +46,8 @@ pub struct FollowParams {
     room: f64,
     #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of the other robots")]
     other_radius: f64,
+    #[param(default = 3.2, range = 0.0..=60.0, unit = "s", doc = "so far it looks ahead when it is fast; with 0 it goes by how far and how misaligned the leader is, whoever else there is")]
+    horizon: f64,
     #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "least distance to other robots")]
     margin: f64,
 }
@@ -91,8 +93,6 @@ const LATER_TURNS: [f64; 5] = [0.0, 0.4, -0.4, 1.0, -1.0];
 /// What a change of motion costs: for each m/s, and for each rad/s.
 const CHANGE: [f64; 2] = [0.05, 0.02];
 
-/// Time between two looks at what comes, seconds.
-const INTERVAL: f64 = 0.2;
 /// Who is slower than this (m/s) looks so much farther ahead, but no more than so many times.
 const BRISK: f64 = 0.6;
 const SLOWEST: f64 = 5.0;
@@ -140,9 +140,11 @@ impl Plan for FollowPlanner {
         }
         memory.due = time + PERIOD;
         let course = Course { pose, motion: moving };
-        let Some(motion) = memory.look_ahead(course, leader, hidden, &sides, params) else {
-            return;
+        let motion = match params.horizon > 0.0 {
+            true => memory.look_ahead(course, leader, hidden, &sides, params),
+            false => Some(law(pose, leader, params)),
         };
+        let Some(motion) = motion else { return };
         memory.wants = (motion.linear, motion.angular);
         let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
         let range = math::hypot(dx, dy);
@@ -221,7 +223,7 @@ impl FollowMemory {
         };
         let first = std::iter::once(law(course.pose, leader, params)).chain(motions(&SPEEDS, &TURNS));
         let second = motions(&LATER_SPEEDS, &LATER_TURNS);
-        let interval = INTERVAL * outlook.pace;
+        let interval = params.horizon / f64::from(LOOKS) * outlook.pace;
         sides.best(course, interval, first.map(|motion| (motion, change(motion))), second, |pose, time| {
             outlook.cost(pose, time)
         })

@@ -30,6 +30,9 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
             "robots.r3.modules.planner.params.speed=0.11",
+            // Nor do they look ahead, or make room.
+            "robots.r3.modules.planner.params.horizon=0",
+            "robots.r2.modules.planner.params.patience=1e6",
         ],
     ),
     (
@@ -44,6 +47,8 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
             "robots.r3.modules.planner.params.speed=0.11",
+            "robots.r3.modules.planner.params.horizon=0",
+            "robots.r2.modules.planner.params.patience=1e6",
         ],
     ),
 ];

@@ -6,7 +6,7 @@ use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::analyzes::Surroundings;
-use slate_wheeled::journey::{Journey, changes_speed};
+use slate_wheeled::journey::{Journey, must_change};
 
 /// What the Plan notices, and what it lets others know.
 #[ports]
@@ -100,8 +100,10 @@ impl Plan for PatrolPlanner {
             return;
         }
         let turns = memory.aside.is_some() != was_aside && !situation.is_reactive();
-        if turns || situation.needs_plan() || changes_speed(room_changed, situation) {
-            memory.journey.go(goal, [params.speed, params.careful_speed], params.tolerance, plan);
+        let speeds = [params.speed, params.careful_speed];
+        let is_changed = room_changed || memory.journey.is_outdated(goal, speeds);
+        if turns || situation.needs_plan() || must_change(is_changed, situation) {
+            memory.journey.go(goal, speeds, params.tolerance, plan);
         }
     }
 }

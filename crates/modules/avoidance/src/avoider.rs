@@ -40,6 +40,9 @@ pub struct Avoider {
     way: Vec<[i32; 2]>,
     /// When the next choice is due, seconds.
     due: Option<f64>,
+    /// Whether it has waited long enough for who seems to stand on the goal.
+    #[serde(default)]
+    waited: bool,
     /// Where the robot last made progress, and when.
     anchor: Option<[f64; 3]>,
     /// Other robots that are seen, and when.
@@ -97,6 +100,7 @@ impl Avoider {
             choice: None,
             way: Vec::with_capacity(LONG),
             due: None,
+            waited: false,
             anchor: None,
             others: Vec::with_capacity(OTHERS),
             seen: None,
@@ -212,8 +216,11 @@ impl Avoider {
             return Decision::Avoid(twist);
         }
         let half_width = self.footprint.half_width();
-        if !stuck && distance < WAITING && self.occupied(goal, half_width + parameters.margin) {
-            // Whoever stands on the goal will leave: no use in circling round it.
+        let occupied = distance < WAITING && self.occupied(goal, half_width + parameters.margin);
+        self.waited = occupied && (self.waited || stuck);
+        if occupied && !self.waited {
+            // Whoever stands on the goal will leave: no use in circling round it. What is still there after a while
+            // stands beside it.
             let twist = surroundings.face(bearing);
             self.choice = Some([twist.linear, twist.angular]);
             return Decision::Avoid(twist);

@@ -18,7 +18,7 @@ mod rocs;
 
 pub use avoider::{Avoider, Decision, Other, approach_speed};
 pub use footprint::{Footprint, FootprintError};
-pub use look_ahead::{Course, Sides};
+pub use look_ahead::{Course, LOOKS, Sides};
 pub use map::{LocalMap, Mark};
 pub use parameters::Parameters;
 pub use rocs::{Rocs, RocsVariant};

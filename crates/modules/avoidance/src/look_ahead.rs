@@ -26,6 +26,8 @@ pub struct Course {
 /// Looks at the first of two motions, and at the second.
 const FIRST: u32 = 4;
 const SECOND: u32 = 12;
+/// So often [`Sides::best`] looks at what comes.
+pub const LOOKS: u32 = FIRST + SECOND;
 
 impl Sides {
     /// Where a robot is that was told to move so for `time` seconds, which are few.
@@ -71,7 +73,7 @@ impl Sides {
             }
             for next in std::iter::once(motion).chain(second.clone()) {
                 let (mut there, mut sum) = (there, begun);
-                for step in FIRST + 1..=FIRST + SECOND {
+                for step in FIRST + 1..=LOOKS {
                     // It can only get dearer.
                     if sum >= least {
                         break;

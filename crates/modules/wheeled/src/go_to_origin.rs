@@ -5,7 +5,8 @@ use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::analyzes::Surroundings;
-use crate::journey::{Journey, changes_speed};
+use crate::journey::{Journey, must_change};
+use crate::locate_robot::Located;
 
 /// What the Plan notices, and what it knows.
 #[ports]
@@ -13,6 +14,8 @@ pub struct Noticing {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
+    /// Another robot, if there is a sensor that sees some.
+    other: Noticed<Located>,
     /// Where the robot shall go, from the robot's knowledge.
     goal: Input<Point2>,
 }
@@ -22,7 +25,7 @@ pub struct Noticing {
 pub struct GoToOriginParams {
     #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "speed where there is room")]
     speed: f64,
-    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded")]
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded, or another robot is near")]
     careful_speed: f64,
     #[param(default = 0.05, range = 0.001..=1.0, unit = "m", doc = "the goal is reached within this distance")]
     tolerance: f64,
@@ -57,22 +60,23 @@ impl Plan for GoToOriginPlanner {
         plan: &mut Agenda<'_>,
     ) {
         let room_changed = memory.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
+        let met = memory.journey.meet(&noticed.other);
         // Without a goal and a pose there is nothing to plan.
         let (Some(goal), Some((x, y))) = (noticed.goal.fresh(), memory.journey.position()) else {
             return;
         };
-        if Journey::has_arrived(situation) {
-            memory.journey.arrive(*goal);
+        if Journey::has_arrived(situation) && memory.journey.leads_to(*goal) {
+            memory.journey.arrive();
             memory.arrived = true;
             return;
         }
         let distance = math::hypot(goal.x - x, goal.y - y);
-        memory.arrived &= distance <= params.leave;
+        memory.arrived &= distance <= params.leave && memory.journey.leads_to(*goal);
         let away = !memory.arrived && distance > params.tolerance;
         let speeds = [params.speed, params.careful_speed];
-        let speed_changes = room_changed || memory.journey.has_other_speeds(speeds);
+        let is_changed = room_changed || met || memory.journey.is_outdated(*goal, speeds);
         // A reflex leaves the robot elsewhere, so the plan is made anew from there.
-        if (away && situation.needs_plan()) || changes_speed(speed_changes, situation) {
+        if (away && situation.needs_plan()) || must_change(is_changed, situation) {
             memory.journey.go(*goal, speeds, params.tolerance, plan);
         }
     }
