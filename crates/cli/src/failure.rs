@@ -26,6 +26,8 @@ pub enum Failure {
     #[error("{0}")]
     Report(#[from] slate::record::Error),
     #[error("{0}")]
+    Bag(#[from] slate::record::bag::Error),
+    #[error("{0}")]
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
     WallClock,
@@ -119,6 +121,10 @@ impl Failure {
         Some(match self {
             Self::Unknown { help, .. } => help.clone(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
+            Self::Bag(slate::record::bag::Error::Damaged { path, .. }) => format!(
+                "`slate bag repair {}` makes a whole file of what is left of it; --out FILE keeps the damaged one",
+                slate::runtime::printable(path)
+            ),
             Self::WallClock => {
                 "leave `--rate` out, or give the configuration a time source (`time.source`)".into()
             }

@@ -136,6 +136,28 @@ fn time_goes_as_fast_as_the_rate_says() {
 }
 
 #[test]
+fn a_summary_names_the_conditions_that_its_figures_were_got_under() {
+    let conditions = |name: &str, sets: &[&str]| {
+        let mut arguments = vec!["run", "exp2", "--headless", "--json", "--out", "out"];
+        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+        let limit = limit(1);
+        json(&slate(&folder(name), &[&arguments[..], &["--set", &limit]].concat()))["conditions"].clone()
+    };
+    let usual = conditions("usual", &[]);
+    assert_eq!(
+        (&usual["noise"], &usual["robot_sensor"]),
+        (&"odometry only".into(), &"vrep".into()),
+        "{usual}"
+    );
+    assert!(usual.get("controller").is_none() && usual.get("pace").is_none(), "{usual}");
+    let other = conditions("other", &["world.robot_sensor=real", "controller=rocs", "pace=authors"]);
+    assert_eq!(other["noise"], "sightings and odometry");
+    assert_eq!((&other["robot_sensor"], &other["pace"]), (&"real".into(), &"authors".into()), "{other}");
+    assert_eq!(other["controller"], "rocs");
+    assert_eq!(conditions("ranges", &["world.sonar=real"])["noise"], "ranges and odometry");
+}
+
+#[test]
 fn a_batch_counts_who_failed() {
     let folder = folder("failing");
     let arguments = ["batch", "exp1", "--runs", "3", "--seed", "7", "--json", "--set", &limit(1)];

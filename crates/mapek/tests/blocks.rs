@@ -35,7 +35,8 @@ fn each_block_is_woken_by_what_it_waits_for_in_its_stage() {
     );
     assert_eq!(when::<ReactiveBlock<AvoidNear>>(), (Stage::SensorProcess, on(&["range"], Some(100_000_000))));
     assert_eq!(when::<AnalyzeBlock<WayIsFree>>(), (Stage::WorldState, on(&["near"], None)));
-    assert_eq!(when::<PlanBlock<Wanderer>>(), (Stage::Think, on(&["free", "situation"], None)));
+    // Nobody tells a Plan of a parameter, or of what it reads of the knowledge.
+    assert_eq!(when::<PlanBlock<Wanderer>>(), (Stage::Think, on(&["free", "situation"], Some(200_000_000))));
     assert_eq!(when::<ExecuteBlock<Actions>>(), (Stage::Act, on(&["plan", "reflexes"], Some(20_000_000))));
     assert_eq!(when::<KnowledgeBlock<Memory>>(), (Stage::WorldState, Trigger::Stage));
     assert_eq!(when::<SensorBlock<Thermometer>>(), (Stage::SensorAcquire, Trigger::Stage));

@@ -1,4 +1,5 @@
-//! Run reports: trajectories, timelines, summaries, statistics of batches.
+//! What stays of a run: reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
+//! messages, as logs hold them ([`ros`]); and recordings as files ([`bag`]).
 //!
 //! Plain data in, files out. A [`Report`] of one run is a folder of five files: `scene.svg`, `trajectory.csv`,
 //! `trajectory.svg`, `timeline.svg` and `summary.json`. A [`Batch`] is the statistics over the summaries of many runs.
@@ -6,10 +7,12 @@
 //! The same data gives the same bytes. Of everything that is written, only [`Summary::wall_time_s`] differs between
 //! two runs of the same configuration and seed.
 
+pub mod bag;
 mod batch;
 mod error;
 mod plot;
 mod report;
+pub mod ros;
 mod scene;
 mod statistics;
 mod summary;

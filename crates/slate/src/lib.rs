@@ -52,4 +52,6 @@ mod documents {
     mod sharing {}
     #[doc = include_str!("../../../book/src/16-deployment.md")]
     mod deployment {}
+    #[doc = include_str!("../../../book/src/23-bags.md")]
+    mod bags {}
 }

@@ -22,11 +22,11 @@ pub struct PatrolNoticing {
 #[params]
 pub struct PatrolParams {
     #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the east and west of the origin")]
-    east: f64,
+    pub east: f64,
     #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the north and south of the origin")]
     north: f64,
     #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "speed where there is room")]
-    speed: f64,
+    pub speed: f64,
     #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded")]
     careful_speed: f64,
     #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "a corner is reached within this distance")]

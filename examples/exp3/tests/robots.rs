@@ -133,6 +133,7 @@ fn nobody_stands_well_in_the_way_of_a_leader_that_comes() {
         room: 2.4,
         radius: 0.28,
         margin: 0.1,
+        pace: 1.0,
     };
     let before = Pose2 { x: 1.2, y: 0.0, theta: std::f64::consts::PI };
     let beside = Pose2 { x: 0.0, y: 1.2, theta: -std::f64::consts::FRAC_PI_2 };
@@ -162,6 +163,27 @@ fn who_can_not_reach_a_corner_makes_room_and_tries_again() {
     assert_eq!(goes_to(2), Some((0.8, 0.8)));
     assert_eq!(goes_to(5), Some((0.8, 0.8)));
     assert_eq!(goes_to(8), Some((2.0, 2.0)));
+}
+
+#[test]
+fn another_corner_and_other_speeds_hold_on_the_way() {
+    let mut planner = Fixture::<PlanBlock<PatrolPlanner>>::new();
+    planner.push("position", Position::default());
+    planner.push("orientation", Orientation::default());
+    let sent = |planner: &mut Fixture<PlanBlock<PatrolPlanner>>| {
+        planner.advance(200_000_000);
+        planner.tick();
+        let planned = planner.sent::<Planned>("plan");
+        let arguments = &planned.last().unwrap().action.arguments;
+        (arguments[0], arguments[1], arguments[2])
+    };
+    assert_eq!(sent(&mut planner), (2.0, 2.0, 0.4));
+    planner
+        .set("situation", mapek::ExecuteStatus { route: mapek::Route::DELIBERATIVE, ..Default::default() });
+    planner.params().east = 1.0;
+    assert_eq!(sent(&mut planner), (1.0, 2.0, 0.4));
+    planner.params().speed = 0.1;
+    assert_eq!(sent(&mut planner), (1.0, 2.0, 0.1));
 }
 
 #[test]

@@ -212,6 +212,26 @@ fn whoever_stands_on_the_goal_is_waited_for() {
     }
 }
 
+#[test]
+fn what_still_stands_there_after_a_while_is_not_waited_for_again() {
+    let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
+    let goal = Point2 { x: 0.6, y: 0.0 };
+    let mut moved = None;
+    for tick in 0..400 {
+        let time = f64::from(tick) * 0.02;
+        // It gets on as soon as it does not wait.
+        let pose = if moved.is_some() { Pose2 { x: 0.12, ..HERE } } else { HERE };
+        avoider.hear(pose, &wall_ahead(0.45 - pose.x), &parameters, time);
+        let decision = avoider.steer(pose, goal, &parameters, time);
+        if moved.is_none() && decision != Decision::Avoid(Twist2::ZERO) {
+            moved = Some(time);
+        } else if moved.is_some_and(|moved| time > moved + 0.2) {
+            assert_ne!(decision, Decision::Avoid(Twist2::ZERO), "at {time} s");
+        }
+    }
+    assert!(moved.is_some_and(|time| time > parameters.patience), "{moved:?}");
+}
+
 fn arbitrary_scan() -> impl Strategy<Value = SonarScan> {
     prop::collection::vec((0..16_usize, 0.0..1.2_f64), 0..16).prop_map(|heard| scan(&heard))
 }

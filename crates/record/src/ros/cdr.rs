@@ -1,0 +1,201 @@
+use super::Error;
+
+/// How long the encapsulation header is; alignment counts from behind it.
+const HEADER: usize = 4;
+
+/// Appends a little-endian message (plain CDR, XCDR version 1).
+pub(super) struct Writer<'a> {
+    out: &'a mut Vec<u8>,
+    origin: usize,
+}
+
+impl<'a> Writer<'a> {
+    pub fn new(out: &'a mut Vec<u8>) -> Self {
+        out.extend_from_slice(&[0, 1, 0, 0]);
+        Self { origin: out.len(), out }
+    }
+
+    /// Bytes behind the header.
+    pub fn written(&self) -> usize {
+        self.out.len() - self.origin
+    }
+
+    fn align(&mut self, size: usize) {
+        let padded = self.written().next_multiple_of(size);
+        self.out.resize(self.origin + padded, 0);
+    }
+
+    pub fn byte(&mut self, byte: u8) {
+        self.out.push(byte);
+    }
+
+    /// Bytes as they are.
+    pub fn raw(&mut self, bytes: &[u8]) {
+        self.out.extend_from_slice(bytes);
+    }
+
+    /// Numbers of `size` bytes each, as they lie in memory.
+    pub fn numbers(&mut self, memory: &[u8], size: usize) {
+        if memory.is_empty() {
+            return;
+        }
+        self.align(size);
+        let start = self.out.len();
+        self.out.extend_from_slice(memory);
+        if cfg!(target_endian = "big") {
+            self.out[start..].chunks_exact_mut(size).for_each(<[u8]>::reverse);
+        }
+    }
+
+    /// `count` numbers of `size` bytes each, all zero.
+    pub fn zeros(&mut self, count: usize, size: usize) {
+        if count > 0 {
+            self.align(size);
+            self.out.resize(self.out.len() + count * size, 0);
+        }
+    }
+
+    pub fn length(&mut self, length: u32) {
+        self.numbers(&length.to_ne_bytes(), 4);
+    }
+
+    pub fn text(&mut self, text: &str) -> Result<(), Error> {
+        self.length(wire_length(text.len() + 1)?);
+        self.raw(text.as_bytes());
+        self.byte(0);
+        Ok(())
+    }
+}
+
+/// A length as messages have it.
+pub(super) fn wire_length(length: usize) -> Result<u32, Error> {
+    u32::try_from(length).map_err(|_| Error::Message {
+        at: 0,
+        reason: format!("{length} items are more than a message can have"),
+    })
+}
+
+/// Reads a message of either byte order.
+pub(super) struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    swapped: bool,
+}
+
+impl<'a> Reader<'a> {
+    pub fn new(bytes: &'a [u8]) -> Result<Self, Error> {
+        let wrong = |reason: String| Error::Message { at: 0, reason };
+        let Some(header) = bytes.first_chunk::<HEADER>() else {
+            return Err(wrong(format!("it has {} bytes, too few for the header of CDR", bytes.len())));
+        };
+        let big = match header[..2] {
+            [0, 0] => true,
+            [0, 1] => false,
+            [first, second] => {
+                let kind = u16::from_be_bytes([first, second]);
+                return Err(wrong(format!(
+                    "its encoding is {kind:#06x}, expected plain CDR, 0x0000 or 0x0001"
+                )));
+            }
+            _ => return Err(wrong("it has no header".into())),
+        };
+        Ok(Self { bytes, at: HEADER, swapped: big != cfg!(target_endian = "big") })
+    }
+
+    pub fn error<T>(&self, reason: impl Into<String>) -> Result<T, Error> {
+        Err(Error::Message { at: self.at, reason: reason.into() })
+    }
+
+    pub fn left(&self) -> usize {
+        self.bytes.len().saturating_sub(self.at)
+    }
+
+    pub fn raw(&mut self, length: usize) -> Result<&'a [u8], Error> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let Some(found) = rest.get(..length) else {
+            return self.error(format!("{length} bytes should follow, there are {}", rest.len()));
+        };
+        self.at += length;
+        Ok(found)
+    }
+
+    pub fn byte(&mut self) -> Result<u8, Error> {
+        Ok(self.raw(1)?[0])
+    }
+
+    pub fn bool(&mut self) -> Result<bool, Error> {
+        match self.byte()? {
+            0 => Ok(false),
+            1 => Ok(true),
+            other => {
+                self.at -= 1;
+                self.error(format!("a truth value is {other}, not 0 or 1"))
+            }
+        }
+    }
+
+    /// `memory` full of numbers of `size` bytes each, as they lie in memory.
+    pub fn numbers(&mut self, memory: &mut [u8], size: usize) -> Result<(), Error> {
+        if memory.is_empty() {
+            return Ok(());
+        }
+        self.align(size);
+        memory.copy_from_slice(self.raw(memory.len())?);
+        if self.swapped && size > 1 {
+            memory.chunks_exact_mut(size).for_each(<[u8]>::reverse);
+        }
+        Ok(())
+    }
+
+    /// `count` numbers of `size` bytes each in new memory, which is taken only when the message has that many.
+    pub fn new_numbers(&mut self, count: usize, size: usize) -> Result<Vec<u8>, Error> {
+        let bytes = count.checked_mul(size).filter(|bytes| *bytes <= self.left());
+        let Some(bytes) = bytes else {
+            return self.error(format!("{count} numbers should follow, there are {} bytes", self.left()));
+        };
+        let mut memory = vec![0; bytes];
+        self.numbers(&mut memory, size)?;
+        Ok(memory)
+    }
+
+    fn align(&mut self, size: usize) {
+        self.at = HEADER + (self.at - HEADER).next_multiple_of(size);
+    }
+
+    fn word(&mut self) -> Result<usize, Error> {
+        let mut word = [0; 4];
+        self.numbers(&mut word, 4)?;
+        Ok(u32::from_ne_bytes(word) as usize)
+    }
+
+    /// The length of a sequence, of which each item takes a byte at least.
+    pub fn length(&mut self) -> Result<usize, Error> {
+        let length = self.word()?;
+        if length > self.left() {
+            return self.error(format!("{length} items should follow, there are {} bytes", self.left()));
+        }
+        Ok(length)
+    }
+
+    pub fn text(&mut self) -> Result<&'a str, Error> {
+        let length = self.word()?;
+        // Some write an empty text without the zero at its end.
+        let Some(length) = length.checked_sub(1) else { return Ok("") };
+        let start = self.at;
+        let bytes = self.raw(length)?;
+        let end = self.byte()?;
+        match std::str::from_utf8(bytes) {
+            Ok(text) if end == 0 => Ok(text),
+            Ok(_) => Err(Error::Message { at: self.at - 1, reason: "a text has no zero at its end".into() }),
+            Err(_) => Err(Error::Message { at: start, reason: "a text is not UTF-8".into() }),
+        }
+    }
+
+    /// That all has been read, but for what aligns the next message.
+    pub fn end(&self) -> Result<(), Error> {
+        if self.left() > 3 {
+            return self.error(format!("{} bytes are left over: it is another message", self.left()));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,269 @@
+use slate_blackboard::interface::{Descriptor, Kind};
+
+use super::Error;
+use super::cdr::{Reader, Writer, wire_length};
+
+/// Appends a value as a message of its [`definition`](super::definition): little-endian CDR with its header.
+///
+/// `bytes` is the value as it lies in memory, with its tail, if it has one. Nothing is allocated when `out` has room.
+///
+/// # Errors
+/// When `bytes` is no value of that interface; `out` is unchanged then.
+pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Result<(), Error> {
+    let tail = items(descriptor, bytes)?;
+    wire_length(bytes.len())?;
+    let mut encoder = Encoder { writer: Writer::new(out), shown: true };
+    encoder.message(descriptor, bytes, tail);
+    if hides(descriptor) {
+        let memory = if encoder.shown { &[] } else { bytes };
+        encoder.writer.length(memory.len() as u32);
+        encoder.writer.raw(memory);
+    }
+    Ok(())
+}
+
+/// The value in a message of [`encode`], as it lay in memory, bit for bit.
+///
+/// # Errors
+/// When it is no message of that interface.
+pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut reader = Reader::new(message)?;
+    let mut value = vec![0; descriptor.size];
+    read_message(&mut reader, descriptor, &mut value)?;
+    if hides(descriptor) {
+        let length = reader.length()?;
+        let memory = reader.raw(length)?;
+        if length > 0 {
+            reader.end()?;
+            // Whoever reads the fields and whoever reads the memory must see the same value.
+            let mut again = Vec::new();
+            encode(descriptor, memory, &mut again)?;
+            if again.get(4..) != message.get(4..again.len()) {
+                return reader.error("the field `memory` holds another value than the fields before it");
+            }
+            return Ok(memory.to_vec());
+        }
+    }
+    reader.end()?;
+    Ok(value)
+}
+
+/// How many items the tail of a value has.
+pub(super) fn items(descriptor: &Descriptor, bytes: &[u8]) -> Result<usize, Error> {
+    let item = descriptor.tail().map_or(0, Kind::size);
+    match bytes.len().checked_sub(descriptor.size) {
+        Some(0) => Ok(0),
+        Some(tail) if item > 0 && tail % item == 0 => Ok(tail / item),
+        _ => Err(Error::Size {
+            interface: descriptor.name.into(),
+            expected: if item > 0 {
+                format!("{} and {item} for each item of its tail", descriptor.size)
+            } else {
+                descriptor.size.to_string()
+            },
+            found: bytes.len(),
+        }),
+    }
+}
+
+/// Whether a value can hold bits that the fields of a message don't show: behind the end of a text, for example.
+pub(super) fn hides(descriptor: &Descriptor) -> bool {
+    fn kind_hides(kind: &Kind) -> bool {
+        match kind {
+            Kind::Bool | Kind::Text(_) | Kind::Optional(_) | Kind::Sequence(..) => true,
+            Kind::Array(_, 0) => false,
+            Kind::Array(item, _) | Kind::Tail(item) => kind_hides(item),
+            Kind::Nested(descriptor) => hides(descriptor),
+            _ => false,
+        }
+    }
+    descriptor.fields.iter().any(|field| kind_hides(&field.kind))
+}
+
+/// Whether an item of a list is a message of its own, as ROS has no lists of lists.
+pub(super) fn is_wrapped(item: &Kind) -> bool {
+    matches!(item, Kind::Optional(_) | Kind::Array(..) | Kind::Sequence(..) | Kind::Tail(_))
+}
+
+/// The size of a number whose memory is the message's, but for the order of bytes.
+fn number(kind: &Kind) -> Option<usize> {
+    match kind {
+        Kind::U8 | Kind::I8 => Some(1),
+        Kind::U16 | Kind::I16 => Some(2),
+        Kind::U32 | Kind::I32 | Kind::F32 => Some(4),
+        Kind::U64 | Kind::I64 | Kind::F64 => Some(8),
+        Kind::Enumeration(enumeration) => number(&enumeration.carrier),
+        _ => None,
+    }
+}
+
+fn word(bytes: &[u8]) -> usize {
+    u32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize
+}
+
+fn is_zero(bytes: &[u8]) -> bool {
+    bytes.iter().all(|byte| *byte == 0)
+}
+
+struct Encoder<'a> {
+    writer: Writer<'a>,
+    /// Whether the fields have shown every bit so far.
+    shown: bool,
+}
+
+impl Encoder<'_> {
+    fn message(&mut self, descriptor: &Descriptor, bytes: &[u8], tail: usize) {
+        let before = self.writer.written();
+        for field in descriptor.fields {
+            self.value(&field.kind, &bytes[field.offset..], tail);
+        }
+        self.fill(before);
+    }
+
+    /// A message without fields has a byte, as ROS wants it.
+    fn fill(&mut self, before: usize) {
+        if self.writer.written() == before {
+            self.writer.byte(0);
+        }
+    }
+
+    fn value(&mut self, kind: &Kind, bytes: &[u8], tail: usize) {
+        match kind {
+            Kind::Bool => {
+                self.shown &= bytes[0] <= 1;
+                self.writer.byte(u8::from(bytes[0] != 0));
+            }
+            Kind::Enumeration(enumeration) => self.value(&enumeration.carrier, bytes, 0),
+            Kind::Text(capacity) => self.text(&bytes[..4 + capacity]),
+            Kind::Optional(item) => {
+                self.shown &= word(bytes) <= 1 && is_zero(&bytes[4..8]);
+                self.writer.byte(u8::from(word(bytes) != 0));
+                self.value(item, &bytes[8..], 0);
+            }
+            Kind::Array(item, count) => self.list(item, bytes, *count),
+            Kind::Sequence(item, capacity) => {
+                let count = word(bytes).min(*capacity);
+                let unused = &bytes[8 + count * item.size()..8 + capacity * item.size()];
+                self.shown &= word(bytes) == count && is_zero(&bytes[4..8]) && is_zero(unused);
+                self.writer.length(count as u32);
+                self.list(item, &bytes[8..], count);
+            }
+            Kind::Nested(descriptor) => self.message(descriptor, bytes, 0),
+            Kind::Tail(item) => {
+                self.writer.length(tail as u32);
+                self.list(item, bytes, tail);
+            }
+            other => self.writer.numbers(&bytes[..other.size()], other.size()),
+        }
+    }
+
+    fn text(&mut self, bytes: &[u8]) {
+        let (length, bytes) = (word(bytes), &bytes[4..]);
+        let text = &bytes[..length.min(bytes.len())];
+        // A reader of the message gets what `Text` shows of a damaged value.
+        let text = match std::str::from_utf8(text) {
+            Ok(text) => text.as_bytes(),
+            Err(error) => &text[..error.valid_up_to()],
+        };
+        self.shown &= text.len() == length && is_zero(&bytes[text.len()..]);
+        self.writer.length(text.len() as u32 + 1);
+        self.writer.raw(text);
+        self.writer.byte(0);
+    }
+
+    fn list(&mut self, item: &Kind, bytes: &[u8], count: usize) {
+        if let Some(size) = number(item) {
+            return self.writer.numbers(&bytes[..count * size], size);
+        }
+        for i in 0..count {
+            let before = self.writer.written();
+            self.value(item, &bytes[i * item.size()..], 0);
+            self.fill(before);
+        }
+    }
+}
+
+fn read_message(reader: &mut Reader<'_>, descriptor: &Descriptor, memory: &mut Vec<u8>) -> Result<(), Error> {
+    let fixed = match descriptor.fields.split_last() {
+        Some((last, others)) if matches!(last.kind, Kind::Tail(_)) => others,
+        _ => descriptor.fields,
+    };
+    let before = reader.left();
+    for field in fixed {
+        read(reader, &field.kind, &mut memory[field.offset..])?;
+    }
+    if let Some(item) = descriptor.tail() {
+        let count = reader.length()?;
+        if let Some(size) = number(item) {
+            let tail = reader.new_numbers(count, size)?;
+            memory.extend_from_slice(&tail);
+        } else {
+            for _ in 0..count {
+                let start = memory.len();
+                memory.resize(start + item.size(), 0);
+                read_item(reader, item, &mut memory[start..])?;
+            }
+        }
+    }
+    read_fill(reader, before)
+}
+
+fn read_fill(reader: &mut Reader<'_>, before: usize) -> Result<(), Error> {
+    if reader.left() == before {
+        reader.byte()?;
+    }
+    Ok(())
+}
+
+fn read_item(reader: &mut Reader<'_>, item: &Kind, memory: &mut [u8]) -> Result<(), Error> {
+    let before = reader.left();
+    read(reader, item, memory)?;
+    read_fill(reader, before)
+}
+
+fn read(reader: &mut Reader<'_>, kind: &Kind, memory: &mut [u8]) -> Result<(), Error> {
+    let set = |memory: &mut [u8], number: usize| memory[..4].copy_from_slice(&(number as u32).to_ne_bytes());
+    match kind {
+        Kind::Bool => memory[0] = reader.bool()?.into(),
+        Kind::Enumeration(enumeration) => read(reader, &enumeration.carrier, memory)?,
+        Kind::Text(capacity) => {
+            let text = reader.text()?;
+            if text.len() > *capacity {
+                return reader.error(format!("a text has {} bytes, more than {capacity}", text.len()));
+            }
+            set(memory, text.len());
+            memory[4..4 + text.len()].copy_from_slice(text.as_bytes());
+        }
+        Kind::Optional(item) => {
+            set(memory, reader.bool()?.into());
+            read(reader, item, &mut memory[8..])?;
+        }
+        Kind::Array(item, count) => read_list(reader, item, *count, memory)?,
+        Kind::Sequence(item, capacity) => {
+            let count = reader.length()?;
+            if count > *capacity {
+                return reader.error(format!("a list has {count} items, more than {capacity}"));
+            }
+            set(memory, count);
+            read_list(reader, item, count, &mut memory[8..])?;
+        }
+        Kind::Nested(descriptor) => {
+            let before = reader.left();
+            for field in descriptor.fields {
+                read(reader, &field.kind, &mut memory[field.offset..])?;
+            }
+            read_fill(reader, before)?;
+        }
+        // Only an interface as a whole has a tail.
+        Kind::Tail(_) => return reader.error("a list stands where none can be"),
+        other => reader.numbers(&mut memory[..other.size()], other.size())?,
+    }
+    Ok(())
+}
+
+fn read_list(reader: &mut Reader<'_>, item: &Kind, count: usize, memory: &mut [u8]) -> Result<(), Error> {
+    if let Some(size) = number(item) {
+        return reader.numbers(&mut memory[..count * size], size);
+    }
+    (0..count).try_for_each(|i| read_item(reader, item, &mut memory[i * item.size()..]))
+}

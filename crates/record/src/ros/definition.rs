@@ -1,0 +1,202 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use slate_blackboard::interface::{Descriptor, Enumeration, Kind};
+
+use super::Primitive;
+use super::codec::{hides, is_wrapped};
+use super::names::{constant_name, field_name, message_name, unique};
+
+/// What a message is made of, as MCAP has it in the schema encoding `ros2msg`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Definition {
+    /// Its name, such as `slate_msgs/msg/LaserScan`.
+    pub name: String,
+    /// Its fields, followed by the messages in it.
+    pub text: String,
+}
+
+/// What stands between two messages of a definition.
+pub(super) const SEPARATOR: &str =
+    "================================================================================";
+
+/// The message that [`encode`](super::encode) makes of a value of that interface.
+///
+/// Each field of the interface is a field of the message, with its documentation and unit as a comment:
+///
+/// | interface | message |
+/// |---|---|
+/// | numbers, `Bool` | the same |
+/// | enumeration | the integer that carries it, with constants `FIELD_NAME` |
+/// | `Text` | bounded string |
+/// | `Optional` | `has_NAME` and `NAME` |
+/// | array, `Sequence`, tail | array, bounded sequence, sequence |
+/// | another interface | another message |
+/// | list of lists or of `Optional` | list of messages with one field `value` |
+///
+/// Names are changed where ROS would not have them. An interface with fields that can hide bits, such as those behind the
+/// end of a text, has one more field `memory`: the whole value, when it does.
+pub fn definition(descriptor: &Descriptor) -> Definition {
+    definition_named(descriptor, descriptor.name)
+}
+
+/// The same with a name of the caller's. Files in which two interfaces have one name need it: to many readers all messages of a
+/// name are the same.
+pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
+    let name = message_name(name);
+    let mut builder =
+        Builder { names: BTreeSet::from([name.clone()]), top: name.clone(), ..Builder::default() };
+    let mut body = Body::default();
+    comment(&mut body.text, descriptor.doc, "");
+    builder.fields(&mut body, &name, descriptor);
+    if hides(descriptor) {
+        let memory = field_name("memory", &mut body.fields);
+        comment(&mut body.text, "The whole value, when it holds bits that the fields above don't show.", "");
+        line(&mut body.text, "uint8[]", &memory);
+    }
+    body.close();
+    let mut text = body.text;
+    for section in builder.sections {
+        text.push_str(SEPARATOR);
+        text.push('\n');
+        text.push_str(&section);
+    }
+    Definition { name: format!("{PACKAGE}/msg/{name}"), text }
+}
+
+const PACKAGE: &str = "slate_msgs";
+
+#[derive(Default)]
+struct Builder {
+    /// The message as a whole. Names of messages in it begin with it, so those of two files' interfaces don't meet.
+    top: String,
+    names: BTreeSet<String>,
+    /// What became of the interfaces inside, by name and schema.
+    known: BTreeMap<(&'static str, u64), String>,
+    sections: Vec<String>,
+}
+
+/// One message as it grows.
+#[derive(Default)]
+struct Body {
+    text: String,
+    fields: BTreeSet<String>,
+    constants: BTreeSet<String>,
+}
+
+impl Body {
+    /// A message without fields has one, as ROS wants it.
+    fn close(&mut self) {
+        if self.fields.is_empty() {
+            line(&mut self.text, "uint8", "structure_needs_at_least_one_member");
+        }
+    }
+}
+
+impl Builder {
+    fn fields(&mut self, body: &mut Body, owner: &str, descriptor: &Descriptor) {
+        for field in descriptor.fields {
+            // It takes no byte of the message.
+            if matches!(field.kind, Kind::Array(_, 0)) {
+                continue;
+            }
+            comment(&mut body.text, field.doc, field.unit);
+            self.field(body, owner, field.name, &field.kind);
+        }
+    }
+
+    fn field(&mut self, body: &mut Body, owner: &str, name: &str, kind: &Kind) {
+        let kind = match kind {
+            Kind::Array(_, 0) => return,
+            Kind::Optional(item) => {
+                let flag = field_name(&format!("has_{name}"), &mut body.fields);
+                line(&mut body.text, "bool", &flag);
+                return self.field(body, owner, name, item);
+            }
+            other => other,
+        };
+        let name = field_name(name, &mut body.fields);
+        let (item, suffix) = match kind {
+            Kind::Array(item, count) => (*item, format!("[{count}]")),
+            Kind::Sequence(item, 0) | Kind::Tail(item) => (*item, "[]".into()),
+            Kind::Sequence(item, capacity) => (*item, format!("[<={capacity}]")),
+            single => (single, String::new()),
+        };
+        if let Kind::Enumeration(enumeration) = item {
+            constants(body, &name, enumeration);
+        }
+        let of = self.item(owner, &name, item);
+        line(&mut body.text, &format!("{of}{suffix}"), &name);
+    }
+
+    /// What the definition calls a type.
+    fn item(&mut self, owner: &str, field: &str, item: &Kind) -> String {
+        match item {
+            Kind::Text(0) => "string".into(),
+            Kind::Text(capacity) => format!("string<={capacity}"),
+            Kind::Enumeration(enumeration) => self.item(owner, field, &enumeration.carrier),
+            Kind::Nested(descriptor) => self.nested(descriptor),
+            wrapped if is_wrapped(wrapped) => {
+                let name = unique(format!("{owner}{}", message_name(field)), &mut self.names);
+                let mut body = Body::default();
+                self.field(&mut body, &name, "value", wrapped);
+                self.add(&name, body);
+                format!("{PACKAGE}/{name}")
+            }
+            number => Primitive::of(number).map_or("uint8", Primitive::name).into(),
+        }
+    }
+
+    fn nested(&mut self, descriptor: &'static Descriptor) -> String {
+        let key = (descriptor.name, descriptor.hash);
+        if let Some(known) = self.known.get(&key) {
+            return format!("{PACKAGE}/{known}");
+        }
+        let name = unique(format!("{}{}", self.top, message_name(descriptor.name)), &mut self.names);
+        self.known.insert(key, name.clone());
+        let mut body = Body::default();
+        comment(&mut body.text, descriptor.doc, "");
+        self.fields(&mut body, &name, descriptor);
+        self.add(&name, body);
+        format!("{PACKAGE}/{name}")
+    }
+
+    fn add(&mut self, name: &str, mut body: Body) {
+        body.close();
+        self.sections.push(format!("MSG: {PACKAGE}/{name}\n{}", body.text));
+    }
+}
+
+fn constants(body: &mut Body, field: &str, enumeration: &Enumeration) {
+    let Some(carrier) = Primitive::of(&enumeration.carrier).filter(|carrier| carrier.is_whole()) else {
+        return;
+    };
+    for constant in enumeration.constants {
+        // No value of the enumeration can have a number that its carrier can't hold.
+        if carrier.range().contains(&constant.value.into()) {
+            let name = constant_name(field, constant.name, &mut body.constants);
+            comment(&mut body.text, constant.doc, "");
+            line(&mut body.text, carrier.name(), &format!("{name}={}", constant.value));
+        }
+    }
+}
+
+fn line(text: &mut String, first: &str, second: &str) {
+    // Writing into a string can't fail.
+    let _ = writeln!(text, "{first} {second}");
+}
+
+/// Documentation with its unit in brackets, as ROS's messages have it.
+fn comment(text: &mut String, doc: &str, unit: &str) {
+    let doc: String = doc
+        .chars()
+        .map(|c| if c.is_control() || c == '\u{2028}' || c == '\u{2029}' { ' ' } else { c })
+        .collect();
+    let unit: String = unit.chars().filter(|c| !c.is_control()).collect();
+    let _ = match (doc.trim(), unit.trim()) {
+        ("", "") => Ok(()),
+        (doc, "") => writeln!(text, "# {doc}"),
+        ("", unit) => writeln!(text, "# [{unit}]"),
+        (doc, unit) => writeln!(text, "# {doc} [{unit}]"),
+    };
+}

@@ -1,0 +1,32 @@
+/// Why something is no message, or can't become one.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Error {
+    /// A value has another size than its interface.
+    #[error("a value of {interface} has {expected} bytes, not {found}")]
+    Size {
+        /// The interface.
+        interface: String,
+        /// How many bytes it has.
+        expected: String,
+        /// How many were given.
+        found: usize,
+    },
+    /// A message is not what its definition says.
+    #[error("at byte {at} of the message: {reason}")]
+    Message {
+        /// Bytes from its beginning.
+        at: usize,
+        /// What is there, and what was expected.
+        reason: String,
+    },
+    /// A definition can't be read.
+    #[error("line {line} of the definition of {name}: {reason}")]
+    Definition {
+        /// The message that it defines.
+        name: String,
+        /// The line, from 1.
+        line: usize,
+        /// What is there, and what was expected.
+        reason: String,
+    },
+}

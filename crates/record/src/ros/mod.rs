@@ -1,0 +1,47 @@
+//! Values as ROS 2 messages, so that logs and wires speak to other tools: definitions, and CDR, in which values lie there.
+//!
+//! A value has two forms.
+//!
+//! - [`definition`], [`encode`] and [`decode`]: any interface as a message of its own, field by field and without a loss. What
+//!   is decoded has the bits that were encoded.
+//! - [`standard`]: the message that ROS already has for it, such as `sensor_msgs/msg/LaserScan`, for the tools that know how to
+//!   draw it.
+//!
+//! A [`Schema`] reads messages that came from elsewhere.
+//!
+//! ```
+//! use slate_blackboard::interface::{Descriptor, Field, Kind, schema_hash};
+//! use slate_record::ros;
+//!
+//! const FIELDS: &[Field] = &[Field { name: "voltage", doc: "Under load.", unit: "V", offset: 0, kind: Kind::F64 }];
+//! static BATTERY: Descriptor = Descriptor {
+//!     name: "Battery", doc: "A battery.", ros: "sensor_msgs/msg/BatteryState",
+//!     fields: FIELDS, size: 8, align: 8, hash: schema_hash("Battery", FIELDS),
+//! };
+//!
+//! let mut message = Vec::new();
+//! ros::encode(&BATTERY, &12.5_f64.to_ne_bytes(), &mut message)?;
+//! assert_eq!(ros::decode(&BATTERY, &message)?, 12.5_f64.to_ne_bytes());
+//!
+//! let definition = ros::definition(&BATTERY);
+//! assert_eq!(definition.name, "slate_msgs/msg/Battery");
+//! let schema = ros::Schema::parse(&definition.name, &definition.text)?;
+//! assert_eq!(schema.decode(&message)?.get("voltage").and_then(|value| value.as_f64()), Some(12.5));
+//! # Ok::<(), ros::Error>(())
+//! ```
+
+mod cdr;
+mod codec;
+mod definition;
+mod error;
+mod names;
+mod schema;
+mod standard;
+mod value;
+
+pub use codec::{decode, encode};
+pub use definition::{Definition, definition, definition_named};
+pub use error::Error;
+pub use schema::Schema;
+pub use standard::{Standard, standard};
+pub use value::{Map, Numbers, Primitive, Value};

@@ -1,0 +1,44 @@
+use std::collections::BTreeSet;
+
+/// A field's name as ROS wants it: lower case, letters, digits, single underscores, a letter first.
+pub(super) fn field_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+    unique(words(name, "field").to_ascii_lowercase(), taken)
+}
+
+/// A constant's name as ROS wants it.
+pub(super) fn constant_name(field: &str, name: &str, taken: &mut BTreeSet<String>) -> String {
+    unique(words(&format!("{field}_{name}"), "C").to_ascii_uppercase(), taken)
+}
+
+/// A message's name as ROS wants it: letters and digits, a capital first.
+pub(super) fn message_name(name: &str) -> String {
+    let mut result = String::new();
+    for word in words(name, "Message").split('_') {
+        let mut letters = word.chars();
+        result.extend(letters.next().map(|first| first.to_ascii_uppercase()));
+        result.extend(letters);
+    }
+    result
+}
+
+/// The words of a name with one underscore between two; `start` stands before what is no letter.
+fn words(name: &str, start: &str) -> String {
+    let words: Vec<_> =
+        name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
+    let joined = words.join("_");
+    if joined.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        return joined;
+    }
+    if joined.is_empty() { start.into() } else { format!("{start}_{joined}") }
+}
+
+/// That name, with a number when it is taken.
+pub(super) fn unique(name: String, taken: &mut BTreeSet<String>) -> String {
+    let mut result = name.clone();
+    let mut number = 2_usize;
+    while !taken.insert(result.clone()) {
+        result = format!("{name}{number}");
+        number += 1;
+    }
+    result
+}

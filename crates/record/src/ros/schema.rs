@@ -1,0 +1,317 @@
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::cdr::Reader;
+use super::value::Map;
+use super::{Error, Numbers, Primitive, Value};
+
+/// How deep messages may stand in each other.
+const DEEPEST: usize = 32;
+
+/// A message's definition in the language of ROS's `.msg` files, with those of the messages in it: the schema encoding
+/// `ros2msg` of MCAP.
+#[derive(Clone, Debug)]
+pub struct Schema {
+    records: Vec<Record>,
+}
+
+/// One message. The first of a schema is the schema's own.
+#[derive(Clone, Debug)]
+pub(super) struct Record {
+    /// Package and name, such as `std_msgs/Header`.
+    pub name: String,
+    pub names: Arc<Vec<String>>,
+    pub types: Vec<FieldType>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FieldType {
+    pub item: Item,
+    pub count: Count,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Item {
+    Primitive(Primitive),
+    Text,
+    /// Index of a record.
+    Record(usize),
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Count {
+    One,
+    Fixed(usize),
+    Any,
+}
+
+/// A field before the types are known.
+struct Line<'a> {
+    number: usize,
+    of: &'a str,
+    name: &'a str,
+}
+
+impl Schema {
+    /// Reads the definition of the message `name`, such as `sensor_msgs/msg/LaserScan`.
+    ///
+    /// Constants, default values and bounds are not needed for reading messages, and left out.
+    ///
+    /// # Errors
+    /// When a line is no field, a type is not defined or contains itself, or for a `wstring`, of which implementations of
+    /// ROS disagree how it lies in a message.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
+        let sections = sections(name, text)?;
+        let mut indices: BTreeMap<&str, usize> = BTreeMap::new();
+        for (i, (section, _)) in sections.iter().enumerate() {
+            indices.entry(section).or_insert(i);
+        }
+        let mut builtin = Vec::new();
+        let mut records = Vec::new();
+        for (section, lines) in &sections {
+            let package = section.split('/').next().unwrap_or_default();
+            let mut types = Vec::new();
+            for line in lines {
+                let wrong = |reason| Error::Definition { name: name.into(), line: line.number, reason };
+                let (item, count) = suffix(line.of).map_err(wrong)?;
+                let item = match primitive(item).map_err(wrong)? {
+                    Some(known) => known,
+                    None => {
+                        let key = reference(package, item);
+                        let short = item == "Header";
+                        let found = indices.get(key.as_str());
+                        match found.or_else(|| indices.get("std_msgs/Header").filter(|_| short)) {
+                            Some(index) => Item::Record(*index),
+                            // Many writers leave these two out, as every reader knows them.
+                            None if key == TIME || key == DURATION => {
+                                let at = builtin.iter().position(|known| *known == key);
+                                let at = at.unwrap_or_else(|| {
+                                    builtin.push(key);
+                                    builtin.len() - 1
+                                });
+                                Item::Record(sections.len() + at)
+                            }
+                            None => return Err(wrong(format!("`{item}` is not defined in the text"))),
+                        }
+                    }
+                };
+                types.push(FieldType { item, count });
+            }
+            let names = Arc::new(lines.iter().map(|line| line.name.to_owned()).collect());
+            records.push(Record { name: section.clone(), names, types });
+        }
+        for key in builtin {
+            let field = |kind| FieldType { item: Item::Primitive(kind), count: Count::One };
+            records.push(Record {
+                name: key,
+                names: Arc::new(vec!["sec".into(), "nanosec".into()]),
+                types: vec![field(Primitive::I32), field(Primitive::U32)],
+            });
+        }
+        let mut heights = vec![None; records.len()];
+        match height(&records, 0, 0, &mut heights) {
+            Some(_) => Ok(Self { records }),
+            None => Err(Error::Definition {
+                name: name.into(),
+                line: 1,
+                reason: format!("messages stand in themselves, or more than {DEEPEST} deep"),
+            }),
+        }
+    }
+
+    /// What a message holds: CDR of either byte order, with its header.
+    ///
+    /// Takes memory in proportion to the message, whatever that says of itself.
+    ///
+    /// # Errors
+    /// When it is no message of that definition.
+    pub fn decode(&self, message: &[u8]) -> Result<Value, Error> {
+        let mut reader = Reader::new(message)?;
+        // Each value of a real message takes bytes of it, so there are never more values than bytes.
+        let mut room = message.len();
+        let value = self.record(&mut reader, 0, &mut room)?;
+        reader.end()?;
+        Ok(value)
+    }
+
+    pub(super) fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    fn record(&self, reader: &mut Reader<'_>, index: usize, room: &mut usize) -> Result<Value, Error> {
+        take(reader, room)?;
+        let record = &self.records[index];
+        if record.types.is_empty() {
+            reader.byte()?;
+        }
+        let mut values = Vec::with_capacity(record.types.len().min(*room));
+        for field in &record.types {
+            values.push(self.field(reader, *field, room)?);
+        }
+        Ok(Value::Map(Map::new(record.names.clone(), values)))
+    }
+
+    fn field(&self, reader: &mut Reader<'_>, field: FieldType, room: &mut usize) -> Result<Value, Error> {
+        let count = match field.count {
+            Count::One => return self.item(reader, field.item, room),
+            Count::Fixed(count) => count,
+            Count::Any => reader.length()?,
+        };
+        take(reader, room)?;
+        if let Item::Primitive(kind) = field.item {
+            return Ok(Value::Numbers(Numbers::new(kind, reader.new_numbers(count, kind.size())?)));
+        }
+        let mut items = Vec::new();
+        for _ in 0..count {
+            items.push(self.item(reader, field.item, room)?);
+        }
+        Ok(Value::List(items))
+    }
+
+    fn item(&self, reader: &mut Reader<'_>, item: Item, room: &mut usize) -> Result<Value, Error> {
+        match item {
+            Item::Record(index) => self.record(reader, index, room),
+            Item::Text => {
+                take(reader, room)?;
+                Ok(Value::Text(reader.text()?.into()))
+            }
+            Item::Primitive(Primitive::Bool) => {
+                take(reader, room)?;
+                Ok(Value::Bool(reader.bool()?))
+            }
+            Item::Primitive(kind) => {
+                take(reader, room)?;
+                let mut memory = [0; 8];
+                reader.numbers(&mut memory[..kind.size()], kind.size())?;
+                Ok(kind.value(&memory))
+            }
+        }
+    }
+}
+
+fn take(reader: &Reader<'_>, room: &mut usize) -> Result<(), Error> {
+    match room.checked_sub(1) {
+        Some(left) => {
+            *room = left;
+            Ok(())
+        }
+        None => reader.error("it has more values than bytes"),
+    }
+}
+
+const TIME: &str = "builtin_interfaces/Time";
+const DURATION: &str = "builtin_interfaces/Duration";
+
+/// The messages of a text, each with its fields; the first is called `name`.
+fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec<Line<'a>>)>, Error> {
+    let mut sections = vec![(reference("", name), Vec::new())];
+    // Whether a separator was the last that stood there.
+    let mut opened = false;
+    for (i, line) in text.lines().enumerate() {
+        let wrong = |reason: String| Error::Definition { name: name.into(), line: i + 1, reason };
+        let line = line.trim();
+        if line.len() >= 3 && line.bytes().all(|byte| byte == b'=') {
+            opened = true;
+            continue;
+        }
+        let code = line.split('#').next().unwrap_or_default().trim();
+        if code.is_empty() {
+            continue;
+        }
+        if let Some(section) = code.strip_prefix("MSG:").map(str::trim) {
+            let first = sections.len() == 1 && sections[0].1.is_empty();
+            match (opened, first) {
+                (true, _) => sections.push((reference("", section), Vec::new())),
+                // Some begin with a line for the message itself.
+                (false, true) => {}
+                (false, false) => return Err(wrong("`MSG:` stands without a line of `=` before it".into())),
+            }
+            opened = false;
+            continue;
+        }
+        if opened {
+            return Err(wrong(format!("expected `MSG: package/Name`, not `{}`", shortened(code))));
+        }
+        let missing = || wrong(format!("expected a type and a name, not `{}`", shortened(code)));
+        let (of, rest) = code.split_once(char::is_whitespace).ok_or_else(missing)?;
+        let rest = rest.trim_start();
+        let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
+        let (field, rest) = rest.split_at(end);
+        let rest_of_line = rest.trim_start();
+        if field.is_empty()
+            || !(rest.is_empty() || rest.starts_with(char::is_whitespace) || rest.starts_with('='))
+        {
+            return Err(missing());
+        }
+        if !rest_of_line.starts_with('=')
+            && let Some((_, fields)) = sections.last_mut()
+        {
+            fields.push(Line { number: i + 1, of, name: field });
+        }
+    }
+    Ok(sections)
+}
+
+/// As much of a hostile line as a message should have.
+fn shortened(line: &str) -> &str {
+    line.char_indices().nth(60).map_or(line, |(end, _)| &line[..end])
+}
+
+/// Package and name of a message: `pkg/msg/Name`, `pkg/Name`, or `Name` of the same package.
+fn reference(package: &str, name: &str) -> String {
+    match (name.split_once('/'), name.rsplit_once('/')) {
+        (Some((package, _)), Some((_, name))) => format!("{package}/{name}"),
+        _ => format!("{package}/{name}"),
+    }
+}
+
+/// A type without its brackets, and what those say.
+fn suffix(of: &str) -> Result<(&str, Count), String> {
+    let Some((item, inside)) = of.strip_suffix(']').and_then(|of| of.rsplit_once('[')) else {
+        return Ok((of, Count::One));
+    };
+    let number = |text: &str| match text.parse::<u32>() {
+        Ok(number) if number > 0 => Ok(number as usize),
+        _ => Err(format!("`{}` is no number of items", shortened(text))),
+    };
+    match inside.strip_prefix("<=") {
+        _ if inside.is_empty() => Ok((item, Count::Any)),
+        Some(bound) => number(bound).map(|_| (item, Count::Any)),
+        None => number(inside).map(|count| (item, Count::Fixed(count))),
+    }
+}
+
+/// Nothing for a message.
+fn primitive(name: &str) -> Result<Option<Item>, String> {
+    if let Some(kind) = Primitive::named(name) {
+        return Ok(Some(Item::Primitive(kind)));
+    }
+    let (base, bound) = name.split_once("<=").map_or((name, None), |(base, bound)| (base, Some(bound)));
+    match (base, bound) {
+        ("string", None) => Ok(Some(Item::Text)),
+        ("string", Some(bound)) if bound.parse::<u32>().is_ok() => Ok(Some(Item::Text)),
+        ("wstring", _) => {
+            Err("a `wstring` can't be read: implementations of ROS disagree how it lies in a message".into())
+        }
+        (_, None) => Ok(None),
+        _ => Err(format!("`{}` is no type", shortened(name))),
+    }
+}
+
+/// How deep the messages in a record stand; nothing when it is too deep, or without an end.
+fn height(records: &[Record], index: usize, depth: usize, known: &mut Vec<Option<usize>>) -> Option<usize> {
+    if depth > DEEPEST {
+        return None;
+    }
+    if let Some(height) = known[index] {
+        return (depth + height <= DEEPEST).then_some(height);
+    }
+    let mut own = 0;
+    for field in &records[index].types {
+        if let Item::Record(inner) = field.item {
+            own = own.max(1 + height(records, inner, depth + 1, known)?);
+        }
+    }
+    known[index] = Some(own);
+    Some(own)
+}

@@ -1,0 +1,172 @@
+use slate_blackboard::interface::{Descriptor, Kind, find};
+
+use super::messages::{Origin, RULES};
+use super::{Items, Number, Place, Primitive, Schema, Step, Text};
+use crate::ros::schema::{Count, FieldType, Item};
+
+/// What makes the message `name` of a value; nothing when it doesn't fit that.
+pub(super) fn steps(descriptor: &'static Descriptor, name: &str, schema: &Schema) -> Option<Vec<Step>> {
+    let mut compiler = Compiler { descriptor, message: name, schema, steps: Vec::new(), used: false };
+    compiler.record(0, "", Some(""))?;
+    compiler.used.then_some(compiler.steps)
+}
+
+struct Compiler<'a> {
+    descriptor: &'static Descriptor,
+    message: &'a str,
+    schema: &'a Schema,
+    steps: Vec<Step>,
+    /// Whether anything of the value is in the message.
+    used: bool,
+}
+
+impl Compiler<'_> {
+    /// `scope` is where in the value the fields of the same name are.
+    fn record(&mut self, index: usize, path: &str, scope: Option<&str>) -> Option<()> {
+        let schema = self.schema;
+        let record = &schema.records()[index];
+        if record.types.is_empty() {
+            self.steps.push(Step::Empty);
+        }
+        for (name, of) in record.names.iter().zip(&record.types) {
+            self.field(&joined(path, name), *of, scope.map(|scope| joined(scope, name)))?;
+        }
+        Some(())
+    }
+
+    fn field(&mut self, path: &str, of: FieldType, same: Option<String>) -> Option<()> {
+        let rules = || RULES.iter().filter(|(message, field, _)| *message == self.message && *field == path);
+        let same = same.filter(|same| self.find(same).is_some());
+        match (of.item, of.count) {
+            (Item::Record(index), Count::One)
+                if self.schema.records()[index].name == "builtin_interfaces/Time" =>
+            {
+                let own = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Time { time, unless } => Some((self.place(time)?, self.place(unless)?)),
+                    _ => None,
+                });
+                self.steps.push(Step::Stamp(own));
+            }
+            (Item::Record(index), Count::One) => {
+                let moved = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Field(field) => {
+                        matches!(self.find(field)?.0, Kind::Nested(_)).then(|| (*field).into())
+                    }
+                    _ => None,
+                });
+                self.record(index, path, moved.or(same).as_deref())?;
+            }
+            (Item::Primitive(kind), Count::One) => {
+                let number = rules().find_map(|(_, _, origin)| self.number(origin));
+                let number = number.or_else(|| Some(Number::Field(self.place(same.as_deref()?)?)));
+                self.used |= number.is_some();
+                let constant = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Number(number) => Some(*number),
+                    _ => None,
+                });
+                if number.is_none() && same.is_some() {
+                    return None;
+                }
+                self.steps
+                    .push(Step::Number(kind, number.unwrap_or(Number::Constant(constant.unwrap_or(0.0)))));
+            }
+            (Item::Text, Count::One) => {
+                let text = rules().find_map(|(_, _, origin)| self.text(origin));
+                let text = text.or_else(|| self.text_field(same.as_deref()?));
+                self.used |= text.is_some();
+                let constant = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Text(text) => Some(Text::Constant(text)),
+                    _ => None,
+                });
+                let usual = if path == "header/frame_id" { Text::Frame } else { Text::Constant("") };
+                self.steps.push(Step::Text(text.or(constant).unwrap_or(usual)));
+            }
+            (Item::Primitive(kind), count) => {
+                let fixed = match count {
+                    Count::Fixed(count) => Some(count),
+                    _ => None,
+                };
+                let step = match same {
+                    Some(same) => self.list(kind, fixed, &same)?,
+                    None => Step::Zeros(kind, fixed),
+                };
+                self.used |= matches!(step, Step::List { .. });
+                self.steps.push(step);
+            }
+            (_, Count::Any) if same.is_none() => self.steps.push(Step::Zeros(Primitive::U8, None)),
+            _ => return None,
+        }
+        Some(())
+    }
+
+    fn find(&self, path: &str) -> Option<(Kind, usize)> {
+        let place = find(self.descriptor, path).ok()?;
+        Some((*place.kind(), place.offset()))
+    }
+
+    fn place(&self, path: &str) -> Option<Place> {
+        let (kind, offset) = self.find(path)?;
+        Some(Place(Primitive::of(&kind)?, offset))
+    }
+
+    fn number(&self, origin: &Origin) -> Option<Number> {
+        Some(match origin {
+            Origin::Field(field) => Number::Field(self.place(field)?),
+            Origin::HalfSine(field) => Number::HalfSine(self.place(field)?),
+            Origin::HalfCosine(field) => Number::HalfCosine(self.place(field)?),
+            Origin::When { number, holds } => {
+                Number::When { number: self.place(number)?, holds: self.place(holds)? }
+            }
+            Origin::Last { first, step, items } => Number::Last {
+                first: self.place(first)?,
+                step: self.place(step)?,
+                items: self.items(items)?.0,
+            },
+            _ => return None,
+        })
+    }
+
+    fn text(&self, origin: &Origin) -> Option<Text> {
+        match origin {
+            Origin::Field(field) => self.text_field(field),
+            Origin::Name(field) => match self.find(field)? {
+                (Kind::Enumeration(enumeration), _) => Some(Text::Name(self.place(field)?, enumeration)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    fn text_field(&self, path: &str) -> Option<Text> {
+        match self.find(path)? {
+            (Kind::Text(capacity), offset) => Some(Text::Field(offset, capacity)),
+            _ => None,
+        }
+    }
+
+    /// How many items a list has, what they are, and where they begin.
+    fn items(&self, path: &str) -> Option<(Items, Primitive, usize)> {
+        let (kind, offset) = self.find(path)?;
+        let (items, item, start) = match kind {
+            Kind::Array(item, count) => (Items::Fixed(count), item, offset),
+            Kind::Sequence(item, capacity) => (Items::Counted(offset, capacity), item, offset + 8),
+            Kind::Tail(item) => (Items::Tail, item, offset),
+            _ => return None,
+        };
+        Some((items, Primitive::of(item)?, start))
+    }
+
+    fn list(&self, kind: Primitive, fixed: Option<usize>, path: &str) -> Option<Step> {
+        let (count, from, start) = self.items(path)?;
+        match (fixed, count) {
+            (Some(wanted), Items::Fixed(count)) if wanted == count => {}
+            (None, _) => {}
+            _ => return None,
+        }
+        Some(Step::List { kind, counted: fixed.is_none(), count, start, from })
+    }
+}
+
+fn joined(path: &str, name: &str) -> String {
+    if path.is_empty() { name.into() } else { format!("{path}/{name}") }
+}

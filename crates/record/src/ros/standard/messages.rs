@@ -1,0 +1,187 @@
+//! The messages of ROS 2's `common_interfaces` that interfaces of robots are, and how to fill them; as of ROS 2 Jazzy.
+
+use std::collections::BTreeSet;
+
+use crate::ros::definition::SEPARATOR;
+
+/// Where a field of a standard message comes from, when that is no field of its own name.
+pub(super) enum Origin {
+    /// A field of the interface, or all fields of one.
+    Field(&'static str),
+    /// A number that the interface does not have.
+    Number(f64),
+    /// A text that the interface does not have.
+    Text(&'static str),
+    /// The name of an enumeration's constant, in lower case.
+    Name(&'static str),
+    /// Sine of half an angle: what a turn around the vertical is as a quaternion.
+    HalfSine(&'static str),
+    /// Cosine of half an angle.
+    HalfCosine(&'static str),
+    /// A number, or infinity when the truth value is false.
+    When { number: &'static str, holds: &'static str },
+    /// What the last of some steps reaches.
+    Last { first: &'static str, step: &'static str, items: &'static str },
+    /// A time in nanoseconds, or the message's when the truth value holds.
+    Time { time: &'static str, unless: &'static str },
+}
+
+use Origin::{Field, HalfCosine, HalfSine, Last, Name, Number, Text, Time, When};
+
+/// Message, field in it, where that comes from. A rule whose fields the interface does not have is left out.
+pub(super) const RULES: &[(&str, &str, Origin)] = &[
+    ("geometry_msgs/Twist", "linear/x", Field("linear")),
+    ("geometry_msgs/Twist", "angular/z", Field("angular")),
+    ("geometry_msgs/TransformStamped", "header/stamp", Time { time: "time", unless: "fixed" }),
+    ("geometry_msgs/TransformStamped", "header/frame_id", Field("parent")),
+    ("geometry_msgs/TransformStamped", "child_frame_id", Field("child")),
+    ("geometry_msgs/TransformStamped", "transform/translation", Field("translation")),
+    ("geometry_msgs/TransformStamped", "transform/rotation", Field("rotation")),
+    ("nav_msgs/Odometry", "child_frame_id", Text("base_link")),
+    ("nav_msgs/Odometry", "pose/pose/position", Field("pose")),
+    ("nav_msgs/Odometry", "pose/pose/orientation/z", HalfSine("pose/theta")),
+    ("nav_msgs/Odometry", "pose/pose/orientation/w", HalfCosine("pose/theta")),
+    ("nav_msgs/Odometry", "twist/twist/linear/x", Field("twist/linear")),
+    ("nav_msgs/Odometry", "twist/twist/angular/z", Field("twist/angular")),
+    ("sensor_msgs/BatteryState", "temperature", Number(f64::NAN)),
+    ("sensor_msgs/BatteryState", "current", Number(f64::NAN)),
+    ("sensor_msgs/BatteryState", "charge", Number(f64::NAN)),
+    ("sensor_msgs/BatteryState", "capacity", Number(f64::NAN)),
+    ("sensor_msgs/BatteryState", "design_capacity", Number(f64::NAN)),
+    ("sensor_msgs/BatteryState", "percentage", Number(f64::NAN)),
+    ("sensor_msgs/BatteryState", "present", Number(1.0)),
+    ("sensor_msgs/Image", "encoding", Name("format")),
+    (
+        "sensor_msgs/LaserScan",
+        "angle_max",
+        Last { first: "angle_min", step: "angle_increment", items: "ranges" },
+    ),
+    ("sensor_msgs/Range", "range", When { number: "range", holds: "heard" }),
+];
+
+/// Message, its definition without comments.
+const MESSAGES: &[(&str, &str)] = &[
+    ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
+    ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
+    ("geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"),
+    ("geometry_msgs/Pose2D", "float64 x\nfloat64 y\nfloat64 theta\n"),
+    ("geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"),
+    ("geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"),
+    ("geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"),
+    ("geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"),
+    (
+        "geometry_msgs/TransformStamped",
+        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
+    ),
+    ("geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"),
+    ("geometry_msgs/TwistStamped", "std_msgs/Header header\ngeometry_msgs/Twist twist\n"),
+    ("geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"),
+    ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+    (
+        "nav_msgs/Odometry",
+        "std_msgs/Header header\n\
+         string child_frame_id\n\
+         geometry_msgs/PoseWithCovariance pose\n\
+         geometry_msgs/TwistWithCovariance twist\n",
+    ),
+    (
+        "sensor_msgs/BatteryState",
+        "uint8 POWER_SUPPLY_STATUS_UNKNOWN = 0\n\
+         uint8 POWER_SUPPLY_STATUS_CHARGING = 1\n\
+         uint8 POWER_SUPPLY_STATUS_DISCHARGING = 2\n\
+         uint8 POWER_SUPPLY_STATUS_NOT_CHARGING = 3\n\
+         uint8 POWER_SUPPLY_STATUS_FULL = 4\n\
+         uint8 POWER_SUPPLY_HEALTH_UNKNOWN = 0\n\
+         uint8 POWER_SUPPLY_HEALTH_GOOD = 1\n\
+         uint8 POWER_SUPPLY_HEALTH_OVERHEAT = 2\n\
+         uint8 POWER_SUPPLY_HEALTH_DEAD = 3\n\
+         uint8 POWER_SUPPLY_HEALTH_OVERVOLTAGE = 4\n\
+         uint8 POWER_SUPPLY_HEALTH_UNSPEC_FAILURE = 5\n\
+         uint8 POWER_SUPPLY_HEALTH_COLD = 6\n\
+         uint8 POWER_SUPPLY_HEALTH_WATCHDOG_TIMER_EXPIRE = 7\n\
+         uint8 POWER_SUPPLY_HEALTH_SAFETY_TIMER_EXPIRE = 8\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_UNKNOWN = 0\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_NIMH = 1\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LION = 2\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIPO = 3\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIFE = 4\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_NICD = 5\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIMN = 6\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_TERNARY = 7\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_VRLA = 8\n\
+         std_msgs/Header header\n\
+         float32 voltage\n\
+         float32 temperature\n\
+         float32 current\n\
+         float32 charge\n\
+         float32 capacity\n\
+         float32 design_capacity\n\
+         float32 percentage\n\
+         uint8 power_supply_status\n\
+         uint8 power_supply_health\n\
+         uint8 power_supply_technology\n\
+         bool present\n\
+         float32[] cell_voltage\n\
+         float32[] cell_temperature\n\
+         string location\n\
+         string serial_number\n",
+    ),
+    (
+        "sensor_msgs/Image",
+        "std_msgs/Header header\n\
+         uint32 height\n\
+         uint32 width\n\
+         string encoding\n\
+         uint8 is_bigendian\n\
+         uint32 step\n\
+         uint8[] data\n",
+    ),
+    (
+        "sensor_msgs/LaserScan",
+        "std_msgs/Header header\n\
+         float32 angle_min\n\
+         float32 angle_max\n\
+         float32 angle_increment\n\
+         float32 time_increment\n\
+         float32 scan_time\n\
+         float32 range_min\n\
+         float32 range_max\n\
+         float32[] ranges\n\
+         float32[] intensities\n",
+    ),
+    (
+        "sensor_msgs/Range",
+        "uint8 ULTRASOUND=0\n\
+         uint8 INFRARED=1\n\
+         std_msgs/Header header\n\
+         uint8 radiation_type\n\
+         float32 field_of_view\n\
+         float32 min_range\n\
+         float32 max_range\n\
+         float32 range\n\
+         float32 variance\n",
+    ),
+    ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
+];
+
+/// The whole definition of a message such as `std_msgs/Header`, followed by those of the messages in it.
+pub(super) fn text(name: &str) -> Option<String> {
+    let body = |name: &str| MESSAGES.iter().find(|(known, _)| *known == name).map(|(_, body)| *body);
+    let inside = |body: &'static str| {
+        let types = body.lines().filter_map(|line| line.split_whitespace().next());
+        types.filter(|of| of.contains('/')).collect::<Vec<_>>()
+    };
+    let own = body(name)?;
+    let mut text = own.to_owned();
+    let mut waiting = inside(own);
+    waiting.reverse();
+    let mut done = BTreeSet::new();
+    while let Some(next) = waiting.pop() {
+        if done.insert(next) {
+            let body = body(next)?;
+            text.push_str(&format!("{SEPARATOR}\nMSG: {next}\n{body}"));
+            waiting.extend(inside(body).into_iter().rev());
+        }
+    }
+    Some(text)
+}

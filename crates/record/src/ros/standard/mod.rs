@@ -1,0 +1,161 @@
+mod compiler;
+mod messages;
+mod source;
+
+use slate_blackboard::interface::{Descriptor, Enumeration};
+
+use self::compiler::steps;
+use self::messages::text;
+use self::source::{Scalar, Source, scalar, write, write_name};
+use super::cdr::{Writer, wire_length};
+use super::codec::items;
+use super::{Definition, Error, Primitive, Schema};
+
+/// How a value becomes the message that ROS has for it.
+///
+/// The message has what the value has: fields of the same name, and those that [are the same](standard) by another name. What
+/// the value does not tell is 0, or what the message's definition wants for "unknown".
+#[derive(Debug)]
+pub struct Standard {
+    descriptor: &'static Descriptor,
+    definition: Definition,
+    steps: Vec<Step>,
+}
+
+/// What is appended to a message, one after the other.
+#[derive(Debug)]
+enum Step {
+    Number(Primitive, Number),
+    Text(Text),
+    Stamp(Option<(Place, Place)>),
+    /// A list, with its length before it or without.
+    List {
+        kind: Primitive,
+        counted: bool,
+        count: Items,
+        start: usize,
+        from: Primitive,
+    },
+    /// A list of that many zeros; without a length unless it is empty.
+    Zeros(Primitive, Option<usize>),
+    /// A message without fields.
+    Empty,
+}
+
+/// A number in a value: its type and offset.
+#[derive(Clone, Copy, Debug)]
+struct Place(Primitive, usize);
+
+#[derive(Debug)]
+enum Number {
+    Constant(f64),
+    Field(Place),
+    HalfSine(Place),
+    HalfCosine(Place),
+    When { number: Place, holds: Place },
+    Last { first: Place, step: Place, items: Items },
+}
+
+#[derive(Debug)]
+enum Text {
+    Constant(&'static str),
+    Frame,
+    /// Offset and capacity.
+    Field(usize, usize),
+    Name(Place, &'static Enumeration),
+}
+
+/// How many items a list of a value has.
+#[derive(Clone, Copy, Debug)]
+enum Items {
+    Fixed(usize),
+    /// The offset of its length, and its capacity.
+    Counted(usize, usize),
+    Tail,
+}
+
+/// The message that the interface says it is (`ros = "sensor_msgs/msg/LaserScan"`).
+///
+/// Returns nothing when it says none, or one that is not known here, or its fields don't fit that.
+///
+/// | message | what is not a field of the same name |
+/// |---|---|
+/// | all | `header` has the time and the frame that are given; covariances are 0, which means unknown |
+/// | `sensor_msgs/LaserScan` | `angle_max` is the direction of the last beam |
+/// | `sensor_msgs/Image` | `encoding` is the name of `format` in lower case |
+/// | `sensor_msgs/Range` | `range` is infinite when nothing was heard |
+/// | `sensor_msgs/BatteryState` | what is not measured is NaN |
+/// | `nav_msgs/Odometry` | a turn in the plane is one around z; the child is `base_link` |
+/// | `geometry_msgs/Twist` | forward is x, turning is around z |
+/// | `geometry_msgs/TransformStamped` | `header` has the value's own parent, and its own time unless it is fixed |
+pub fn standard(descriptor: &'static Descriptor) -> Option<Standard> {
+    let (package, name) = descriptor.ros.split_once("/msg/")?;
+    let short = format!("{package}/{name}");
+    let text = text(&short)?;
+    let schema = Schema::parse(descriptor.ros, &text).ok()?;
+    let steps = steps(descriptor, &short, &schema)?;
+    let definition = Definition { name: descriptor.ros.into(), text };
+    Some(Standard { descriptor, definition, steps })
+}
+
+impl Standard {
+    /// The message, as ROS defines it, without the comments.
+    pub fn definition(&self) -> &Definition {
+        &self.definition
+    }
+
+    /// Appends the message of a value: little-endian CDR with its header. Nothing is allocated when `out` has room.
+    ///
+    /// `bytes` is the value as it lies in memory, with its tail; `stamp` is its time in nanoseconds, and `frame` what it is told
+    /// in, such as `base_link`: they are the `header` of messages that have one.
+    ///
+    /// # Errors
+    /// When `bytes` is no value of the interface; `out` is unchanged then.
+    pub fn encode(&self, bytes: &[u8], stamp: u64, frame: &str, out: &mut Vec<u8>) -> Result<(), Error> {
+        let tail = items(self.descriptor, bytes)?;
+        wire_length(bytes.len())?;
+        wire_length(frame.len() + 1)?;
+        let value = Source { bytes, tail };
+        let mut writer = Writer::new(out);
+        for step in &self.steps {
+            match step {
+                Step::Number(kind, number) => write(&mut writer, *kind, value.number(number)),
+                Step::Stamp(own) => {
+                    let own = own.as_ref().filter(|(_, unless)| !value.holds(unless));
+                    let stamp = own.map_or(i128::from(stamp), |(time, _)| match value.read(time) {
+                        Scalar::Whole(time) => time,
+                        Scalar::Float(time) => time as i128,
+                    });
+                    let second = 1_000_000_000;
+                    write(&mut writer, Primitive::I32, Scalar::Whole(stamp.div_euclid(second)));
+                    write(&mut writer, Primitive::U32, Scalar::Whole(stamp.rem_euclid(second)));
+                }
+                Step::Text(Text::Frame) => writer.text(frame)?,
+                Step::Text(Text::Constant(text)) => writer.text(text)?,
+                Step::Text(Text::Field(offset, capacity)) => writer.text(value.text(*offset, *capacity))?,
+                Step::Text(Text::Name(place, enumeration)) => {
+                    write_name(&mut writer, value.read(place), enumeration)?
+                }
+                Step::List { kind, counted, count, start, from } => {
+                    let count = value.count(*count);
+                    if *counted {
+                        writer.length(wire_length(count)?);
+                    }
+                    let memory = &bytes[*start..*start + count * from.size()];
+                    // The bytes of a truth value may be others than 0 and 1.
+                    if kind == from && *kind != Primitive::Bool {
+                        writer.numbers(memory, kind.size());
+                    } else {
+                        for number in memory.chunks_exact(from.size()) {
+                            write(&mut writer, *kind, scalar(*from, number));
+                        }
+                    }
+                }
+                Step::Zeros(_, None) => writer.length(0),
+                Step::Zeros(kind, Some(count)) => writer.zeros(*count, kind.size()),
+                Step::Empty => writer.byte(0),
+            }
+        }
+        Ok(())
+    }
+}

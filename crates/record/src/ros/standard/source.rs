@@ -1,0 +1,125 @@
+use slate_blackboard::interface::Enumeration;
+
+use super::{Error, Items, Number, Place, Primitive};
+use crate::ros::Value;
+use crate::ros::cdr::{Writer, wire_length};
+
+/// A number on its way from one type to another.
+#[derive(Clone, Copy)]
+pub(super) enum Scalar {
+    Whole(i128),
+    Float(f64),
+}
+
+impl Scalar {
+    fn float(self) -> f64 {
+        match self {
+            Self::Whole(number) => number as f64,
+            Self::Float(number) => number,
+        }
+    }
+}
+
+pub(super) fn scalar(kind: Primitive, memory: &[u8]) -> Scalar {
+    match kind.value(memory) {
+        Value::Bool(value) => Scalar::Whole(value.into()),
+        Value::Signed(number) => Scalar::Whole(number.into()),
+        Value::Unsigned(number) => Scalar::Whole(number.into()),
+        Value::Single(number) => Scalar::Float(number.into()),
+        Value::Double(number) => Scalar::Float(number),
+        _ => Scalar::Whole(0),
+    }
+}
+
+/// Writes the nearest that the type can hold.
+pub(super) fn write(writer: &mut Writer<'_>, kind: Primitive, number: Scalar) {
+    match kind {
+        Primitive::F32 => writer.numbers(&(number.float() as f32).to_ne_bytes(), 4),
+        Primitive::F64 => writer.numbers(&number.float().to_ne_bytes(), 8),
+        Primitive::Bool => writer.byte(u8::from(number.float() != 0.0)),
+        whole => {
+            let number = match number {
+                Scalar::Whole(number) => number,
+                Scalar::Float(number) => number as i128,
+            };
+            let number = number.clamp(*whole.range().start(), *whole.range().end());
+            match whole.size() {
+                1 => writer.byte(number as u8),
+                2 => writer.numbers(&(number as u16).to_ne_bytes(), 2),
+                4 => writer.numbers(&(number as u32).to_ne_bytes(), 4),
+                _ => writer.numbers(&(number as u64).to_ne_bytes(), 8),
+            }
+        }
+    }
+}
+
+pub(super) fn write_name(
+    writer: &mut Writer<'_>,
+    number: Scalar,
+    enumeration: &Enumeration,
+) -> Result<(), Error> {
+    let constant = enumeration.constants.iter().find(|constant| match number {
+        Scalar::Whole(number) => i128::from(constant.value) == number,
+        Scalar::Float(_) => false,
+    });
+    let name = constant.map_or("", |constant| constant.name);
+    writer.length(wire_length(name.len() + 1)?);
+    for letter in name.bytes() {
+        writer.byte(letter.to_ascii_lowercase());
+    }
+    writer.byte(0);
+    Ok(())
+}
+
+/// A value that steps read.
+pub(super) struct Source<'a> {
+    pub bytes: &'a [u8],
+    pub tail: usize,
+}
+
+impl Source<'_> {
+    pub fn read(&self, place: &Place) -> Scalar {
+        scalar(place.0, &self.bytes[place.1..])
+    }
+
+    pub fn holds(&self, place: &Place) -> bool {
+        self.read(place).float() != 0.0
+    }
+
+    pub fn count(&self, items: Items) -> usize {
+        match items {
+            Items::Fixed(count) => count,
+            Items::Counted(offset, capacity) => self.length(offset).min(capacity),
+            Items::Tail => self.tail,
+        }
+    }
+
+    fn length(&self, offset: usize) -> usize {
+        scalar(Primitive::U32, &self.bytes[offset..]).float() as usize
+    }
+
+    pub fn text(&self, offset: usize, capacity: usize) -> &str {
+        let bytes = &self.bytes[offset + 4..][..self.length(offset).min(capacity)];
+        match std::str::from_utf8(bytes) {
+            Ok(text) => text,
+            // The part before the first bad byte is valid by the error's contract.
+            Err(error) => std::str::from_utf8(&bytes[..error.valid_up_to()]).unwrap_or_default(),
+        }
+    }
+
+    pub fn number(&self, number: &Number) -> Scalar {
+        let float = |place: &Place| self.read(place).float();
+        match number {
+            Number::Constant(number) => Scalar::Float(*number),
+            Number::Field(place) => self.read(place),
+            Number::HalfSine(place) => Scalar::Float(libm::sin(float(place) / 2.0)),
+            Number::HalfCosine(place) => Scalar::Float(libm::cos(float(place) / 2.0)),
+            Number::When { number, holds } if self.holds(holds) => self.read(number),
+            Number::When { .. } => Scalar::Float(f64::INFINITY),
+            Number::Last { first, step, items } => {
+                let steps = self.count(*items).saturating_sub(1);
+                Scalar::Float(float(first) + float(step) * steps as f64)
+            }
+        }
+    }
+}

@@ -1,0 +1,353 @@
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use slate_blackboard::interface::Kind;
+
+/// What a message holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A truth value.
+    Bool(bool),
+    /// A whole number with a sign.
+    Signed(i64),
+    /// A whole number without a sign.
+    Unsigned(u64),
+    /// A number of 32 bits.
+    Single(f32),
+    /// A number of 64 bits.
+    Double(f64),
+    /// Text.
+    Text(Box<str>),
+    /// A list of numbers or truth values.
+    Numbers(Numbers),
+    /// A list of texts or messages.
+    List(Vec<Value>),
+    /// A message.
+    Map(Map),
+}
+
+/// A message: its fields in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    names: Arc<Vec<String>>,
+    values: Vec<Value>,
+}
+
+impl Map {
+    pub(super) fn new(names: Arc<Vec<String>>, values: Vec<Value>) -> Self {
+        Self { names, values }
+    }
+
+    /// The field of that name.
+    pub fn get(&self, name: &str) -> Option<&Value> {
+        self.iter().find(|(other, _)| *other == name).map(|(_, value)| value)
+    }
+
+    /// Names and values.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Value)> {
+        self.names.iter().map(String::as_str).zip(&self.values)
+    }
+}
+
+/// A list of numbers of one type, which takes no more memory than in the message.
+#[derive(Clone, PartialEq)]
+pub struct Numbers {
+    kind: Primitive,
+    memory: Vec<u8>,
+}
+
+impl Numbers {
+    pub(super) fn new(kind: Primitive, memory: Vec<u8>) -> Self {
+        Self { kind, memory }
+    }
+
+    /// What they are.
+    pub fn kind(&self) -> Primitive {
+        self.kind
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.memory.len() / self.kind.size()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.memory.is_empty()
+    }
+
+    /// All of them as they lie in memory: the pixels of an image, for example.
+    pub fn bytes(&self) -> &[u8] {
+        &self.memory
+    }
+
+    /// One of them.
+    pub fn get(&self, index: usize) -> Option<Value> {
+        let start = index.checked_mul(self.kind.size())?;
+        let bytes = self.memory.get(start..start.checked_add(self.kind.size())?)?;
+        Some(self.kind.value(bytes))
+    }
+
+    /// One after the other.
+    pub fn iter(&self) -> impl Iterator<Item = Value> {
+        self.memory.chunks_exact(self.kind.size()).map(|bytes| self.kind.value(bytes))
+    }
+}
+
+impl fmt::Debug for Numbers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.iter()).finish()
+    }
+}
+
+/// The type of a number or truth value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Primitive {
+    /// Truth value, one byte.
+    Bool,
+    /// Unsigned, 8 bits.
+    U8,
+    /// Unsigned, 16 bits.
+    U16,
+    /// Unsigned, 32 bits.
+    U32,
+    /// Unsigned, 64 bits.
+    U64,
+    /// Signed, 8 bits.
+    I8,
+    /// Signed, 16 bits.
+    I16,
+    /// Signed, 32 bits.
+    I32,
+    /// Signed, 64 bits.
+    I64,
+    /// IEEE 754, 32 bits.
+    F32,
+    /// IEEE 754, 64 bits.
+    F64,
+}
+
+impl Primitive {
+    /// How many bytes it takes.
+    pub fn size(self) -> usize {
+        match self {
+            Self::Bool | Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+        }
+    }
+
+    /// What ROS calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bool => "bool",
+            Self::U8 => "uint8",
+            Self::U16 => "uint16",
+            Self::U32 => "uint32",
+            Self::U64 => "uint64",
+            Self::I8 => "int8",
+            Self::I16 => "int16",
+            Self::I32 => "int32",
+            Self::I64 => "int64",
+            Self::F32 => "float32",
+            Self::F64 => "float64",
+        }
+    }
+
+    pub(super) fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "bool" => Self::Bool,
+            // In ROS 2, all three are the same.
+            "uint8" | "byte" | "char" => Self::U8,
+            "uint16" => Self::U16,
+            "uint32" => Self::U32,
+            "uint64" => Self::U64,
+            "int8" => Self::I8,
+            "int16" => Self::I16,
+            "int32" => Self::I32,
+            "int64" => Self::I64,
+            "float32" => Self::F32,
+            "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Nothing for what is neither a number nor a truth value.
+    pub(super) fn of(kind: &Kind) -> Option<Self> {
+        Some(match kind {
+            Kind::Bool => Self::Bool,
+            Kind::U8 => Self::U8,
+            Kind::U16 => Self::U16,
+            Kind::U32 => Self::U32,
+            Kind::U64 => Self::U64,
+            Kind::I8 => Self::I8,
+            Kind::I16 => Self::I16,
+            Kind::I32 => Self::I32,
+            Kind::I64 => Self::I64,
+            Kind::F32 => Self::F32,
+            Kind::F64 => Self::F64,
+            Kind::Enumeration(enumeration) => return Self::of(&enumeration.carrier),
+            _ => return None,
+        })
+    }
+
+    pub(super) fn is_whole(self) -> bool {
+        !matches!(self, Self::Bool | Self::F32 | Self::F64)
+    }
+
+    /// The whole numbers that it can hold.
+    pub(super) fn range(self) -> RangeInclusive<i128> {
+        match self {
+            Self::Bool => 0..=1,
+            Self::U8 => 0..=u8::MAX.into(),
+            Self::U16 => 0..=u16::MAX.into(),
+            Self::U32 => 0..=u32::MAX.into(),
+            Self::U64 => 0..=u64::MAX.into(),
+            Self::I8 => i8::MIN.into()..=i8::MAX.into(),
+            Self::I16 => i16::MIN.into()..=i16::MAX.into(),
+            Self::I32 => i32::MIN.into()..=i32::MAX.into(),
+            Self::I64 | Self::F32 | Self::F64 => i64::MIN.into()..=i64::MAX.into(),
+        }
+    }
+
+    /// The value of as many bytes of memory as it has.
+    pub(super) fn value(self, bytes: &[u8]) -> Value {
+        macro_rules! number {
+            ($type:ty) => {{
+                let mut memory = [0; size_of::<$type>()];
+                memory.copy_from_slice(&bytes[..size_of::<$type>()]);
+                <$type>::from_ne_bytes(memory)
+            }};
+        }
+        match self {
+            Self::Bool => Value::Bool(bytes[0] != 0),
+            Self::U8 => Value::Unsigned(bytes[0].into()),
+            Self::U16 => Value::Unsigned(number!(u16).into()),
+            Self::U32 => Value::Unsigned(number!(u32).into()),
+            Self::U64 => Value::Unsigned(number!(u64)),
+            Self::I8 => Value::Signed(number!(i8).into()),
+            Self::I16 => Value::Signed(number!(i16).into()),
+            Self::I32 => Value::Signed(number!(i32).into()),
+            Self::I64 => Value::Signed(number!(i64)),
+            Self::F32 => Value::Single(number!(f32)),
+            Self::F64 => Value::Double(number!(f64)),
+        }
+    }
+}
+
+impl Value {
+    /// The field of a message.
+    pub fn get(&self, name: &str) -> Option<&Value> {
+        match self {
+            Self::Map(map) => map.get(name),
+            _ => None,
+        }
+    }
+
+    /// What is found at a path such as `pose/position/x` or `ranges/3`; the value itself for an empty one.
+    pub fn at(&self, path: &str) -> Option<Value> {
+        if path.is_empty() {
+            return Some(self.clone());
+        }
+        let (first, rest) = path.split_once('/').unwrap_or((path, ""));
+        match self {
+            Self::Map(map) => map.get(first)?.at(rest),
+            Self::List(items) => items.get(first.parse::<usize>().ok()?)?.at(rest),
+            Self::Numbers(numbers) if rest.is_empty() => numbers.get(first.parse().ok()?),
+            _ => None,
+        }
+    }
+
+    /// A number of any type.
+    pub fn as_f64(&self) -> Option<f64> {
+        match self {
+            Self::Signed(number) => Some(*number as f64),
+            Self::Unsigned(number) => Some(*number as f64),
+            Self::Single(number) => Some((*number).into()),
+            Self::Double(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// A whole number.
+    pub fn as_integer(&self) -> Option<i128> {
+        match self {
+            Self::Signed(number) => Some((*number).into()),
+            Self::Unsigned(number) => Some((*number).into()),
+            _ => None,
+        }
+    }
+
+    /// Text.
+    pub fn as_str(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// A truth value.
+    pub fn as_bool(&self) -> Option<bool> {
+        match self {
+            Self::Bool(value) => Some(*value),
+            _ => None,
+        }
+    }
+}
+
+impl Serialize for Value {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Bool(value) => serializer.serialize_bool(*value),
+            Self::Signed(value) => serializer.serialize_i64(*value),
+            Self::Unsigned(value) => serializer.serialize_u64(*value),
+            Self::Single(value) => serializer.serialize_f32(*value),
+            Self::Double(value) => serializer.serialize_f64(*value),
+            Self::Text(value) => serializer.serialize_str(value),
+            Self::Numbers(numbers) => serializer.collect_seq(numbers.iter()),
+            Self::List(items) => serializer.collect_seq(items),
+            Self::Map(fields) => {
+                let mut map = serializer.serialize_map(Some(fields.values.len()))?;
+                for (name, value) in fields.iter() {
+                    map.serialize_entry(name, value)?;
+                }
+                map.end()
+            }
+        }
+    }
+}
+
+/// As values of the blackboard are written: `{ x = 1.5, names = ["a", "b"] }`.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool(value) => value.fmt(f),
+            Self::Signed(value) => value.fmt(f),
+            Self::Unsigned(value) => value.fmt(f),
+            Self::Single(value) => value.fmt(f),
+            Self::Double(value) => value.fmt(f),
+            Self::Text(value) => write!(f, "{value:?}"),
+            Self::Numbers(numbers) => list(f, numbers.iter()),
+            Self::List(items) => list(f, items.iter()),
+            Self::Map(map) => {
+                f.write_str("{")?;
+                for (i, (name, value)) in map.iter().enumerate() {
+                    write!(f, "{}{name} = {value}", if i == 0 { " " } else { ", " })?;
+                }
+                f.write_str(" }")
+            }
+        }
+    }
+}
+
+fn list(f: &mut fmt::Formatter<'_>, items: impl Iterator<Item = impl fmt::Display>) -> fmt::Result {
+    f.write_str("[")?;
+    for (i, item) in items.enumerate() {
+        write!(f, "{}{item}", if i == 0 { "" } else { ", " })?;
+    }
+    f.write_str("]")
+}

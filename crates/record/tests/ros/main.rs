@@ -1,0 +1,10 @@
+//! Values as ROS 2 messages.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first surprise")]
+#![allow(missing_docs, reason = "the interfaces here are read by nobody")]
+
+mod codec;
+mod definition;
+mod interfaces;
+mod others;
+mod schema;
+mod standard;

@@ -1,0 +1,191 @@
+//! What programs that are not ours read from our messages, and what we read from theirs.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::{Mutex, PoisonError};
+
+use mcap::WriteOptions;
+use mcap::records::MessageHeader;
+use serde_json::{Value as Json, json};
+use slate_interfaces::LaserScan;
+use slate_module::blackboard::interface::Interface;
+use slate_record::ros::{Definition, Schema, Value, definition, encode, standard};
+
+use crate::interfaces::{all, value};
+
+/// Read by these, of which others are made.
+const PACKAGES: [&str; 3] = ["mcap==1.6.0", "mcap-ros2-support==0.6.0", "rosbags==0.11.9"];
+
+fn run(command: &mut Command, advice: &str) -> Output {
+    match command.output() {
+        Ok(output) if output.status.success() => output,
+        Ok(output) => panic!("{advice}\n{command:?}\n{}", String::from_utf8_lossy(&output.stderr)),
+        Err(error) => panic!("{advice}\n{command:?}: {error}"),
+    }
+}
+
+/// A Python that has the packages.
+fn python() -> PathBuf {
+    // Made once, though tests run beside each other.
+    static MAKING: Mutex<()> = Mutex::new(());
+    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros-python");
+    let python = folder.join("bin/python");
+    let marker = folder.join("packages");
+    let wanted = PACKAGES.join("\n");
+    let works =
+        || Command::new(&python).arg("--version").output().is_ok_and(|output| output.status.success());
+    if std::fs::read_to_string(&marker).is_ok_and(|found| found == wanted) && works() {
+        return python;
+    }
+    run(
+        Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder),
+        "this test needs Python with virtual environments: apt-get install python3-venv",
+    );
+    run(
+        Command::new(&python)
+            .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
+            .args(PACKAGES),
+        "this test needs packages of PyPI, so it needs a network the first time",
+    );
+    std::fs::write(&marker, wanted).unwrap();
+    python
+}
+
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros").join(name)
+}
+
+/// A value as JSON, as the scripts print it.
+fn tree(value: &Value) -> Json {
+    let float = |number: f64| match number {
+        number if number.is_nan() => json!("nan"),
+        number if number.is_infinite() => json!(if number > 0.0 { "inf" } else { "-inf" }),
+        number => json!(number),
+    };
+    match value {
+        Value::Bool(value) => json!(value),
+        Value::Signed(number) => json!(number),
+        Value::Unsigned(number) => json!(number),
+        Value::Single(number) => float((*number).into()),
+        Value::Double(number) => float(*number),
+        Value::Text(text) => json!(text),
+        Value::Numbers(numbers) => numbers.iter().map(|number| tree(&number)).collect(),
+        Value::List(items) => items.iter().map(tree).collect(),
+        Value::Map(map) => Json::Object(map.iter().map(|(name, value)| (name.into(), tree(value))).collect()),
+    }
+}
+
+/// A file as it grows, and what its channels hold.
+struct File {
+    writer: mcap::Writer<Cursor<Vec<u8>>>,
+    expected: BTreeMap<String, Vec<Json>>,
+}
+
+impl File {
+    fn add(&mut self, topic: String, definition: &Definition, messages: &[Vec<u8>]) {
+        let schema = self.writer.add_schema(&definition.name, "ros2msg", definition.text.as_bytes()).unwrap();
+        let channel = self.writer.add_channel(schema, &topic, "cdr", &BTreeMap::new()).unwrap();
+        let reader = Schema::parse(&definition.name, &definition.text).unwrap();
+        let mut values = Vec::new();
+        for (i, message) in messages.iter().enumerate() {
+            let time = i as u64;
+            let header =
+                MessageHeader { channel_id: channel, sequence: i as u32, log_time: time, publish_time: time };
+            self.writer.write_to_known_channel(&header, message).unwrap();
+            values.push(tree(&reader.decode(message).unwrap()));
+        }
+        self.expected.insert(topic, values);
+    }
+}
+
+#[test]
+fn two_libraries_of_others_read_all_interfaces_in_both_forms() {
+    let options = WriteOptions::new().compression(None).profile("ros2");
+    let mut file = File { writer: options.create(Cursor::default()).unwrap(), expected: BTreeMap::new() };
+    for descriptor in all() {
+        let zeros = vec![0; descriptor.size];
+        let values = [value(descriptor, 0, 1), value(descriptor, 3, 2), value(descriptor, 2, 3), zeros];
+        let messages = values.each_ref().map(|bytes| {
+            let mut message = Vec::new();
+            encode(descriptor, bytes, &mut message).unwrap();
+            message
+        });
+        file.add(format!("/lossless/{}", descriptor.name), &definition(descriptor), &messages);
+        if let Some(standard) = standard(descriptor) {
+            let messages = values.each_ref().map(|bytes| {
+                let mut message = Vec::new();
+                standard.encode(bytes, 1_500_000_000, "map", &mut message).unwrap();
+                message
+            });
+            file.add(format!("/standard/{}", descriptor.name), standard.definition(), &messages);
+        }
+    }
+    // What all readers, this crate's too, could get wrong together.
+    let mut scan = Vec::new();
+    for number in [-1.0_f64, 0.5, 0.25, 8.0] {
+        scan.extend(number.to_ne_bytes());
+    }
+    scan.extend(1.5_f32.to_ne_bytes());
+    scan.extend(f32::INFINITY.to_ne_bytes());
+    let laser = standard(LaserScan::DESCRIPTOR).unwrap();
+    let mut message = Vec::new();
+    laser.encode(&scan, 1_500_000_000, "laser", &mut message).unwrap();
+    file.add("/scan".into(), laser.definition(), &[message]);
+    let read = json!({
+        "header": { "stamp": { "sec": 1, "nanosec": 500_000_000 }, "frame_id": "laser" },
+        "angle_min": -1.0, "angle_max": -0.5, "angle_increment": 0.5, "time_increment": 0.0, "scan_time": 0.0,
+        "range_min": 0.25, "range_max": 8.0, "ranges": [1.5, "inf"], "intensities": [],
+    });
+    assert_eq!(file.expected["/scan"], [read]);
+
+    file.writer.finish().unwrap();
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros.mcap");
+    std::fs::write(&path, file.writer.into_inner().into_inner()).unwrap();
+    let output = run(Command::new(python()).arg(script("read.py")).arg(&path), "others can't read the file");
+    let mut found: BTreeMap<(String, String), Vec<Json>> = BTreeMap::new();
+    for line in String::from_utf8(output.stdout).unwrap().lines() {
+        let mut line: Json = serde_json::from_str(line).unwrap();
+        let key = |name: &str| line[name].as_str().unwrap().to_owned();
+        found.entry((key("reader"), key("topic"))).or_default().push(line["value"].take());
+    }
+    for reader in ["mcap", "rosbags"] {
+        for (topic, expected) in &file.expected {
+            assert_eq!(found.get(&(reader.into(), topic.clone())), Some(expected), "{reader} {topic}");
+        }
+    }
+}
+
+#[test]
+fn messages_of_all_types_that_ros_brings_are_read_as_others_wrote_them() {
+    let mut command = Command::new(python());
+    // It would write beside the script.
+    command.env("PYTHONDONTWRITEBYTECODE", "1").arg(script("write.py"));
+    let output = run(&mut command, "others can't write messages");
+    let own: BTreeMap<String, Definition> = all()
+        .into_iter()
+        .filter_map(standard)
+        .map(|standard| (standard.definition().name.clone(), standard.definition().clone()))
+        .collect();
+    let (mut read, mut same) = (0, 0);
+    for line in String::from_utf8(output.stdout).unwrap().lines() {
+        let line: Json = serde_json::from_str(line).unwrap();
+        let (name, text) = (line["name"].as_str().unwrap(), line["text"].as_str().unwrap());
+        let theirs = Schema::parse(name, text).unwrap();
+        let ours = own.get(name).map(|definition| Schema::parse(name, &definition.text).unwrap());
+        for message in line["messages"].as_array().unwrap() {
+            let message: Vec<u8> = serde_json::from_value(message.clone()).unwrap();
+            assert_eq!(tree(&theirs.decode(&message).unwrap()), line["value"], "{name}");
+            // The definitions that come with this crate are those of ROS.
+            if let Some(ours) = &ours {
+                assert_eq!(tree(&ours.decode(&message).unwrap()), line["value"], "{name}");
+                same += 1;
+            }
+        }
+        read += 1;
+    }
+    assert!(read > 150, "{read}");
+    assert_eq!(same, 2 * own.len());
+}

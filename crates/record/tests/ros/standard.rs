@@ -1,0 +1,212 @@
+use slate_interfaces::{
+    Echo, Image, ImageFormat, LaserScan, Odometry, Point2, Pose2, Position, Quaternion, SonarScan, Transform,
+    Twist2,
+};
+use slate_module::blackboard::interface::{Descriptor, Interface, View};
+use slate_module::interface;
+use slate_record::ros::{Schema, Value, standard};
+
+use crate::interfaces::{Battery, all, value};
+
+/// The standard message of a value, as its own definition reads it.
+fn message(descriptor: &'static Descriptor, bytes: &[u8]) -> Value {
+    let standard = standard(descriptor).unwrap();
+    let mut message = Vec::new();
+    standard.encode(bytes, 12_000_000_034, "base_link", &mut message).unwrap();
+    let definition = standard.definition();
+    assert_eq!(definition.name, descriptor.ros);
+    Schema::parse(&definition.name, &definition.text).unwrap().decode(&message).unwrap()
+}
+
+fn of<T: Interface>(value: &T) -> String {
+    message(T::DESCRIPTOR, View::of(value).bytes()).to_string()
+}
+
+const HEADER: &str = "header = { stamp = { sec = 12, nanosec = 34 }, frame_id = \"base_link\" }";
+
+#[test]
+fn poses_and_motions_in_the_plane_become_those_in_space() {
+    assert_eq!(of(&Pose2 { x: 1.0, y: 2.0, theta: 3.0 }), "{ x = 1, y = 2, theta = 3 }");
+    assert_eq!(of(&Position { x: 1.0, y: 2.0, z: 3.0 }), "{ x = 1, y = 2, z = 3 }");
+    assert_eq!(of(&Quaternion::IDENTITY), "{ x = 0, y = 0, z = 0, w = 1 }");
+    assert_eq!(
+        of(&Twist2 { linear: 0.5, angular: -1.0 }),
+        "{ linear = { x = 0.5, y = 0, z = 0 }, angular = { x = 0, y = 0, z = -1 } }"
+    );
+    let odometry = Odometry {
+        pose: Pose2 { x: 1.0, y: 2.0, theta: std::f64::consts::PI },
+        twist: Twist2 { linear: 0.5, angular: -1.0 },
+    };
+    let value = message(Odometry::DESCRIPTOR, View::of(&odometry).bytes());
+    assert_eq!(value.get("child_frame_id").unwrap().as_str(), Some("base_link"));
+    assert_eq!(value.at("pose/pose/position").unwrap().to_string(), "{ x = 1, y = 2, z = 0 }");
+    assert_eq!(value.at("pose/pose/orientation/z").unwrap().as_f64(), Some(1.0));
+    assert!(value.at("pose/pose/orientation/w").unwrap().as_f64().unwrap().abs() < 1e-15);
+    assert_eq!(
+        value.at("twist/twist").unwrap().to_string(),
+        "{ linear = { x = 0.5, y = 0, z = 0 }, angular = { x = 0, y = 0, z = -1 } }"
+    );
+    let Some(Value::Numbers(covariance)) = value.at("pose/covariance") else { panic!("{value}") };
+    assert_eq!(covariance.len(), 36);
+}
+
+#[test]
+fn a_scan_says_where_it_ends() {
+    let mut bytes = Vec::new();
+    for number in [-1.0_f64, 0.5, 0.25, 8.0] {
+        bytes.extend(number.to_ne_bytes());
+    }
+    for range in [1.0_f32, f32::INFINITY, 3.0, 4.0] {
+        bytes.extend(range.to_ne_bytes());
+    }
+    assert_eq!(
+        message(LaserScan::DESCRIPTOR, &bytes).to_string(),
+        format!(
+            "{{ {HEADER}, angle_min = -1, angle_max = 0.5, angle_increment = 0.5, time_increment = 0, \
+             scan_time = 0, range_min = 0.25, range_max = 8, ranges = [1, inf, 3, 4], intensities = [] }}"
+        )
+    );
+    let empty = message(LaserScan::DESCRIPTOR, &bytes[..32]);
+    assert_eq!(empty.get("angle_max").unwrap().as_f64(), Some(-1.0));
+}
+
+#[test]
+fn an_image_names_its_encoding() {
+    let image = |format: u8| {
+        let mut bytes = Vec::new();
+        for number in [2_u32, 1, 6] {
+            bytes.extend(number.to_ne_bytes());
+        }
+        bytes.extend([format, 0, 0, 0, 1, 2, 3, 4, 5, 6]);
+        message(Image::DESCRIPTOR, &bytes)
+    };
+    assert_eq!(ImageFormat::RGB8, ImageFormat(1));
+    assert_eq!(
+        image(1).to_string(),
+        format!(
+            "{{ {HEADER}, height = 1, width = 2, encoding = \"rgb8\", is_bigendian = 0, step = 6, \
+             data = [1, 2, 3, 4, 5, 6] }}"
+        )
+    );
+    assert_eq!(image(0).get("encoding").unwrap().as_str(), Some("mono8"));
+    assert_eq!(image(9).get("encoding").unwrap().as_str(), Some(""));
+}
+
+#[test]
+fn an_echo_that_was_not_heard_is_out_of_range() {
+    let echo = |heard: bool| {
+        let echo = Echo { range: 2.5, heard: heard.into(), reserved: [0; 7] };
+        message(Echo::DESCRIPTOR, View::of(&echo).bytes()).get("range").unwrap().as_f64()
+    };
+    assert_eq!((echo(true), echo(false)), (Some(2.5), Some(f64::INFINITY)));
+}
+
+#[test]
+fn what_a_battery_does_not_measure_is_not_a_number() {
+    let battery = message(Battery::DESCRIPTOR, View::of(&Battery { voltage: 12.5 }).bytes());
+    let number = |name: &str| battery.get(name).unwrap().as_f64().unwrap();
+    assert_eq!(number("voltage"), 12.5);
+    assert!(
+        ["temperature", "current", "charge", "capacity", "percentage"]
+            .iter()
+            .all(|name| number(name).is_nan())
+    );
+    assert_eq!(battery.get("present").unwrap().as_bool(), Some(true));
+}
+
+#[test]
+fn a_transform_has_its_own_frames_and_time_unless_it_is_fixed() {
+    let transform = |fixed: bool| Transform {
+        time: 7_000_000_008,
+        parent: "odom".into(),
+        child: "laser".into(),
+        translation: Position { x: 1.0, y: 2.0, z: 3.0 },
+        rotation: Quaternion::IDENTITY,
+        fixed: fixed.into(),
+        reserved: [0; 7],
+    };
+    let rest = "child_frame_id = \"laser\", transform = { translation = { x = 1, y = 2, z = 3 }, \
+                rotation = { x = 0, y = 0, z = 0, w = 1 } } }";
+    assert_eq!(
+        of(&transform(false)),
+        format!("{{ header = {{ stamp = {{ sec = 7, nanosec = 8 }}, frame_id = \"odom\" }}, {rest}")
+    );
+    assert_eq!(
+        of(&transform(true)),
+        format!("{{ header = {{ stamp = {{ sec = 12, nanosec = 34 }}, frame_id = \"odom\" }}, {rest}")
+    );
+}
+
+/// Laid out like the message of ROS, unlike [`Twist2`].
+#[interface(ros = "geometry_msgs/msg/Twist")]
+struct FullTwist {
+    pub linear: Position,
+    pub angular: Position,
+}
+
+#[interface(ros = "geometry_msgs/msg/Vector3")]
+struct Numbers {
+    pub x: f32,
+    pub y: i16,
+    pub z: u16,
+}
+
+#[interface(ros = "geometry_msgs/msg/Vector3")]
+struct Nothing3 {
+    pub a: f64,
+}
+
+#[interface(ros = "geometry_msgs/msg/Vector3")]
+struct Unfit {
+    pub x: Point2,
+}
+
+#[interface(ros = "other_msgs/msg/Thing")]
+struct Unknown {
+    pub x: f64,
+}
+
+#[test]
+fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
+    let twist = FullTwist {
+        linear: Position { x: 1.0, y: 2.0, z: 3.0 },
+        angular: Position { x: 4.0, y: 5.0, z: 6.0 },
+    };
+    assert_eq!(of(&twist), "{ linear = { x = 1, y = 2, z = 3 }, angular = { x = 4, y = 5, z = 6 } }");
+    assert_eq!(of(&Numbers { x: 0.5, y: -3, z: 9 }), "{ x = 0.5, y = -3, z = 9 }");
+    for descriptor in [Nothing3::DESCRIPTOR, Unfit::DESCRIPTOR, Unknown::DESCRIPTOR, SonarScan::DESCRIPTOR] {
+        assert!(standard(descriptor).is_none(), "{}", descriptor.name);
+    }
+}
+
+#[test]
+fn all_interfaces_that_name_a_message_have_it() {
+    let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
+    assert_eq!(named.len(), 11);
+    for descriptor in named {
+        if descriptor.fields.is_empty() {
+            continue;
+        }
+        for seed in 0..50 {
+            message(descriptor, &value(descriptor, 3, seed));
+        }
+        let standard = standard(descriptor).unwrap();
+        let mut out = Vec::new();
+        assert!(standard.encode(&value(descriptor, 0, 0)[1..], 0, "", &mut out).is_err());
+        assert!(out.is_empty());
+    }
+}
+
+#[test]
+fn room_that_is_there_is_enough() {
+    for standard in all().into_iter().filter_map(standard) {
+        let descriptor = all().into_iter().find(|one| one.ros == standard.definition().name).unwrap();
+        let bytes = value(descriptor, 3, 5);
+        let mut out = Vec::new();
+        standard.encode(&bytes, 1, "map", &mut out).unwrap();
+        let (length, place) = (out.len(), out.as_ptr());
+        out.clear();
+        standard.encode(&bytes, 1, "map", &mut out).unwrap();
+        assert_eq!((out.len(), out.as_ptr()), (length, place), "{}", descriptor.name);
+    }
+}
