@@ -31,6 +31,8 @@ pub enum Failure {
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
     WallClock,
+    #[error("a batch is of runs in a simulator, and `{name}` runs on the wall clock: it has no time source")]
+    BatchOnWallClock { name: String },
     #[error("a snapshot is that of one agent, and the file describes several: {}", .agents.join(", "))]
     SeveralResumed { agents: Vec<String> },
     #[error("the agent `{agent}` can't be started: {source}")]
@@ -126,6 +128,10 @@ impl Failure {
             Self::WallClock => {
                 "leave `--rate` out, or give the configuration a time source (`time.source`)".into()
             }
+            Self::BatchOnWallClock { name } => format!(
+                "`slate run {name}` runs it once; for a batch, give the configuration a simulator and make it the \
+                 time source (`time.source`)"
+            ),
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Memory(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
