@@ -7,9 +7,10 @@ use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
-use slate_fuzz::{configuration, knowledge, peer, robot, shared_memory};
+use slate_fuzz::{bag, configuration, knowledge, peer, robot, shared_memory};
 use slate_interfaces::{Image, ImageFormat, LaserScan, Pose2};
 use slate_module::encode_interface;
+use slate_record::bag::Compression;
 use slate_share::encoding::encode;
 use slate_share::knowledge::{Replica, Statement};
 use slate_share::session::{Compression, Encoding};
@@ -28,6 +29,7 @@ fn main() {
     libraries();
     snapshots();
     configurations();
+    recordings();
 }
 
 fn keep(target: &str, name: &str, bytes: &[u8]) {
@@ -412,4 +414,16 @@ fn configurations() {
     changes.push(configuration::REVERT);
     append_counted(b"modules", &mut changes);
     keep("configuration", "changes", &changes);
+}
+
+/// Recordings, whole, cut and with a wrong bit.
+fn recordings() {
+    for (name, compression) in [("plain", Compression::None), ("lz4", Compression::Lz4)] {
+        let whole = bag::recording(compression);
+        keep("bag", name, &whole);
+        keep("bag", &format!("{name}-cut"), &whole[..whole.len() * 2 / 3]);
+        let mut flipped = whole.clone();
+        flipped[whole.len() / 3] ^= 16;
+        keep("bag", &format!("{name}-flipped"), &flipped);
+    }
 }

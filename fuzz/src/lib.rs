@@ -6,6 +6,7 @@
 //! What a fuzzer has found goes into it under a name that says what it was.
 
 pub mod agents;
+pub mod bag;
 pub mod configuration;
 pub mod conversation;
 pub mod encoding;

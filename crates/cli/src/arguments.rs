@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use slate::runtime::{Mode, Rate};
 
+use crate::bag::BagVerb;
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::link::{LinkOptions, UnlinkOptions};
@@ -52,6 +53,9 @@ pub enum Verb {
     /// Takes snapshots of a running agent, lets it go on from one, and shows what is in one.
     #[command(subcommand)]
     Snapshot(SnapshotVerb),
+    /// Shows, checks, repairs, copies, compares and draws recordings.
+    #[command(subcommand)]
+    Bag(BagVerb),
     /// Shows and changes the configuration of a running agent.
     #[command(subcommand)]
     Config(ConfigVerb),

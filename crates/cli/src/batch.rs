@@ -34,7 +34,7 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     if ending.is_asked() {
         eprintln!("interrupted: {} of {} runs are done", summaries.len(), options.runs);
     }
-    let batch = Batch::of(&summaries);
+    let batch = Batch::of(&summaries).out_of(options.runs);
     output::line(&batch);
     if options.common.json {
         output::line(batch.json_line()?);
@@ -129,6 +129,10 @@ impl Queue<'_> {
         let mut sets = common.set.clone();
         sets.push(format!("agent.seed={seed}"));
         let application = examples::find(name, None, defaults, sets, common.host.as_deref())?;
+        // On the wall clock every run would be a real one, of robots or with others, and they would be at once.
+        if application.configuration.time_source().is_none() {
+            return Err(Failure::BatchOnWallClock { name: name.clone() });
+        }
         let how = How {
             mode: common.mode,
             rate,

@@ -30,9 +30,13 @@ pub enum Failure {
     #[error("{0}")]
     Recording(#[from] slate::record::replay::ReadError),
     #[error("{0}")]
+    Bag(#[from] slate::record::bag::Error),
+    #[error("{0}")]
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
     WallClock,
+    #[error("a batch is of runs in a simulator, and `{name}` runs on the wall clock: it has no time source")]
+    BatchOnWallClock { name: String },
     #[error("a snapshot is that of one agent, and the file describes several: {}", .agents.join(", "))]
     SeveralResumed { agents: Vec<String> },
     #[error("the agent `{agent}` can't be started: {source}")]
@@ -121,9 +125,17 @@ impl Failure {
         Some(match self {
             Self::Unknown { help, .. } => help.clone(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
+            Self::Bag(slate::record::bag::Error::Damaged { path, .. }) => format!(
+                "`slate bag repair {}` makes a whole file of what is left of it; --out FILE keeps the damaged one",
+                slate::runtime::printable(path)
+            ),
             Self::WallClock => {
                 "leave `--rate` out, or give the configuration a time source (`time.source`)".into()
             }
+            Self::BatchOnWallClock { name } => format!(
+                "`slate run {name}` runs it once; for a batch, give the configuration a simulator and make it the \
+                 time source (`time.source`)"
+            ),
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Memory(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \

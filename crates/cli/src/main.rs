@@ -1,6 +1,7 @@
 //! The `slate` command.
 
 mod arguments;
+mod bag;
 mod batch;
 mod config;
 mod connection;
@@ -71,6 +72,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Get { url, json, agent } => property::get(agent, url, *json),
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
+        Verb::Bag(verb) => bag::bag(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

@@ -22,6 +22,7 @@ fn the_number_of_jobs_changes_no_byte() {
     };
     let alone = printed("1");
     assert!(alone.contains("5 of 5 runs reached the goal"), "{alone}");
+    assert!(!alone.contains("interrupted") && !alone.contains("runs_asked"), "{alone}");
     for jobs in ["2", "16"] {
         assert_eq!(printed(jobs), alone, "{jobs} jobs");
     }
@@ -80,6 +81,19 @@ fn what_cannot_be_loaded_is_said_once() {
 }
 
 #[test]
+fn what_runs_on_the_wall_clock_is_no_batch() {
+    let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/exp1/pioneer.toml");
+    for mode in ["staged", "threaded"] {
+        let output = slate(&folder("real_batch"), &["batch", robot, "--runs", "2", "--mode", mode]);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        for word in ["pioneer.toml", "wall clock", "slate run", "time.source"] {
+            assert!(stderr.contains(word), "{word}: {stderr}");
+        }
+    }
+}
+
+#[test]
 fn where_lines_stay_some_tell_how_far_it_is() {
     let output = slate(&folder("progress"), &["batch", "exp1", "--runs", "20", "--set", SHORT]);
     let stderr = text(&output.stderr);
@@ -110,6 +124,7 @@ fn who_interrupts_a_batch_gets_the_figures_of_what_is_done() {
     let batch = json(&output);
     let runs = batch["runs"].as_u64().unwrap();
     assert!((1..300).contains(&runs), "{batch}");
+    assert_eq!((&batch["interrupted"], &batch["runs_asked"]), (&true.into(), &300.into()), "{batch}");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert!(rest.ends_with(&format!("interrupted: {runs} of 300 runs are done\n")), "{rest}");
     // Every run that is counted went on to its end.

@@ -221,3 +221,17 @@ fn who_reads_only_the_beginning_does_no_harm() {
     let output = Command::new("sh").args(["-c", &command]).current_dir(&folder).output().unwrap();
     assert!(!text(&output.stderr).contains("panicked"), "{output:?}");
 }
+
+#[test]
+fn a_plan_that_fails_in_every_cycle_is_told_once() {
+    let blind = [
+        "robots.r2.links.\"execute/position\"=false",
+        "robots.r2.links.\"avoid_obstacle/reflex\"=false",
+        "modules.referee.params.time_limit=5",
+    ];
+    let mut arguments = vec!["run", "exp1", "--headless"];
+    arguments.extend(blind.iter().flat_map(|set| ["--set", set]));
+    let output = slate(&folder("blind"), &arguments);
+    let log = text(&output.stderr);
+    assert_eq!(log.matches("GoToOrigin failed, the plan is given up").count(), 1, "{log}");
+}

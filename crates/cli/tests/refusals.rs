@@ -47,6 +47,14 @@ fn arguments_that_are_wrong_are_named() {
 }
 
 #[test]
+fn a_judge_of_a_robot_that_is_not_there_is_refused() {
+    for judge in ["referee", "pursuit"] {
+        let robot = format!("modules.{judge}.params.robot=r9");
+        refused(judge, &["run", "exp3", "--headless", "--set", &robot], &["no robot `r9` in the world"]);
+    }
+}
+
+#[test]
 fn seeds_that_no_configuration_can_hold_are_refused_before_the_first_run() {
     refused("seed", &["run", "exp1", "--seed", "9223372036854775808"], &["--seed", "9223372036854775807"]);
     let arguments = ["batch", "exp1", "--runs", "2", "--seed", "9223372036854775807"];

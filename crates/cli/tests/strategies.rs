@@ -145,3 +145,18 @@ fn a_memory_that_can_not_be_written_is_told_and_stays() {
     assert_eq!(std::fs::read(&file).unwrap(), before, "what was known is still known");
     assert!(!folder.join("r2.memory.part").exists());
 }
+
+#[test]
+fn a_library_that_can_not_be_meant_so_is_told_once() {
+    let inputs = "robots.r2.modules.knowledge.inputs";
+    let role = format!("{inputs}.role={{ name = \"mesenger\" }}");
+    let twice = "{ name = \"north\", role = \"messenger\" }";
+    let plans = format!("{inputs}.library={{ plans = [{twice}, {twice}] }}");
+    let no_plan = "no plan for the role `mesenger`; there are some for: messenger";
+    for (name, set, words) in [("role", &role, no_plan), ("twice", &plans, "two plans `north`")] {
+        let output =
+            run(&folder(&format!("strategies_{name}")), &[set, "modules.referee.params.time_limit=2"]);
+        let log = text(&output.stderr);
+        assert_eq!(log.matches(words).count(), 1, "{log}");
+    }
+}

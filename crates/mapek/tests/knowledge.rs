@@ -3,12 +3,12 @@
 use proptest::prelude::*;
 use slate_interfaces::{FactHead, Point2};
 use slate_mapek::{
-    ActionRequest, Fact, FactTable, Facts, MostCertain, Newest, Statements, StrategyModel, Union, Version,
-    WorldModel,
+    ActionRequest, Fact, FactTable, Facts, MostCertain, Newest, PlanDescription, PlanLibrary, Statements,
+    StrategyModel, Union, Version, WorldModel,
 };
 use slate_module::prelude::*;
 use slate_module::testing::Fixture;
-use slate_module::{Outcome, Refusal, Setup, Spec, Stage, Text, Trigger};
+use slate_module::{Outcome, Refusal, Sequence, Setup, Spec, Stage, Text, Trigger};
 
 fn fact(origin: u32, sequence: u64, time: u64, certainty: f64, value: Option<i32>) -> Fact<i32> {
     Fact { origin, version: Version { epoch: 0, sequence }, time, certainty, value }
@@ -98,13 +98,23 @@ fn the_plan_that_succeeded_more_often_is_the_best_of_its_role() {
     strategy.learn("dribble", "attacker", &actions);
     strategy.learn("shoot", "attacker", &actions);
     strategy.learn("block", "defender", &actions);
-    assert_eq!(strategy.best().map(|plan| plan.name.as_str()), Some("dribble"));
+    let plan = |name: &str, role: &str| PlanDescription {
+        name: Text::new(name),
+        role: Text::new(role),
+        actions: Sequence::new(&actions),
+    };
+    let plans = [plan("dribble", "attacker"), plan("shoot", "attacker"), plan("block", "defender")];
+    let library = |plans: &[PlanDescription]| PlanLibrary { plans: Sequence::new(plans) };
+    let all = library(&plans);
+    assert_eq!(strategy.best(&all).map(|plan| plan.name.as_str()), Some("dribble"));
     assert!(strategy.record("dribble", false, 3.0));
     assert!(strategy.record("shoot", true, 2.0));
     assert!(!strategy.record("block", true, 1.0));
-    assert_eq!(strategy.best().map(|plan| plan.name.as_str()), Some("shoot"));
+    assert_eq!(strategy.best(&all).map(|plan| plan.name.as_str()), Some("shoot"));
+    let best = strategy.best(&library(&plans[..1])).map(|plan| plan.name.as_str());
+    assert_eq!(best, Some("dribble"), "what is no longer in the library is not chosen");
     strategy.take_role("keeper");
-    assert_eq!(strategy.best(), None);
+    assert_eq!(strategy.best(&all), None);
     let report = strategy.report();
     let records: Vec<_> = report
         .records

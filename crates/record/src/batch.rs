@@ -21,6 +21,12 @@ pub struct Batch {
     pub conditions: BTreeMap<String, String>,
     /// Number of runs.
     pub runs: u64,
+    /// Whether the batch was cut off before its last run.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub interrupted: bool,
+    /// How many runs were asked for, when it was cut off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub runs_asked: Option<u64>,
     /// Share of the runs that reached the goal.
     pub success_rate: Option<f64>,
     /// 95 % Wilson interval of the success rate.
@@ -174,6 +180,8 @@ impl Batch {
             mode: shared(summaries.iter().map(|summary| summary.mode.as_str())),
             conditions: shared_conditions(summaries),
             runs,
+            interrupted: false,
+            runs_asked: None,
             success_rate: per_run(successes as f64),
             success_interval: wilson_interval(successes, runs),
             collisions: Collisions::of(
@@ -193,6 +201,14 @@ impl Batch {
             robots: companions.into_iter().map(companion).collect(),
             units: summaries.iter().flat_map(|summary| summary.units.clone()).collect(),
         }
+    }
+
+    /// The same of a batch of so many runs; with fewer it was cut off.
+    #[must_use]
+    pub fn out_of(mut self, asked: u64) -> Batch {
+        self.interrupted = self.runs < asked;
+        self.runs_asked = self.interrupted.then_some(asked);
+        self
     }
 
     /// The statistics as one line of JSON, without line feed.

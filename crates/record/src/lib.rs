@@ -1,4 +1,5 @@
-//! What stays of a run: recordings ([`Recorder`]) and what makes the same run again from one; reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
+//! What stays of a run: recordings ([`Recorder`]), what makes the same run again from one ([`replay`]), and recordings as
+//! files ([`bag`]); reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
 //! messages, as logs hold them ([`ros`]).
 //!
 //! Plain data in, files out. A [`Report`] of one run is a folder of five files: `scene.svg`, `trajectory.csv`,
@@ -7,6 +8,7 @@
 //! The same data gives the same bytes. Of everything that is written, only [`Summary::wall_time_s`] differs between
 //! two runs of the same configuration and seed.
 
+pub mod bag;
 mod batch;
 mod error;
 mod plot;

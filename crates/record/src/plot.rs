@@ -1,12 +1,14 @@
 //! The plots of a report.
 
 mod canvas;
+mod curves;
 mod map;
 mod scene;
 mod sight;
 mod timeline;
 mod view;
 
+pub(crate) use curves::{Curve, curves};
 pub(crate) use map::map;
 pub(crate) use scene::scene;
 pub(crate) use timeline::timeline;

@@ -99,6 +99,26 @@ fn a_memory_is_that_of_one_run_at_a_time() {
 }
 
 #[test]
+fn a_name_that_leads_to_a_memory_that_is_not_there_yet_is_that_memory() {
+    let folder = folder("linked");
+    let (file, link, second) =
+        (folder.join("counter.memory"), folder.join("link.memory"), folder.join("second.memory"));
+    std::os::unix::fs::symlink("counter.memory", &link).unwrap();
+    std::os::unix::fs::symlink(&link, &second).unwrap();
+    let first = agent(&in_file(&file), true).unwrap();
+    for name in [&link, &second] {
+        assert!(refusal(&in_file(name)).contains("another run"), "{name:?}");
+    }
+    drop(first);
+    assert_eq!(run(&in_file(&second), 3, true), (3.0, None));
+    assert!(link.is_symlink() && second.is_symlink() && file.is_file(), "names stay names");
+    assert_eq!(run(&in_file(&file), 1, true).0, 4.0);
+    std::fs::remove_file(&file).unwrap();
+    std::os::unix::fs::symlink("counter.memory", &file).unwrap();
+    assert!(agent(&in_file(&file), true).is_err(), "one that leads to itself is none");
+}
+
+#[test]
 fn what_can_not_be_used_starts_nothing_and_says_where() {
     let folder = folder("refused");
     let file = folder.join("counter.memory");

@@ -44,7 +44,10 @@ pub fn plugin() -> Plugin {
                 "Lets a world go on, and shows what its robots' sensors measure.",
             ),
             ModuleKind::instance::<Referee>("referee", "Judges whether a robot reaches its goals in time."),
-            ModuleKind::linked::<PursuitReferee>(),
+            ModuleKind::instance::<PursuitReferee>(
+                "pursuit_referee",
+                "Judges whether a robot follows another at a safe distance.",
+            ),
         ],
     )
 }

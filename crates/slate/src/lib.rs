@@ -54,4 +54,6 @@ mod documents {
     mod deployment {}
     #[doc = include_str!("../../../book/src/22-recording.md")]
     mod recording {}
+    #[doc = include_str!("../../../book/src/23-bags.md")]
+    mod bags {}
 }

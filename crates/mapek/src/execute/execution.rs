@@ -3,8 +3,8 @@ use slate_module::{Inbox, Priority, Sequence, Text, Tick};
 
 use crate::pipeline::{Admission, Entry, Origin, Pipeline};
 use crate::{
-    Acting, ActionTree, Ended, Ending, ExecuteStatus, PlanStep, Planned, Reflex, RefusalReason, Repertoire,
-    RequestError, Route, Step,
+    Acting, ActionRequest, ActionTree, Ended, Ending, ExecuteStatus, PlanStep, Planned, Reflex,
+    RefusalReason, Repertoire, RequestError, Route, Step,
 };
 
 /// The state of an [`ExecuteBlock`](crate::ExecuteBlock).
@@ -20,6 +20,10 @@ pub struct Execution<R> {
     last_route: Route,
     /// Whether the status was written before.
     published: bool,
+    /// The planned action whose failure was told, until one of its kind goes on or ends well. A Plan that tries again in
+    /// each cycle would else fill the log while a sensor is away.
+    #[serde(default)]
+    told: Option<ActionRequest>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -75,6 +79,7 @@ impl<R> Default for Execution<R> {
             endings: Endings::default(),
             last_route: Route::IDLE,
             published: false,
+            told: None,
         }
     }
 }
@@ -170,18 +175,39 @@ impl<R: Repertoire> Execution<R> {
             }
             let Some(action) = &mut self.action else { continue };
             let ending = match action.act(&Acting { body, priority: priority(&entry), now }) {
-                Step::Running => return,
-                Step::Done => Ending::COMPLETED,
+                Step::Running => {
+                    self.works(&entry);
+                    return;
+                }
+                Step::Done => {
+                    self.works(&entry);
+                    Ending::COMPLETED
+                }
                 Step::Failed => Ending::FAILED,
             };
             self.action = None;
             self.pipeline.finish();
             note(&mut self.counts, &mut self.endings, entry, ending);
             if ending == Ending::FAILED && entry.route() == Route::DELIBERATIVE {
-                now.warn(format_args!("{} failed, the plan is given up", entry.action.kind));
+                if !self.has_told(&entry) {
+                    self.told = Some(entry.action);
+                    now.warn(format_args!("{} failed, the plan is given up", entry.action.kind));
+                }
                 let Self { pipeline, counts, endings, .. } = self;
                 pipeline.abandon_plan(|entry| note(counts, endings, entry, Ending::CANCELLED));
             }
+        }
+    }
+
+    /// Whether it was told that an action of this kind has failed.
+    fn has_told(&self, entry: &Entry) -> bool {
+        self.told.is_some_and(|action| action.kind == entry.action.kind)
+    }
+
+    /// An action does what it should, so the next failure of its kind is news.
+    fn works(&mut self, entry: &Entry) {
+        if self.has_told(entry) {
+            self.told = None;
         }
     }
 

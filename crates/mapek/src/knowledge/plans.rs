@@ -1,3 +1,5 @@
+use std::collections::BTreeSet;
+
 use slate_module::{Bool, Input, Output, Queue, Sequence, Text, Tick, interface, ports};
 
 use super::strategy::{StoredPlan, StrategyModel, StrategyReport};
@@ -67,7 +69,7 @@ pub struct StrategyPorts {
 impl StrategyModel {
     /// Takes over what the ports tell, and writes what follows from it.
     pub fn update(&mut self, ports: &StrategyPorts, now: &Tick) {
-        // What is remembered may be all that there is to tell.
+        // What is remembered is told also when nothing else comes.
         let (mut begins, mut changed) = (now.number() == 1, false);
         // Whoever gives roles may say the same again and again.
         if let Some(role) = ports.role.new().filter(|role| role.name.as_str() != self.role()) {
@@ -75,8 +77,17 @@ impl StrategyModel {
             begins = true;
         }
         if let Some(library) = ports.library.new() {
-            for plan in library.plans.iter() {
-                begins |= self.learn(plan.name.as_str(), plan.role.as_str(), &plan.actions);
+            for (index, plan) in library.plans.iter().enumerate() {
+                let (name, role) = (plan.name, plan.role);
+                if library.plans[..index].iter().any(|other| (other.name, other.role) == (name, role)) {
+                    // Else each would be told as a change of the other one.
+                    now.error(format_args!(
+                        "the library has two plans `{name}` for the role `{role}`, and the second one is left out: \
+                         give it another name"
+                    ));
+                } else {
+                    begins |= self.learn(name.as_str(), role.as_str(), &plan.actions);
+                }
             }
         }
         for outcome in ports.outcomes.iter() {
@@ -85,12 +96,30 @@ impl StrategyModel {
             begins |= !outcome.success.get();
         }
         if begins {
-            ports.strategy.set(self.best().map(StoredPlan::describe).unwrap_or_default());
+            // Its value is all zero as long as there is none.
+            let best = self.best(&ports.library);
+            if best.is_none() {
+                warn_of_role(self.role(), &ports.library, now);
+            }
+            ports.strategy.set(best.map(StoredPlan::describe).unwrap_or_default());
         }
         if begins || changed {
             ports.report.set(self.report());
         }
     }
+}
+
+/// Says that the library has nothing for a role; a robot without a role or without plans has nothing to do.
+fn warn_of_role(role: &str, library: &PlanLibrary, now: &Tick) {
+    if role.is_empty() || library.plans.is_empty() {
+        return;
+    }
+    let roles: BTreeSet<_> = library.plans.iter().map(|plan| plan.role.as_str()).collect();
+    let roles: Vec<_> = roles.into_iter().collect();
+    now.warn(format_args!(
+        "there is no plan for the role `{role}`; there are some for: {}",
+        roles.join(", ")
+    ));
 }
 
 impl StoredPlan {

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 use slate_module::{Sequence, Text, interface};
 
+use super::plans::PlanLibrary;
 use crate::ActionRequest;
 
 /// A plan that the robot may choose, with what it has brought so far.
@@ -57,26 +58,33 @@ impl StrategyModel {
         role.clone_into(&mut self.role);
     }
 
-    /// Learns a plan; one of the same name and role gets its actions and keeps its outcomes. False when it is known already.
+    /// Learns a plan. One of the same name and role with other actions is another plan, whose outcomes begin anew. False when
+    /// it is known already.
     pub fn learn(&mut self, name: &str, role: &str, actions: &[ActionRequest]) -> bool {
+        let plan = StoredPlan {
+            name: name.into(),
+            role: role.into(),
+            actions: actions.to_vec(),
+            tried: 0,
+            succeeded: 0,
+            seconds: 0.0,
+        };
         match self.plans.iter_mut().find(|plan| plan.name == name && plan.role == role) {
-            Some(plan) if plan.actions == actions => return false,
-            Some(plan) => plan.actions = actions.to_vec(),
-            None => self.plans.push(StoredPlan {
-                name: name.into(),
-                role: role.into(),
-                actions: actions.to_vec(),
-                tried: 0,
-                succeeded: 0,
-                seconds: 0.0,
-            }),
+            Some(known) if known.actions == actions => return false,
+            Some(known) => *known = plan,
+            None => self.plans.push(plan),
         }
         true
     }
 
-    /// The most promising plan of the robot's role; of equal ones the one learned first.
-    pub fn best(&self) -> Option<&StoredPlan> {
-        let plans = self.plans.iter().filter(|plan| plan.role == self.role);
+    /// The most promising plan of the robot's role among those of the library; of equal ones the first. What was learned from
+    /// another library is remembered, and not chosen.
+    pub fn best(&self, library: &PlanLibrary) -> Option<&StoredPlan> {
+        let present = library.plans.iter().filter(|plan| plan.role.as_str() == self.role);
+        let plans = present.filter_map(|present| {
+            let is_same = |plan: &&StoredPlan| plan.name == present.name.as_str() && plan.role == self.role;
+            self.plans.iter().find(is_same)
+        });
         plans.reduce(|best, plan| if plan.promise() > best.promise() { plan } else { best })
     }
 

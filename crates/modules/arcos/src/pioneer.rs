@@ -3,7 +3,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Bumper, Chassis, Odometry, SonarScan, WheelSpeeds};
-use slate_module::aspect::{Aspect, Threads};
+use slate_module::aspect::{Actuators, Aspect, Threads};
 use slate_module::prelude::*;
 
 use crate::driver::{self, Order, Reading, Settings};
@@ -55,6 +55,7 @@ pub struct Battery {
 #[ports]
 pub struct PioneerIo {
     threads: Aspect<Threads>,
+    actuators: Aspect<Actuators>,
     /// What the wheels are told, from the gate.
     #[stale(after = "100ms")]
     wheels: Input<WheelSpeeds>,
@@ -87,6 +88,11 @@ pub struct PioneerParams {
     sonars: u64,
     #[param(default = 0.2, range = 0.05..=1.0, unit = "s", doc = "the wheels stop when no command came for so long")]
     time_to_live: f64,
+    #[param(
+        default = "wheels",
+        doc = "the actuator of its wheels, which is stopped when the connection is lost"
+    )]
+    actuator: Text<60>,
 }
 
 /// State of [`Pioneer`]. The connection is no part of what is saved: it is made again.
@@ -133,12 +139,18 @@ impl Module for Pioneer {
             // The next tick that finds it ended begins another one.
             io.threads.stop(DRIVER);
         }
+        let losses = state.status.losses;
         while let Ok(Some(reading)) = io.threads.receive::<Reading>(DRIVER) {
             state.take(&reading, io, now);
         }
+        let is_lost = state.status.losses > losses;
+        if is_lost {
+            keep_still(io, params, now);
+        }
         // All that are known have the same body.
         io.chassis.set(model(params).ok().flatten().unwrap_or(&MODELS[0]).chassis());
-        let command = io.wheels.fresh();
+        // What the gate let through before it was stopped is not to reach a robot that is back already.
+        let command = io.wheels.fresh().filter(|_| !is_lost);
         let WheelSpeeds { left, right } = command.copied().unwrap_or(WheelSpeeds::ZERO);
         // Without room the thread has not looked for long, and finds the command too old in any case.
         let sent = io.threads.send(DRIVER, &Order { left, right });
@@ -172,6 +184,21 @@ impl PioneerState {
             io.sonar.set(reading.sonar);
         }
     }
+}
+
+/// A robot that comes back stands among people who believe it is off, so it moves no more before a person has armed it.
+fn keep_still(io: &PioneerIo, params: &PioneerParams, now: &Tick) {
+    let actuator = params.actuator.as_str();
+    let reason = "the connection to the robot was lost";
+    if let Err(refusal) = io.actuators.stop(actuator, reason) {
+        now.warn(format_args!(
+            "{refusal}, so all are stopped: name that of the robot's wheels in `actuator`"
+        ));
+        io.actuators.stop_all(reason);
+    }
+    now.warn(format_args!(
+        "{reason}: it does not move when it is back, until `slate reset` and then `slate arm` let it"
+    ));
 }
 
 fn model(params: &PioneerParams) -> Result<Option<&'static Model>, Refusal> {

@@ -20,7 +20,7 @@ use slate_module::blackboard::interface::Value;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{self, Configuration};
 use slate_runtime::log::MemoryTarget;
-use slate_runtime::{Agent, Control, Stopper};
+use slate_runtime::{Agent, Composer, Control, Stopper};
 
 /// How long a test waits for what must come, also on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -104,6 +104,7 @@ fn configured(device: &Path, more: &str) -> Configuration {
 struct Running {
     board: Arc<Board>,
     stopper: Stopper,
+    composer: Composer,
     thread: Option<JoinHandle<()>>,
     log: MemoryTarget,
 }
@@ -116,8 +117,9 @@ impl Running {
         let plugins = [slate_arcos::plugin(), slate_module::Plugin::linked::<Pilot>()];
         let mut agent = Agent::load(&configured(device, ""), &plugins, options).unwrap();
         let (board, stopper) = (Arc::clone(agent.board()), agent.stopper());
+        let composer = agent.composer();
         let run = move || drop(agent.run(Box::new(|_| Control::Continue)));
-        Self { board, stopper, thread: Some(std::thread::spawn(run)), log }
+        Self { board, stopper, composer, thread: Some(std::thread::spawn(run)), log }
     }
 
     /// Connected to a robot.
@@ -163,6 +165,14 @@ impl Running {
     /// Commands nothing more.
     fn cease(&self) {
         self.set("commands", Value::Integer(0));
+    }
+
+    /// Lets the wheels turn again, as a person does after a loss.
+    fn rearm(&self) {
+        self.until("a stop", || self.composer.actuators().iter().all(|(_, reason)| reason.is_some()));
+        assert!(!self.composer.arm(), "a stop is reset first");
+        self.composer.reset();
+        assert!(self.composer.arm());
     }
 
     fn until(&self, what: &str, mut is: impl FnMut() -> bool) {
@@ -300,6 +310,7 @@ fn a_robot_that_falls_silent_or_babbles_is_told_and_found_again() {
         running.cease();
         controller.set_faults(Faults::default());
         running.until("a connection", || running.is_up());
+        running.rearm();
     }
     assert_eq!(running.number("pioneer/status/losses"), 2.0);
     let before = controller.pose();
@@ -327,6 +338,7 @@ fn a_cable_that_is_pulled_and_plugged_in_again_is_found_and_the_robot_does_not_d
     running.until("odometry that goes on", || running.odometry() == measured);
     assert!(distance(before, controller.pose()) < 0.005, "it drove on");
     // A robot that was switched off and on has forgotten where it was; the driver has not.
+    running.rearm();
     running.drive(1.0, 1.0);
     running.until("motion", || distance(measured, running.odometry()) > 0.1);
     running.cease();
@@ -336,6 +348,28 @@ fn a_cable_that_is_pulled_and_plugged_in_again_is_found_and_the_robot_does_not_d
     running.until("a loss", || running.number("pioneer/status/losses") == 2.0);
     running.until("a connection", || running.is_up());
     assert!(distance(measured, running.odometry()) < 0.01, "{measured:?} {:?}", running.odometry());
+}
+
+#[test]
+fn a_robot_that_comes_back_moves_only_when_it_is_reset_and_armed() {
+    let link = unique("back");
+    let first = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
+    let running = Running::connected(&link);
+    running.drive(1.0, 1.0);
+    running.until("motion", || first.wheels().0 > 0.05);
+    drop(first);
+    running.until("a loss", || !running.is_up());
+    // What plans goes on as if nothing was.
+    let second = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
+    running.until("a connection", || running.is_up());
+    running.until_logged("`slate reset` and then `slate arm`");
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_millis(500) {
+        assert_eq!(second.wheels(), (0.0, 0.0), "it drives off by itself");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    running.rearm();
+    running.until("motion", || second.wheels().0 > 0.05);
 }
 
 #[test]

@@ -157,7 +157,7 @@ pub struct Leg {
     pub x: f64,
     /// To the north, metres.
     pub y: f64,
-    /// Metres per second.
+    /// Metres per second; with one below zero the action fails.
     pub speed: f64,
     /// Metres.
     pub tolerance: f64,
@@ -188,6 +188,11 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
     fn act(&mut self, acting: &Acting<'_, B>) -> Step {
         let whereabouts = acting.body.whereabouts();
         let Some(pose) = whereabouts.pose() else { return Step::Failed };
+        if self.leg.speed < 0.0 {
+            // It would back, where no sensor of a reflex looks.
+            acting.now.warn(format_args!("{} goes forward, not at {} m/s", Self::KIND, self.leg.speed));
+            return Step::Failed;
+        }
         let (dx, dy) = (self.leg.x - pose.x, self.leg.y - pose.y);
         let distance = math::hypot(dx, dy);
         if distance < self.leg.tolerance {

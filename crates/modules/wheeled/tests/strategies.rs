@@ -1,14 +1,16 @@
 //! A robot with a role and several plans for it: which one it follows, and what it learns from how that goes.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate::interfaces::{Orientation, Position};
+use slate::interfaces::{Orientation, Position, WheelSpeeds};
 use slate::mapek::{
-    ActionKind, ActionRequest, Ended, Ending, ExecuteStatus, KnowledgeBlock, PlanBlock, PlanDescription,
-    PlanLibrary, PlanOutcome, PlanStep, Planned, Role, Route, StrategyReport,
+    ActionKind, ActionRequest, Ended, Ending, ExecuteBlock, ExecuteStatus, KnowledgeBlock, PlanBlock,
+    PlanDescription, PlanLibrary, PlanOutcome, PlanStep, Planned, Role, Route, StrategyReport,
 };
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
 use slate_wheeled::actions::{GoToOrigin, Leg};
+use slate_wheeled::differential::DifferentialActions;
+use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::strategic_knowledge::StrategicKnowledge;
 use slate_wheeled::strategy_planner::StrategyPlanner;
 
@@ -91,6 +93,58 @@ fn what_was_learned_is_all_that_it_remembers() {
     let mut restarted = knowing();
     restarted.restore(&state).unwrap();
     assert_eq!(told(&mut restarted).as_deref(), Some("east"));
+}
+
+#[test]
+fn a_plan_that_is_taken_out_of_the_library_is_not_followed_and_a_mended_one_begins_anew() {
+    let mut knowledge = knowing();
+    knowledge.push("outcomes", outcome("messenger", "west", false));
+    knowledge.push("outcomes", outcome("messenger", "east", true));
+    knowledge.tick();
+    let state = knowledge.save().unwrap();
+    let restarted = |plans: &[PlanDescription]| {
+        let mut knowledge = Knowing::new();
+        knowledge.set("role", role("messenger"));
+        knowledge.set("library", PlanLibrary { plans: Sequence::new(plans) });
+        knowledge.restore(&state).unwrap();
+        let plan = told(&mut knowledge).unwrap();
+        let report = knowledge.output::<StrategyReport>("report").unwrap();
+        let tries = report.records.iter().map(|record| (record.tried, record.succeeded)).collect::<Vec<_>>();
+        (plan, tries)
+    };
+    let (west, east) = (plan("messenger", "west", &[-1.0, -2.0]), plan("messenger", "east", &[1.0, 2.0]));
+    let others = [(1, 0), (1, 1), (0, 0)];
+    assert_eq!(restarted(&[west]), ("west".into(), others.to_vec()), "east is known, and not there");
+    assert_eq!(restarted(&[west, east]).0, "east");
+    assert_eq!(restarted(&[]).0, "", "without a library there is nothing to do");
+    let mended = plan("messenger", "west", &[-1.0, -3.0]);
+    assert_eq!(restarted(&[mended]), ("west".into(), vec![(0, 0), (1, 1), (0, 0)]));
+}
+
+#[test]
+fn of_two_plans_of_one_name_and_role_the_first_is_kept() {
+    let mut knowledge = Knowing::new();
+    knowledge.set("role", role("messenger"));
+    let twice = [plan("messenger", "west", &[-1.0]), plan("messenger", "west", &[-2.0])];
+    knowledge.set("library", PlanLibrary { plans: Sequence::new(&twice) });
+    knowledge.tick();
+    assert_eq!(knowledge.output::<PlanDescription>("strategy"), Some(twice[0]));
+}
+
+#[test]
+fn nobody_goes_backwards_to_a_place() {
+    for (speed, goes) in [(0.4, true), (-0.4, false), (f64::NAN, false)] {
+        let mut execute = Fixture::<ExecuteBlock<DifferentialActions>>::new();
+        execute.set("position", Position { x: 1.0, ..Position::default() });
+        execute.set("orientation", Orientation { theta: std::f64::consts::PI });
+        execute.set("robot", WheeledModel::default());
+        let action = GoToOrigin::request(Leg { x: 0.0, y: 0.0, speed, tolerance: 0.1 });
+        execute.push("plan", Planned { ticket: 1, action, ..Planned::default() });
+        execute.tick();
+        assert_eq!(execute.output::<WheelSpeeds>("wheels").is_some(), goes, "{speed}");
+        let status = execute.output::<ExecuteStatus>("status").unwrap();
+        assert_eq!(status.failed + status.refused, u64::from(!goes), "{speed}");
+    }
 }
 
 type Planning = Fixture<PlanBlock<StrategyPlanner>>;

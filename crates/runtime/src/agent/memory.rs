@@ -92,7 +92,7 @@ type Began = Option<(u64, Vec<u8>)>;
 /// What a module begins with, and the file that takes the place of that at the end.
 fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Replacement>), Problem> {
     // A name that leads to the file stays one, and all names of it are kept from other runs.
-    let file = &file.canonicalize().unwrap_or_else(|_| file.to_owned());
+    let file = &target(file);
     // First, so that no other run writes it between.
     let unwritable = |error: io::Error| match error.kind() {
         io::ErrorKind::AlreadyExists => ("another run or module has it".into(), help(error.kind())),
@@ -112,6 +112,21 @@ fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Rep
         ));
     }
     Ok((Some((xxh3_64(&bytes), memory.state)), place))
+}
+
+/// Where the names of a file lead, also when it is not there yet.
+fn target(file: &Path) -> PathBuf {
+    let mut file = file.to_owned();
+    // As many as the system follows; of more the file can't be written, which is said then.
+    for _ in 0..40 {
+        let Ok(next) = file.read_link() else { break };
+        // One that is relative begins at the folder of the link.
+        file = file.parent().unwrap_or(Path::new("")).join(next);
+    }
+    let (Some(folder), Some(name)) = (file.parent(), file.file_name()) else { return file };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    // Also the way there may have several names.
+    folder.canonicalize().map_or_else(|_| file.clone(), |folder| folder.join(name))
 }
 
 fn complaint(

@@ -1,9 +1,11 @@
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Clearance, Contacts, MissionState, Pose2, Verdict};
 use slate_module::prelude::*;
+use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
 
 use super::conduct::Conduct;
 use super::verdict;
+use crate::scenario::Scenario;
 
 /// How a robot follows another so far.
 #[interface]
@@ -79,15 +81,52 @@ pub struct PursuitCourse {
 
 /// Judges whether a robot follows another at a safe distance.
 #[derive(Debug)]
-pub struct PursuitReferee;
+pub struct PursuitReferee(PursuitCourse);
 
-#[module(stage = PostLoop)]
-impl Module for PursuitReferee {
-    type Io = PursuitIo;
-    type Params = PursuitParams;
-    type State = PursuitCourse;
+impl Instance for PursuitReferee {
+    const SECTION: &'static str = "world";
 
-    fn tick(course: &mut PursuitCourse, io: &PursuitIo, params: &PursuitParams, now: &Tick) -> Outcome {
+    fn describe(_: &Setup<'_>) -> Result<Description, Refusal> {
+        Ok(Description {
+            ports: PursuitIo::describe(),
+            params: PursuitParams::DESCRIPTOR,
+            parameters: PursuitParams::parameters(),
+            stage: Stage::PostLoop,
+            trigger: Trigger::Stage,
+            deadline: None,
+            unique: String::new(),
+        })
+    }
+
+    fn create(setup: &Setup<'_>, params: &[u8]) -> Result<Self, Refusal> {
+        let table = setup.section.ok_or("the pursuit_referee needs a [world] table")?;
+        let scenario = Scenario::new(table, setup.seed).map_err(|error| Refusal(error.to_string()))?;
+        let params: PursuitParams = slate_module::read_params(params)?;
+        // Else it would count the contacts of nobody.
+        if !scenario.placements.iter().any(|placement| placement.name == params.robot.as_str()) {
+            return Err(format!("no robot `{}` in the world", params.robot).into());
+        }
+        Ok(Self(PursuitCourse::default()))
+    }
+
+    fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {
+        let Ok(params) = slate_module::read_params(params) else { return Outcome::Failed };
+        ports.with(|io: &PursuitIo| self.0.judge(io, &params, now))
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Refusal> {
+        encode(&self.0)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
+        self.0 = decode(state)?;
+        Ok(())
+    }
+}
+
+impl PursuitCourse {
+    fn judge(&mut self, io: &PursuitIo, params: &PursuitParams, now: &Tick) -> Outcome {
+        let course = self;
         if course.decided {
             return Outcome::Ok;
         }

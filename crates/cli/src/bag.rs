@@ -1,0 +1,223 @@
+//! Recordings as files.
+
+mod show;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use serde_json::json;
+use slate::record::bag::{self, Decoder, Error, Reader, Selection};
+use slate::runtime::printable;
+
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Subcommand)]
+pub enum BagVerb {
+    /// Shows what is in a recording; all of it is read and checked.
+    Info {
+        /// The file.
+        file: PathBuf,
+        /// Prints it as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Checks all checksums, indexes and statistics of a recording; exit code 1 says that it is damaged.
+    Verify {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Makes a whole file of a truncated or damaged recording.
+    Repair {
+        /// The file.
+        file: PathBuf,
+        /// Where the whole file goes; it takes the place of the damaged one unless given.
+        #[arg(long)]
+        out: Option<PathBuf>,
+        /// Prints what was kept and lost as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Prints messages, a line each.
+    Cat {
+        /// The file.
+        file: PathBuf,
+        /// Topics, or patterns such as `/r2/*`; all unless given.
+        topics: Vec<String>,
+        #[command(flatten)]
+        span: Span,
+        /// Prints each line as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Writes messages as tables: a CSV file for each topic.
+    Export {
+        /// The file.
+        file: PathBuf,
+        /// Topics, or patterns such as `/r2/*`; all unless given.
+        topics: Vec<String>,
+        /// As tables of comma-separated values.
+        #[arg(long, required = true)]
+        csv: bool,
+        /// A file that ends with `.csv` for one topic, else a folder.
+        #[arg(long)]
+        out: PathBuf,
+        #[command(flatten)]
+        span: Span,
+    },
+    /// Copies a part of a recording.
+    Filter {
+        /// The file.
+        file: PathBuf,
+        /// Topics, or patterns such as `/r2/*`; all unless given.
+        #[arg(long, num_args = 1..)]
+        topics: Vec<String>,
+        #[command(flatten)]
+        span: Span,
+        /// The new file.
+        #[arg(long)]
+        out: PathBuf,
+    },
+    /// Puts several recordings into one, in the order of their times.
+    Merge {
+        /// The files.
+        #[arg(required = true, num_args = 2..)]
+        files: Vec<PathBuf>,
+        /// The new file.
+        #[arg(long)]
+        out: PathBuf,
+    },
+    /// Compares the messages of two recordings; exit code 1 says that they differ.
+    Diff {
+        /// The one.
+        a: PathBuf,
+        /// The other one.
+        b: PathBuf,
+        /// Prints the result as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Draws numbers over time.
+    Plot {
+        /// The file.
+        file: PathBuf,
+        /// Topic and field, such as `/r2/pose/theta` or `/r2/scan/ranges/3`.
+        #[arg(required = true)]
+        fields: Vec<String>,
+        #[command(flatten)]
+        span: Span,
+        /// The image.
+        #[arg(long, default_value = "plot.svg")]
+        out: PathBuf,
+    },
+}
+
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Span {
+    /// From when on, seconds after the first message.
+    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    from: Option<u64>,
+    /// Until when, seconds after the first message.
+    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    to: Option<u64>,
+}
+
+fn nanoseconds(text: &str) -> Result<u64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok((seconds * 1e9).round() as u64),
+        _ => Err("expected seconds after the first message, at least 0".into()),
+    }
+}
+
+impl Span {
+    fn of(self, topics: &[String]) -> Selection {
+        let mut selection = Selection::new(topics);
+        (selection.from, selection.to) = (self.from, self.to);
+        selection
+    }
+}
+
+/// Does what is asked; false when a file is damaged, or two differ.
+pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
+    match verb {
+        BagVerb::Info { file, json } => {
+            let info = bag::verify(&mut Reader::open(file)?)?;
+            match json {
+                true => output::json(&info),
+                false => show::info(file, &info),
+            }
+        }
+        BagVerb::Verify { file } => return verify(file),
+        BagVerb::Repair { file, out, json } => {
+            let repaired = bag::repair(file, out.as_deref())?;
+            match json {
+                true => output::json(&repaired),
+                false => show::repaired(out.as_ref().unwrap_or(file), &repaired),
+            }
+        }
+        BagVerb::Cat { file, topics, span, json } => cat(file, &span.of(topics), *json)?,
+        BagVerb::Export { file, topics, out, span, csv: _ } => {
+            for table in bag::export_csv(file, &span.of(topics), out)? {
+                let (path, topic) = (printable(&table.path), table.topic);
+                output::line(format_args!("{path} has {} messages of {topic}", table.rows));
+            }
+        }
+        BagVerb::Filter { file, topics, span, out } => {
+            let messages = bag::copy(&[file], out, &span.of(topics))?;
+            output::line(format_args!("{} has {messages} messages", printable(out)));
+        }
+        BagVerb::Merge { files, out } => {
+            let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+            let messages = bag::copy(&files, out, &Selection::default())?;
+            output::line(format_args!("{} has {messages} messages", printable(out)));
+        }
+        BagVerb::Diff { a, b, json } => {
+            let diff = bag::diff(a, b)?;
+            match json {
+                true => output::json(&diff),
+                false => show::diff(a, b, &diff),
+            }
+            return Ok(diff.first.is_none());
+        }
+        BagVerb::Plot { file, fields, span, out } => {
+            let points = bag::plot(file, fields, &span.of(&[]), out)?;
+            let points: usize = points.iter().sum();
+            output::line(format_args!("{} shows {points} values", printable(out)));
+        }
+    }
+    Ok(true)
+}
+
+fn verify(file: &Path) -> Result<bool, Failure> {
+    match Reader::open(file).and_then(|mut reader| bag::verify(&mut reader)) {
+        Ok(info) => {
+            show::verified(file, &info);
+            Ok(true)
+        }
+        Err(error @ (Error::Damaged { .. } | Error::NoBag { .. })) => {
+            Failure::from(error).print();
+            Ok(false)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn cat(file: &Path, selection: &Selection, json: bool) -> Result<(), Failure> {
+    let mut decoder = Decoder::default();
+    selection.visit(&mut Reader::open(file)?, |message| {
+        let value = decoder.decode(message);
+        let topic = &message.channel.topic;
+        match json {
+            true => output::json(&json!({
+                "time": message.log_time,
+                "publish_time": message.publish_time,
+                "topic": topic,
+                "sequence": message.sequence,
+                "value": value,
+            })),
+            false => output::line(format_args!("{} {topic} {value}", bag::seconds(message.log_time))),
+        }
+        Ok(!output::is_unread())
+    })?;
+    Ok(())
+}

@@ -1,0 +1,136 @@
+//! What is told of recordings.
+
+use std::path::Path;
+
+use slate::record::bag::{Diff, Info, Repaired, seconds};
+use slate::runtime::printable;
+
+use crate::output;
+
+/// Long texts of metadata, such as configurations, are not for a terminal.
+const LONGEST: usize = 100;
+
+fn counted(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+pub fn verified(file: &Path, info: &Info) {
+    let chunks: u64 = info.chunks.values().map(|chunks| chunks.chunks).sum();
+    output::line(format_args!(
+        "{} is whole: {} in {}",
+        printable(file),
+        counted(info.messages, "message", "messages"),
+        counted(chunks, "chunk", "chunks")
+    ));
+    unchecked(info);
+}
+
+fn unchecked(info: &Info) {
+    if !info.unchecked.is_empty() {
+        output::line(format_args!("unchecked  {}: no checksum covers them", info.unchecked.join(", ")));
+    }
+}
+
+pub fn info(file: &Path, info: &Info) {
+    output::line(format_args!("file       {}, {} bytes", printable(file), info.bytes));
+    output::line(format_args!("profile    {}", if info.profile.is_empty() { "none" } else { &info.profile }));
+    output::line(format_args!("library    {}", info.library));
+    output::line(format_args!(
+        "messages   {} in {} s, from {} to {}",
+        info.messages,
+        seconds(info.to - info.from),
+        seconds(info.from),
+        seconds(info.to)
+    ));
+    for (compression, chunks) in &info.chunks {
+        let how = if compression.is_empty() { "not compressed" } else { compression };
+        output::line(format_args!(
+            "chunks     {}, {how}, {} bytes for {}",
+            chunks.chunks, chunks.compressed, chunks.uncompressed
+        ));
+    }
+    let dropped = info.metadata.iter().filter(|(name, _)| name == "dropped").flat_map(|(_, texts)| texts);
+    let dropped: Vec<_> = dropped.map(|(topic, count)| format!("{count} of {topic}")).collect();
+    if !dropped.is_empty() {
+        output::line(format_args!("dropped    {}", dropped.join(", ")));
+    }
+    unchecked(info);
+    output::line("");
+    let head = ["topic", "type", "encoding", "messages", "rate"].map(String::from);
+    let rows = info.channels.iter().map(|channel| {
+        let rate = channel.rate.map_or_else(String::new, |rate| format!("{rate:.2} Hz"));
+        let (topic, schema) = (channel.topic.clone(), channel.schema.clone());
+        [topic, schema, channel.encoding.clone(), channel.messages.to_string(), rate]
+    });
+    output::columns([head].into_iter().chain(rows));
+    if !info.attachments.is_empty() {
+        output::line("");
+        let head = ["attachment", "type", "bytes"].map(String::from);
+        let rows = info.attachments.iter().map(|attachment| {
+            [attachment.name.clone(), attachment.media_type.clone(), attachment.bytes.to_string()]
+        });
+        output::columns([head].into_iter().chain(rows));
+    }
+    for (name, texts) in &info.metadata {
+        output::line("");
+        output::line(format_args!("metadata {name}"));
+        let rows = texts.iter().map(|(key, text)| {
+            let line = text.lines().next().unwrap_or_default();
+            let short: String = line.chars().take(LONGEST).collect();
+            let rest = if short.len() < text.len() { " ..." } else { "" };
+            [format!("  {key}"), format!("{short}{rest}")]
+        });
+        output::columns(rows);
+    }
+}
+
+pub fn repaired(file: &Path, repaired: &Repaired) {
+    output::line(format_args!(
+        "{} is whole, with {}, {} kept as they were, {} and {}",
+        printable(file),
+        counted(repaired.messages, "message", "messages"),
+        counted(repaired.chunks, "chunk", "chunks"),
+        counted(repaired.attachments, "attachment", "attachments"),
+        counted(repaired.metadata, "record of metadata", "records of metadata"),
+    ));
+    if repaired.unfinished > 0 {
+        let messages = counted(repaired.unfinished, "message is", "messages are");
+        output::line(format_args!("{messages} of a chunk that was not finished, without a checksum"));
+    }
+    if repaired.unchecked > 0 {
+        let messages = counted(repaired.unchecked, "message", "messages");
+        output::line(format_args!("no checksum says whether {messages} are right"));
+    }
+    for lost in &repaired.lost {
+        output::line(format_args!("lost: {} bytes at byte {}: {}", lost.bytes, lost.offset, lost.what));
+    }
+    if repaired.lost.is_empty() {
+        output::line("nothing was lost");
+    }
+}
+
+pub fn diff(a: &Path, b: &Path, diff: &Diff) {
+    let same: u64 = diff.topics.values().map(|counts| counts.same).sum();
+    let Some(first) = &diff.first else {
+        output::line(format_args!("identical, {}", counted(same, "message", "messages")));
+        return;
+    };
+    output::line(format_args!(
+        "first difference: {} s, message {} of {}, field {}",
+        seconds(first.time),
+        first.number,
+        first.topic,
+        first.field
+    ));
+    for (file, value) in [(a, &first.a), (b, &first.b)] {
+        output::line(format_args!("  {}: {}", printable(file), value.as_deref().unwrap_or("nothing")));
+    }
+    output::line("");
+    let head = ["topic", "same", "different", "only in the first", "only in the second"].map(String::from);
+    let rows = diff.topics.iter().map(|(topic, counts)| {
+        let [same, different, only_a, only_b] =
+            [counts.same, counts.different, counts.only_a, counts.only_b].map(|count| count.to_string());
+        [topic.clone(), same, different, only_a, only_b]
+    });
+    output::columns([head].into_iter().chain(rows));
+}

@@ -1,0 +1,265 @@
+//! `slate bag`: what it shows, writes and refuses, and the commands of the book.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use common::{folder, json, slate, text};
+use serde_json::Value;
+use slate::record::bag::{Attachment, Channel, Compression, Header, Metadata, Schema, Writer};
+
+const BOOK: &str = include_str!("../../../book/src/23-bags.md");
+
+/// A range and two beams as CDR lays them out.
+fn range(range: f64) -> Vec<u8> {
+    let mut bytes = vec![0, 1, 0, 0];
+    bytes.extend(range.to_le_bytes());
+    bytes.extend(2_u32.to_le_bytes());
+    bytes.extend([0; 4]);
+    bytes.extend([range + 1.0, range + 2.0].into_iter().flat_map(f64::to_le_bytes));
+    bytes
+}
+
+/// A recording of five seconds, ten messages a second; the last range is as given.
+fn recording(last: f64, compression: Compression) -> Vec<u8> {
+    let header = Header { profile: "ros2".into(), library: "test 1".into() };
+    let mut writer = Writer::new(Vec::new(), "test", &header, compression).unwrap();
+    let texts = |key: &str, text: &str| BTreeMap::from([(key.to_owned(), text.to_owned())]);
+    writer.metadata(&Metadata { name: "run".into(), metadata: texts("seed", "3") }).unwrap();
+    writer.metadata(&Metadata { name: "dropped".into(), metadata: texts("/r2/image", "7") }).unwrap();
+    let (name, media_type) = ("robot.toml".into(), "application/toml".into());
+    let attachment =
+        Attachment { name, media_type, data: b"agent.seed = 3".to_vec(), ..Attachment::default() };
+    writer.attachment(&attachment).unwrap();
+    let data = b"float64 range\nfloat64[] beams\n".to_vec();
+    writer
+        .schema(&Schema { id: 1, name: "test/msg/Range".into(), encoding: "ros2msg".into(), data })
+        .unwrap();
+    let channels = [("/r2/range", 1, "cdr"), ("/r2/pose", 0, "json")];
+    for (id, (topic, schema_id, encoding)) in channels.into_iter().enumerate() {
+        let (id, message_encoding, metadata) = (id as u16, encoding.into(), BTreeMap::new());
+        writer.channel(&Channel { id, schema_id, topic: topic.into(), message_encoding, metadata }).unwrap();
+    }
+    for i in 0..50_u32 {
+        let time = 2_000_000_000 + u64::from(i) * 100_000_000;
+        let value = if i == 49 { last } else { f64::from(i) / 4.0 };
+        writer.message(0, i, time, time, &range(value)).unwrap();
+        let pose = format!(r#"{{"x":{i},"frame":"map, \"odom\""}}"#);
+        writer.message(1, i, time, time, pose.as_bytes()).unwrap();
+        if i % 10 == 9 {
+            writer.close_chunk().unwrap();
+        }
+    }
+    writer.finish().unwrap()
+}
+
+fn write(folder: &Path, name: &str, bytes: &[u8]) {
+    std::fs::write(folder.join(name), bytes).unwrap();
+}
+
+/// A folder with that recording.
+fn recorded(name: &str) -> std::path::PathBuf {
+    let folder = folder(name);
+    write(&folder, "run.mcap", &recording(12.25, Compression::None));
+    folder
+}
+
+/// What a command prints that ends well.
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = slate(folder, &[&["bag"], arguments].concat());
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
+    text(&output.stdout)
+}
+
+/// A command ends with that code and these words on stderr.
+fn fails(folder: &Path, code: i32, arguments: &[&str], words: &[&str]) {
+    let output = slate(folder, &[&["bag"], arguments].concat());
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {output:?}");
+    for word in words {
+        assert!(stderr.contains(word), "{arguments:?} does not say `{word}`: {stderr}");
+    }
+}
+
+#[test]
+fn what_is_in_a_recording_is_shown() {
+    let folder = recorded("bag-info");
+    let said = done(&folder, &["info", "run.mcap"]);
+    for words in [
+        "ros2",
+        "test 1",
+        "100 in 4.900000000 s, from 2.000000000 to 6.900000000",
+        "5, not compressed",
+        "7 of /r2/image",
+        "/r2/range  test/msg/Range  cdr       50        10.00 Hz",
+        "robot.toml  application/toml  14",
+        "metadata run",
+        "seed  3",
+    ] {
+        assert!(said.contains(words), "`{words}` is missing in {said}");
+    }
+    let output = slate(&folder, &["bag", "info", "run.mcap", "--json"]);
+    let info: Value = json(&output);
+    assert_eq!(
+        (info["messages"].as_u64(), info["channels"][0]["topic"].as_str()),
+        (Some(100), Some("/r2/pose"))
+    );
+}
+
+#[test]
+fn a_damaged_recording_is_told_from_a_whole_one_and_repaired() {
+    let folder = recorded("bag-repair");
+    assert_eq!(done(&folder, &["verify", "run.mcap"]), "run.mcap is whole: 100 messages in 5 chunks\n");
+    let mut bytes = recording(12.25, Compression::Lz4);
+    // In a message of the first chunk.
+    let place = bytes.windows(4).position(|bytes| bytes == b"odom").unwrap();
+    bytes[place] ^= 4;
+    write(&folder, "flipped.mcap", &bytes);
+    let whole = recording(12.25, Compression::None);
+    write(&folder, "cut.mcap", &whole[..whole.len() / 2]);
+    write(&folder, "picture.jpeg", &[0xff; 100]);
+    for file in ["flipped.mcap", "cut.mcap"] {
+        let mend = format!("`slate bag repair {file}`");
+        fails(&folder, 1, &["verify", file], &[file, "is damaged at byte", &mend]);
+        fails(&folder, 2, &["info", file], &[file, "is damaged at byte", &mend]);
+    }
+    let said = done(&folder, &["repair", "flipped.mcap", "--out", "mended.mcap"]);
+    assert!(
+        said.contains("mended.mcap is whole, with 80 messages, 4 chunks kept") && said.contains("lost: "),
+        "{said}"
+    );
+    assert_eq!(std::fs::read(folder.join("flipped.mcap")).unwrap(), bytes);
+    done(&folder, &["verify", "mended.mcap"]);
+    let told: Value = json(&slate(&folder, &["bag", "repair", "cut.mcap", "--json"]));
+    let messages = told["messages"].as_u64().unwrap();
+    assert!((40..60).contains(&messages) && told["unfinished"].as_u64().unwrap() > 0, "{told}");
+    let said = done(&folder, &["verify", "cut.mcap"]);
+    assert!(said.contains(&format!("{messages} messages")), "{said}");
+    assert!(done(&folder, &["repair", "run.mcap"]).contains("nothing was lost"));
+    // What is no recording stays as it is.
+    fails(&folder, 1, &["verify", "picture.jpeg"], &["picture.jpeg` is no MCAP file"]);
+    fails(&folder, 2, &["repair", "picture.jpeg"], &["picture.jpeg` is no MCAP file"]);
+    assert_eq!(std::fs::read(folder.join("picture.jpeg")).unwrap(), [0xff; 100]);
+}
+
+#[test]
+fn messages_are_printed_with_their_values() {
+    let folder = recorded("bag-cat");
+    let said = done(&folder, &["cat", "run.mcap", "/r2/range", "--from", "0.5", "--to", "0.6"]);
+    let lines: Vec<_> = said.lines().collect();
+    assert_eq!(lines.len(), 2, "{said}");
+    assert!(lines[0].starts_with("2.500000000 /r2/range ") && lines[0].contains("range = 1.25"), "{said}");
+    let said = done(&folder, &["cat", "run.mcap", "/*/pose", "--json", "--to", "0"]);
+    let line: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(
+        (&line["topic"], &line["value"]["x"], &line["time"]),
+        (&"/r2/pose".into(), &0.into(), &2_000_000_000_u64.into())
+    );
+    assert_eq!(done(&folder, &["cat", "run.mcap"]).lines().count(), 100);
+}
+
+#[test]
+fn tables_have_a_row_for_each_message() {
+    let folder = recorded("bag-csv");
+    done(&folder, &["export", "run.mcap", "/r2/range", "--csv", "--out", "range.csv", "--to", "0.1"]);
+    let table = std::fs::read_to_string(folder.join("range.csv")).unwrap();
+    let rows = [
+        "time_s,sequence,range,beams",
+        "2.000000000,0,0,\"[1, 2]\"",
+        "2.100000000,1,0.25,\"[1.25, 2.25]\"",
+        "",
+    ];
+    assert_eq!(table.replace(".0", ""), rows.join("\n").replace(".0", ""));
+    done(&folder, &["export", "run.mcap", "--csv", "--out", "tables"]);
+    let table = std::fs::read_to_string(folder.join("tables/r2_pose.csv")).unwrap();
+    assert_eq!(table.lines().count(), 51);
+    assert_eq!(table.lines().nth(1), Some(r#"2.000000000,0,"map, ""odom""",0"#));
+    let several = ["export", "run.mcap", "--csv", "--out", "all.csv"];
+    fails(&folder, 2, &several, &["all.csv", "several topics", "name a folder"]);
+    assert!(!folder.join("all.csv").exists() && !folder.join("all.csv.part").exists());
+}
+
+#[test]
+fn parts_put_together_are_the_whole_and_the_first_difference_is_named() {
+    let folder = recorded("bag-diff");
+    done(&folder, &["filter", "run.mcap", "--topics", "/r2/range", "--out", "range.mcap"]);
+    done(&folder, &["filter", "run.mcap", "--topics", "/r2/pose", "--to", "2", "--out", "early.mcap"]);
+    done(&folder, &["filter", "run.mcap", "--topics", "/*/pose", "--from", "2.1", "--out", "late.mcap"]);
+    let said = done(&folder, &["merge", "late.mcap", "range.mcap", "early.mcap", "--out", "again.mcap"]);
+    assert_eq!(said, "again.mcap has 100 messages\n");
+    done(&folder, &["verify", "again.mcap"]);
+    assert_eq!(done(&folder, &["diff", "run.mcap", "again.mcap"]), "identical, 100 messages\n");
+    write(&folder, "other.mcap", &recording(12.5, Compression::Lz4));
+    let output = slate(&folder, &["bag", "diff", "run.mcap", "other.mcap"]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    for words in [
+        "first difference: 6.900000000 s, message 49 of /r2/range, field range",
+        "run.mcap: 12.25",
+        "other.mcap: 12.5",
+        "/r2/range  49    1",
+        "/r2/pose   50    0",
+    ] {
+        assert!(said.contains(words), "`{words}` is missing in {said}");
+    }
+    let output = slate(&folder, &["bag", "diff", "run.mcap", "range.mcap", "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let diff: Value = json(&output);
+    assert_eq!(
+        (&diff["first"]["topic"], &diff["topics"]["/r2/pose"]["only_a"]),
+        (&"/r2/pose".into(), &50.into())
+    );
+}
+
+#[test]
+fn numbers_are_drawn_over_time() {
+    let folder = recorded("bag-plot");
+    let said = done(&folder, &["plot", "run.mcap", "/r2/range/beams/1", "/r2/pose/x", "--out", "x.svg"]);
+    assert_eq!(said, "x.svg shows 100 values\n");
+    let image = std::fs::read_to_string(folder.join("x.svg")).unwrap();
+    let document = roxmltree::Document::parse(&image).unwrap();
+    let texts: Vec<_> = document.descendants().filter_map(|node| node.text()).map(str::trim).collect();
+    for name in ["/r2/range/beams/1", "/r2/pose/x", "time [s]", "run.mcap"] {
+        assert!(texts.contains(&name), "{name} is missing in {texts:?}");
+    }
+    let lines = document.descendants().filter(|node| node.has_tag_name("polyline"));
+    assert!(lines.filter_map(|line| line.attribute("points")).any(|points| points.split(' ').count() >= 50));
+}
+
+#[test]
+fn what_is_wrong_names_file_place_and_mend() {
+    let folder = recorded("bag-refusals");
+    fails(&folder, 2, &["info", "nowhere.mcap"], &["nowhere.mcap` can't be read"]);
+    fails(&folder, 2, &["cat", "run.mcap", "/r2/rnge"], &["run.mcap", "no topic `/r2/rnge`", "/r2/range"]);
+    fails(&folder, 2, &["cat", "run.mcap", "--from=-1"], &["--from", "at least 0"]);
+    fails(&folder, 2, &["cat", "run.mcap", "--from", "soon"], &["seconds after the first message"]);
+    fails(
+        &folder,
+        2,
+        &["plot", "run.mcap", "/r2/range/rang"],
+        &["no number `/r2/range/rang`", "/r2/range/range"],
+    );
+    fails(&folder, 2, &["plot", "run.mcap", "/r2/pose/frame"], &["/r2/pose/frame", "/r2/pose/x"]);
+    let to = ["filter", "run.mcap", "--out", "nowhere/x.mcap"];
+    fails(&folder, 2, &to, &["nowhere/x.mcap` can't be written"]);
+    fails(&folder, 2, &["filter", "run.mcap", "--topics", "/r9/**", "--out", "x.mcap"], &["/r9/**"]);
+    fails(&folder, 2, &["export", "run.mcap", "--out", "x.csv"], &["--csv"]);
+    fails(&folder, 2, &["merge", "run.mcap", "--out", "x.mcap"], &["<FILES>"]);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "something is left behind");
+}
+
+#[test]
+fn the_commands_of_the_book_do_what_it_says() {
+    let folder = recorded("bag-book");
+    write(&folder, "again.mcap", &recording(12.25, Compression::None));
+    let block = BOOK.split_once("```sh\n").unwrap().1.split_once("```").unwrap().0;
+    let commands: Vec<_> = block.lines().map(|line| line.split('#').next().unwrap().trim()).collect();
+    assert!(commands.len() >= 9, "{commands:?}");
+    for command in commands {
+        let words = command.strip_prefix("slate bag ").unwrap().split_whitespace();
+        let words: Vec<_> = words.map(|word| word.trim_matches('\'')).collect();
+        done(&folder, &words);
+    }
+}

@@ -1,0 +1,48 @@
+//! Recordings as files that other tools read: [MCAP](https://mcap.dev), read strictly, written whole, and repaired.
+//!
+//! - [`Reader`] gives the messages of a file, and an error instead of a wrong one when the file is damaged; [`verify`] says
+//!   of a whole file what is in it.
+//! - [`repair`] makes a whole file of what is left of one.
+//! - [`copy`] copies a [`Selection`] of one or several files, [`diff`] compares two, [`export_csv`] and [`plot`] show numbers to
+//!   others, and a [`Decoder`] reads the values of messages.
+//! - [`Writer`] writes a file with all checksums and indexes.
+//!
+//! Chunks are read uncompressed, with LZ4 and with Zstandard, and written uncompressed or with LZ4.
+
+mod compression;
+mod copy;
+mod curves;
+mod definitions;
+mod diff;
+mod ends;
+mod error;
+mod info;
+mod outline;
+mod reader;
+mod record;
+mod repair;
+mod resume;
+mod selection;
+mod source;
+mod summary;
+mod table;
+mod value;
+mod whole;
+mod writer;
+
+pub use compression::Compression;
+pub use copy::copy;
+pub use curves::plot;
+pub use diff::{Counts, Diff, Difference, diff};
+pub use error::Error;
+pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
+pub use reader::{Attachment, Message, Reader};
+pub use record::{Channel, Header, Metadata, Schema};
+pub use repair::{Lost, Repaired, repair, repair_into};
+pub use selection::Selection;
+pub use table::{Table, export_csv, seconds};
+pub use value::{Decoder, Value};
+pub use writer::Writer;
+
+/// The most bytes that a record, or the records of a chunk, may have to be read. What is longer is refused.
+pub const MAXIMUM_RECORD: u64 = 256 << 20;

@@ -1,0 +1,71 @@
+//! How the records of a chunk are made smaller.
+
+use std::io::{Read, Write};
+
+use super::MAXIMUM_RECORD;
+
+/// How chunks are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// As they are, so that of a chunk that was not finished all is read that is there.
+    #[default]
+    None,
+    /// Smaller, by LZ4.
+    Lz4,
+}
+
+impl Compression {
+    /// What a chunk says of it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::None => "",
+            Self::Lz4 => "lz4",
+        }
+    }
+
+    pub(super) fn compress(self, records: &[u8], out: &mut Vec<u8>) -> std::io::Result<()> {
+        match self {
+            Self::None => out.extend(records),
+            Self::Lz4 => {
+                let mut encoder = lz4_flex::frame::FrameEncoder::new(out);
+                encoder.write_all(records)?;
+                encoder.finish()?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Appends the records of a chunk, at most so many bytes; says what is wrong with what can't be read.
+pub(super) fn decompress(
+    compression: &str,
+    bytes: &[u8],
+    most: u64,
+    out: &mut Vec<u8>,
+) -> Result<(), String> {
+    if most > MAXIMUM_RECORD {
+        return Err(format!("the records have {most} bytes, and at most {MAXIMUM_RECORD} are read"));
+    }
+    let before = out.len() as u64;
+    let limit = most + 1;
+    let failed = |error: String| format!("its {compression} records can't be read: {error}");
+    let mut left = bytes;
+    match compression {
+        "" => (&mut left).take(limit).read_to_end(out).map_err(|error| failed(error.to_string()))?,
+        "lz4" => lz4_flex::frame::FrameDecoder::new(&mut left)
+            .take(limit)
+            .read_to_end(out)
+            .map_err(|error| failed(error.to_string()))?,
+        "zstd" => ruzstd::decoding::StreamingDecoder::new(&mut left)
+            .map_err(|error| failed(error.to_string()))?
+            .take(limit)
+            .read_to_end(out)
+            .map_err(|error| failed(error.to_string()))?,
+        other => return Err(format!("its compression `{other}` is none of lz4 and zstd")),
+    };
+    match out.len() as u64 - before {
+        found if found > most => Err(format!("it has more than the {most} bytes of records that it says")),
+        _ if !left.is_empty() => Err(format!("{} bytes follow its {compression} records", left.len())),
+        _ => Ok(()),
+    }
+}

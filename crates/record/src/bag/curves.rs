@@ -1,0 +1,57 @@
+use std::path::Path;
+
+use super::value::{Decoder, Value};
+use super::{Error, Reader, Selection, whole};
+use crate::plot::{Curve, curves};
+
+/// Draws numbers over time as an SVG image: fields such as `/r2/pose/theta`, which is a topic and then the way to the
+/// number, with the index of an element as in `/r2/scan/ranges/3`. Returns how many points each has.
+///
+/// # Errors
+/// When the file is damaged, there is no such number, or `out` can't be written.
+pub fn plot(path: &Path, fields: &[String], selection: &Selection, out: &Path) -> Result<Vec<usize>, Error> {
+    let mut reader = Reader::open(path)?;
+    let mut decoder = Decoder::default();
+    let mut drawn: Vec<Curve> =
+        fields.iter().map(|field| Curve { name: field.clone(), points: Vec::new() }).collect();
+    // What the topics meant have instead.
+    let mut others: Vec<Vec<String>> = vec![Vec::new(); fields.len()];
+    let mut start = reader.start();
+    selection.visit(&mut reader, |message| {
+        let start = *start.get_or_insert(message.log_time);
+        let mut value: Option<Value> = None;
+        for (i, field) in fields.iter().enumerate() {
+            let way = field.strip_prefix(&message.channel.topic).and_then(|way| way.strip_prefix('/'));
+            let Some(way) = way else { continue };
+            let value = value.get_or_insert_with(|| decoder.decode(message));
+            match value.number(way) {
+                Some(number) => {
+                    let seconds = message.log_time.saturating_sub(start) as f64 * 1e-9;
+                    drawn[i].points.push((seconds, number));
+                }
+                None if others[i].is_empty() => {
+                    let topic = &message.channel.topic;
+                    let names = value.fields(false).into_iter().map(|(name, _)| format!("{topic}/{name}"));
+                    others[i] = names.collect();
+                }
+                None => {}
+            }
+        }
+        Ok(true)
+    })?;
+    if let Some((curve, others)) = drawn.iter().zip(&others).find(|(curve, _)| curve.points.is_empty()) {
+        let mend = match others.is_empty() {
+            true => "name a topic, as `slate bag info` lists them, and then a field".into(),
+            false => format!("there are {}", others.join(", ")),
+        };
+        let what = format!("it has no number `{}`; {mend}", curve.name);
+        return Err(Error::Unfit { path: path.into(), what });
+    }
+    let title = path.file_name().unwrap_or_default().to_string_lossy();
+    let image = curves(&title, &drawn)?;
+    whole::write(out, |file| {
+        std::io::Write::write_all(file, image.as_bytes())
+            .map_err(|source| Error::Write { path: out.into(), source })
+    })?;
+    Ok(drawn.iter().map(|curve| curve.points.len()).collect())
+}

@@ -1,0 +1,241 @@
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::record::Schema;
+use super::value::{Decoder, Value};
+use super::{Error, Message, Reader};
+
+/// How two files differ in their messages. What is compared of each topic are its first messages, then its second ones,
+/// and so on; neither how topics stand between each other, nor chunks, indexes and metadata.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Diff {
+    /// The first difference by log time; nothing if the messages are identical.
+    pub first: Option<Difference>,
+    /// What was counted of each topic.
+    pub topics: BTreeMap<String, Counts>,
+}
+
+/// One difference.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Difference {
+    /// The log time, nanoseconds; the earlier one if they are not the same.
+    pub time: u64,
+    /// The topic.
+    pub topic: String,
+    /// Which message of its topic it is, from 0 on.
+    pub number: u64,
+    /// The first field that differs, such as `pose/x`; in parentheses if it is none of the value, as `(log time)`.
+    pub field: String,
+    /// What the first file has there; nothing if it has no such message.
+    pub a: Option<String>,
+    /// What the second file has there; nothing if it has no such message.
+    pub b: Option<String>,
+}
+
+/// Messages of a topic.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Those that are the same in both files.
+    pub same: u64,
+    /// Those that are other ones.
+    pub different: u64,
+    /// Those that only the first file has.
+    pub only_a: u64,
+    /// Those that only the second file has.
+    pub only_b: u64,
+}
+
+/// Compares the messages of two files.
+///
+/// # Errors
+/// When one is damaged or can't be read.
+pub fn diff(a: &Path, b: &Path) -> Result<Diff, Error> {
+    let mut sides = [Side::open(a)?, Side::open(b)?];
+    let mut diff = Diff::default();
+    let mut first: Option<(u64, String, u64)> = None;
+    let mut differ = |time: u64, topic: &str, number: u64| {
+        let found = (time, topic.to_owned(), number);
+        if first.as_ref().is_none_or(|first| found < *first) {
+            first = Some(found);
+        }
+    };
+    let mut turn = 0;
+    while !(sides[0].is_done && sides[1].is_done) {
+        turn = if sides[turn].is_done { 1 - turn } else { turn };
+        let Some((topic, mark)) = sides[turn].next()? else { continue };
+        let counts = diff.topics.entry(topic.clone()).or_default();
+        match sides[1 - turn].waiting.get_mut(&topic).and_then(VecDeque::pop_front) {
+            Some(other) if other.digest == mark.digest => counts.same += 1,
+            Some(other) => {
+                counts.different += 1;
+                differ(mark.time.min(other.time), &topic, mark.number);
+            }
+            None => sides[turn].waiting.entry(topic).or_default().push_back(mark),
+        }
+        turn = 1 - turn;
+    }
+    for (side, only_a) in sides.iter().zip([true, false]) {
+        for (topic, waiting) in &side.waiting {
+            let Some(mark) = waiting.front() else { continue };
+            differ(mark.time, topic, mark.number);
+            let counts = diff.topics.entry(topic.clone()).or_default();
+            *(if only_a { &mut counts.only_a } else { &mut counts.only_b }) += waiting.len() as u64;
+        }
+    }
+    if let Some((time, topic, number)) = first {
+        let (a, b) = (Found::read(a, &topic, number)?, Found::read(b, &topic, number)?);
+        let (field, a, b) = compare(a, b);
+        diff.first = Some(Difference { time, topic, number, field, a, b });
+    }
+    Ok(diff)
+}
+
+/// One of the files.
+struct Side {
+    reader: Reader<BufReader<File>>,
+    is_done: bool,
+    /// Of each topic, how many messages were read.
+    numbers: BTreeMap<String, u64>,
+    /// Messages whose counterpart was not read yet: few, if the files have the same order.
+    waiting: BTreeMap<String, VecDeque<Mark>>,
+}
+
+/// What is remembered of a message.
+struct Mark {
+    time: u64,
+    number: u64,
+    digest: u128,
+}
+
+impl Side {
+    fn open(path: &Path) -> Result<Self, Error> {
+        let (numbers, waiting) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { reader: Reader::open(path)?, is_done: false, numbers, waiting })
+    }
+
+    fn next(&mut self) -> Result<Option<(String, Mark)>, Error> {
+        let Some(message) = self.reader.next_message()? else {
+            self.is_done = true;
+            return Ok(None);
+        };
+        let topic = message.channel.topic.clone();
+        let (time, digest) = (message.log_time, digest(&message));
+        let number = self.numbers.entry(topic.clone()).or_default();
+        let mark = Mark { time, number: *number, digest };
+        *number += 1;
+        Ok(Some((topic, mark)))
+    }
+}
+
+/// Of all that is compared.
+fn digest(message: &Message) -> u128 {
+    let mut hash = xxhash_rust::xxh3::Xxh3Default::new();
+    let mut text = |text: &[u8]| {
+        hash.update(&(text.len() as u64).to_le_bytes());
+        hash.update(text);
+    };
+    text(message.channel.message_encoding.as_bytes());
+    if let Some(schema) = message.schema {
+        text(schema.name.as_bytes());
+        text(schema.encoding.as_bytes());
+        text(&schema.data);
+    }
+    text(&message.log_time.to_le_bytes());
+    text(&message.publish_time.to_le_bytes());
+    text(&message.sequence.to_le_bytes());
+    text(message.data);
+    hash.digest128()
+}
+
+/// A message that was looked for.
+struct Found {
+    encoding: String,
+    schema: Option<Schema>,
+    sequence: u32,
+    log_time: u64,
+    publish_time: u64,
+    data: Vec<u8>,
+    value: Value,
+}
+
+impl Found {
+    fn read(path: &Path, topic: &str, number: u64) -> Result<Option<Self>, Error> {
+        let mut reader = Reader::open(path)?;
+        let mut seen = 0;
+        while let Some(message) = reader.next_message()? {
+            if message.channel.topic != topic {
+                continue;
+            }
+            if seen == number {
+                return Ok(Some(Self {
+                    encoding: message.channel.message_encoding.clone(),
+                    schema: message.schema.map(|schema| Schema::clone(schema)),
+                    sequence: message.sequence,
+                    log_time: message.log_time,
+                    publish_time: message.publish_time,
+                    data: message.data.to_vec(),
+                    value: Decoder::default().decode(&message),
+                }));
+            }
+            seen += 1;
+        }
+        Ok(None)
+    }
+
+    fn type_name(&self) -> String {
+        self.schema.as_ref().map_or_else(|| "none".into(), |schema| schema.name.clone())
+    }
+}
+
+/// The first field that differs, and what both have there.
+fn compare(a: Option<Found>, b: Option<Found>) -> (String, Option<String>, Option<String>) {
+    let (a, b) = match (a, b) {
+        (Some(a), Some(b)) => (a, b),
+        (a, b) => {
+            let text = |found: Found| found.value.to_string();
+            return ("(message)".into(), a.map(text), b.map(text));
+        }
+    };
+    let pair = |field: &str, a: String, b: String| (field.to_owned(), Some(a), Some(b));
+    if a.type_name() != b.type_name() {
+        return pair("(type)", a.type_name(), b.type_name());
+    }
+    if a.encoding != b.encoding {
+        return pair("(encoding)", a.encoding, b.encoding);
+    }
+    if let (Some(a), Some(b)) = (&a.schema, &b.schema)
+        && a != &(Schema { id: a.id, ..b.clone() })
+    {
+        let text = |schema: &Schema| String::from_utf8_lossy(&schema.data).into_owned();
+        return pair("(definition)", text(a), text(b));
+    }
+    let times = [
+        ("(log time)", a.log_time, b.log_time),
+        ("(publish time)", a.publish_time, b.publish_time),
+        ("(sequence)", a.sequence.into(), b.sequence.into()),
+    ];
+    if let Some((field, a, b)) = times.into_iter().find(|(_, a, b)| a != b) {
+        return pair(field, a.to_string(), b.to_string());
+    }
+    let (left, right) = (a.value.fields(true), b.value.fields(true));
+    for (i, (field, value)) in left.iter().enumerate() {
+        match right.get(i) {
+            Some((other_field, other)) if field == other_field && value == other => {}
+            Some((other_field, other)) if field == other_field => {
+                return pair(field, value.clone(), other.clone());
+            }
+            _ => return (field.clone(), Some(value.clone()), None),
+        }
+    }
+    if let Some((field, value)) = right.get(left.len()) {
+        return (field.clone(), None, Some(value.clone()));
+    }
+    // Padding, or the payload of a NaN, or what can't be read.
+    let place = a.data.iter().zip(&b.data).take_while(|(a, b)| a == b).count();
+    let byte = |data: &[u8]| data.get(place).map_or_else(|| "none".into(), |byte| format!("{byte:#04x}"));
+    pair(&format!("(byte {place})"), byte(&a.data), byte(&b.data))
+}

@@ -1,0 +1,71 @@
+//! What the beginning and the end of a damaged file still say.
+
+use std::io::{Read, Seek};
+
+use super::Error;
+use super::record::{DataEnd, FRAME, Footer, Header, MAGIC, Record};
+use super::source::Source;
+use super::summary::Summary;
+
+/// The summary, if its own checksum says that it is right.
+pub(super) fn intact_summary<R: Read + Seek>(source: &mut Source<R>) -> Option<Summary> {
+    let start = data_end(source)?;
+    source.seek(start).ok()?;
+    let mut body = Vec::new();
+    Summary::read(source, &mut body).ok().filter(|summary| summary.crc != 0)
+}
+
+/// Whether the file has an end, and a checksum there that is right for all data.
+pub(super) fn is_covered<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, Error> {
+    let end_size = FRAME + 4;
+    let Some(end) = data_end(source).and_then(|end| end.checked_sub(end_size)) else { return Ok(false) };
+    let mut body = Vec::new();
+    source.seek(end)?;
+    source.part(end_size, &mut body)?;
+    let mut expected = Vec::new();
+    source.seek(0)?;
+    source.crc.reset();
+    let mut left = end;
+    let mut part = Vec::new();
+    while left > 0 {
+        source.part(left.min(1 << 20), &mut part)?;
+        left -= (part.len() as u64).clamp(1, left);
+    }
+    let data_section_crc = source.crc.clone().finalize();
+    DataEnd { data_section_crc }.append(&mut expected);
+    Ok(data_section_crc != 0 && body == expected)
+}
+
+/// Where the record that ends the data itself ends, as the footer says.
+fn data_end<R: Read + Seek>(source: &mut Source<R>) -> Option<u64> {
+    let place = source.length().checked_sub(FRAME + 20 + MAGIC.len() as u64)?;
+    source.seek(place).ok()?;
+    let frame = source.frame().ok().filter(|frame| frame.opcode == Footer::OPCODE)?;
+    let mut body = Vec::new();
+    source.body(frame, &mut body).ok()?;
+    let start = Footer::parse(&body).ok()?.summary_start;
+    (start <= place).then_some(if start == 0 { place } else { start })
+}
+
+/// The header, and where what follows it begins.
+pub(super) fn header<R: Read + Seek>(source: &mut Source<R>) -> Result<(Header, u64), Error> {
+    let start = MAGIC.len() as u64;
+    let mut bytes = Vec::new();
+    source.seek(0)?;
+    source.part(start, &mut bytes)?;
+    let begins = MAGIC.starts_with(&bytes);
+    let mut body = Vec::new();
+    let frame = source.frame();
+    if let Ok(frame) = frame
+        && frame.opcode == Header::OPCODE
+    {
+        source.body(frame, &mut body)?;
+        if let Ok(header) = Header::parse(&body) {
+            return Ok((header, frame.end()));
+        }
+    }
+    match begins {
+        true => Ok((Header::default(), start.min(source.length()))),
+        false => Err(Error::NoBag { path: source.path().into(), what: "nothing in it says so".into() }),
+    }
+}

@@ -1,0 +1,52 @@
+use std::io;
+use std::path::PathBuf;
+
+/// Why a file can't be read, or not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The operating system does not let it be read.
+    #[error("`{}` can't be read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What it answered.
+        source: io::Error,
+    },
+    /// The operating system does not let it be written.
+    #[error("`{}` can't be written: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What it answered.
+        source: io::Error,
+    },
+    /// It is not what the format says, or a checksum does not fit.
+    #[error("`{}` is damaged at byte {offset}: {what}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where the record begins that is wrong.
+        offset: u64,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// It is no such file at all.
+    #[error("`{}` is no MCAP file: {what}", path.display())]
+    NoBag {
+        /// The file.
+        path: PathBuf,
+        /// What it has instead.
+        what: String,
+    },
+    /// What is asked for does not fit what is in the file.
+    #[error("`{}`: {what}", path.display())]
+    Unfit {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit, and what there is.
+        what: String,
+    },
+    /// A picture could not be drawn.
+    #[error(transparent)]
+    Draw(#[from] crate::Error),
+}

@@ -1,0 +1,136 @@
+use std::collections::BTreeMap;
+use std::io::{Read, Seek};
+
+use serde::Serialize;
+
+use super::record::Metadata;
+use super::{Error, Reader};
+
+/// What is in a file, all of which was read and checked.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Info {
+    /// Which conventions it keeps, such as `ros2`; empty if none.
+    pub profile: String,
+    /// What wrote it.
+    pub library: String,
+    /// Its length.
+    pub bytes: u64,
+    /// How many messages it has.
+    pub messages: u64,
+    /// The earliest log time, nanoseconds; 0 if there are no messages.
+    pub from: u64,
+    /// The latest log time, nanoseconds; 0 if there are no messages.
+    pub to: u64,
+    /// Its channels, by topic.
+    pub channels: Vec<ChannelInfo>,
+    /// Its chunks, by how they are compressed; the empty name stands for not at all.
+    pub chunks: BTreeMap<String, ChunksInfo>,
+    /// Its attachments, in the order of the file.
+    pub attachments: Vec<AttachmentInfo>,
+    /// Its metadata, in the order of the file: each with its name and texts.
+    pub metadata: Vec<(String, BTreeMap<String, String>)>,
+    /// Records that only their writer knows, which are not read.
+    pub private: u64,
+    /// What no checksum of the file covers, so that damage may stay unseen.
+    pub unchecked: Vec<&'static str>,
+}
+
+/// A channel of a file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ChannelInfo {
+    /// Its name.
+    pub topic: String,
+    /// The name of its schema; empty if it has none.
+    pub schema: String,
+    /// How its messages are written, such as `cdr`.
+    pub encoding: String,
+    /// How many messages it has.
+    pub messages: u64,
+    /// Messages in a second, from the first to the last of the channel; nothing for fewer than two or for no time.
+    pub rate: Option<f64>,
+}
+
+/// The chunks of a file that are compressed in one way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ChunksInfo {
+    /// How many there are.
+    pub chunks: u64,
+    /// Bytes of their records in the file.
+    pub compressed: u64,
+    /// Bytes of their records.
+    pub uncompressed: u64,
+}
+
+/// An attachment of a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct AttachmentInfo {
+    /// Its name.
+    pub name: String,
+    /// What it is, such as `application/toml`.
+    pub media_type: String,
+    /// How long it is.
+    pub bytes: u64,
+    /// When it was recorded, nanoseconds.
+    pub log_time: u64,
+}
+
+/// Reads all that is left of a file, checks every record of it, and says what it has. A file of which this returns is
+/// whole: `slate bag verify`.
+///
+/// # Errors
+/// When it is damaged, with the place of the first record that is wrong.
+pub fn verify<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Info, Error> {
+    let mut spans: BTreeMap<u16, (u64, u64)> = BTreeMap::new();
+    let mut messages = 0;
+    while let Some(message) = reader.next_message()? {
+        let span = spans.entry(message.channel.id).or_insert((message.log_time, message.log_time));
+        *span = (span.0.min(message.log_time), span.1.max(message.log_time));
+        messages += 1;
+    }
+    let rate = |id: u16, count: u64| {
+        let (from, to) = spans.get(&id)?;
+        (to > from && count > 1).then(|| (count - 1) as f64 / ((to - from) as f64 * 1e-9))
+    };
+    let mut channels: Vec<_> = reader
+        .channels()
+        .map(|channel| ChannelInfo {
+            topic: channel.topic.clone(),
+            schema: reader.schema(channel).map(|schema| schema.name.clone()).unwrap_or_default(),
+            encoding: channel.message_encoding.clone(),
+            messages: reader.count(channel),
+            rate: rate(channel.id, reader.count(channel)),
+        })
+        .collect();
+    channels.sort_by(|a, b| a.topic.cmp(&b.topic));
+    let metadata = reader.metadata()?.into_iter().map(|Metadata { name, metadata }| (name, metadata));
+    let metadata = metadata.collect();
+    let outline = reader.outline();
+    let mut chunks: BTreeMap<String, ChunksInfo> = BTreeMap::new();
+    for chunk in &outline.chunks {
+        let entry = chunks.entry(chunk.compression.clone()).or_default();
+        entry.chunks += 1;
+        entry.compressed += chunk.compressed_size;
+        entry.uncompressed += chunk.uncompressed_size;
+    }
+    let attachments = outline.attachments.iter().map(|index| AttachmentInfo {
+        name: index.name.clone(),
+        media_type: index.media_type.clone(),
+        bytes: index.data_size,
+        log_time: index.log_time,
+    });
+    let (from, to) = reader.times().unwrap_or_default();
+    Ok(Info {
+        profile: reader.header().profile.clone(),
+        library: reader.header().library.clone(),
+        bytes: reader.length(),
+        messages,
+        from,
+        to,
+        channels,
+        chunks,
+        attachments: attachments.collect(),
+        metadata,
+        private: outline.private,
+        unchecked: outline.unchecked.clone(),
+    })
+}

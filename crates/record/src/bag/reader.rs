@@ -1,0 +1,375 @@
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::Error;
+use super::compression::decompress;
+use super::definitions::{Content, Definitions};
+use super::outline::{Outline, parse};
+use super::record::{
+    AttachmentRecord, Channel, Chunk, DataEnd, Field, Header, Input, MessageIndex, MessageRecord, Metadata,
+    Record, Schema,
+};
+use super::source::{Frame, Source};
+
+/// Reads the messages of a file in the order in which they stand there, and believes nothing that is not checked.
+///
+/// To open a file reads all of it once: how its records follow each other, the checksums of data, attachments and
+/// summary. A chunk's checksum, all its records and its indexes are checked before a message of it is returned, and the
+/// statistics at the end. So a damaged file is an [`Error`], before the first message that may be a wrong one. Memory is
+/// that of the largest chunk, at most [`MAXIMUM_RECORD`](super::MAXIMUM_RECORD).
+///
+/// ```no_run
+/// use slate_record::bag::Reader;
+///
+/// let mut reader = Reader::open("run.mcap")?;
+/// while let Some(message) = reader.next_message()? {
+///     println!("{} {} {} bytes", message.log_time, message.channel.topic, message.data.len());
+/// }
+/// # Ok::<(), slate_record::bag::Error>(())
+/// ```
+pub struct Reader<R> {
+    source: Source<R>,
+    outline: Outline,
+    definitions: Definitions,
+    /// Where the next record of the file begins.
+    next: u64,
+    /// The records of a chunk, or one that stands outside of chunks, and where the next of them begins.
+    records: Vec<u8>,
+    place: usize,
+    body: Vec<u8>,
+    counts: BTreeMap<u16, u64>,
+    times: Option<(u64, u64)>,
+    is_done: bool,
+}
+
+/// A message as it stands in a file.
+#[derive(Clone, Debug)]
+pub struct Message<'a> {
+    /// What it is a message of.
+    pub channel: &'a Arc<Channel>,
+    /// How its bytes are laid out, unless its channel does not say.
+    pub schema: Option<&'a Arc<Schema>>,
+    /// Its number among those of its channel, as its writer counts.
+    pub sequence: u32,
+    /// When it was recorded, nanoseconds.
+    pub log_time: u64,
+    /// When it was published, nanoseconds.
+    pub publish_time: u64,
+    /// Its bytes, of the channel's encoding.
+    pub data: &'a [u8],
+}
+
+/// A file in a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Attachment {
+    /// When it was recorded, nanoseconds.
+    pub log_time: u64,
+    /// When it was made, nanoseconds.
+    pub create_time: u64,
+    /// Its name.
+    pub name: String,
+    /// What it is, such as `application/toml`.
+    pub media_type: String,
+    /// What is in it.
+    pub data: Vec<u8>,
+}
+
+impl Reader<BufReader<File>> {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// When it can't be read, or is no whole MCAP file.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let file = File::open(path).map_err(|source| Error::Read { path: path.into(), source })?;
+        Self::new(BufReader::with_capacity(1 << 16, file), path)
+    }
+}
+
+impl<R: Read + Seek> Reader<R> {
+    /// Reads what may be a file or is in memory; errors name it as `path`.
+    ///
+    /// # Errors
+    /// When it can't be read, or is no whole MCAP file.
+    pub fn new(input: R, path: impl AsRef<Path>) -> Result<Self, Error> {
+        let mut source = Source::new(input, path.as_ref())?;
+        let outline = Outline::read(&mut source)?;
+        Ok(Self {
+            source,
+            next: outline.data,
+            outline,
+            definitions: Definitions::default(),
+            records: Vec::new(),
+            place: 0,
+            body: Vec::new(),
+            counts: BTreeMap::new(),
+            times: None,
+            is_done: false,
+        })
+    }
+
+    /// Where the file is.
+    pub fn path(&self) -> &Path {
+        self.source.path()
+    }
+
+    /// Who wrote it, and by which rules.
+    pub fn header(&self) -> &Header {
+        &self.outline.header
+    }
+
+    pub(super) fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    pub(super) fn length(&self) -> u64 {
+        self.source.length()
+    }
+
+    /// The channels that were defined so far; at the end, all of them.
+    pub fn channels(&self) -> impl Iterator<Item = &Arc<Channel>> {
+        self.definitions.channels.values()
+    }
+
+    /// The schema of a channel, unless it has none.
+    pub fn schema(&self, channel: &Channel) -> Option<&Arc<Schema>> {
+        self.definitions.schemas.get(&channel.schema_id)
+    }
+
+    /// How many messages of a channel were returned so far.
+    pub(super) fn count(&self, channel: &Channel) -> u64 {
+        self.counts.get(&channel.id).copied().unwrap_or(0)
+    }
+
+    /// The earliest and the latest log time of the chunks that were read.
+    pub(super) fn times(&self) -> Option<(u64, u64)> {
+        self.times
+    }
+
+    /// The log time of the first message, if the file says it before it is read.
+    pub(super) fn start(&self) -> Option<u64> {
+        let said = self.outline.summary.statistics.as_ref().filter(|statistics| statistics.message_count > 0);
+        said.map(|statistics| statistics.message_start_time)
+    }
+
+    /// The next message; nothing at the end.
+    ///
+    /// # Errors
+    /// When the file is damaged, or can't be read.
+    pub fn next_message(&mut self) -> Result<Option<Message<'_>>, Error> {
+        let Some((start, end)) = self.find()? else { return Ok(None) };
+        // All of it was checked when it was read.
+        let wrong = |what: String| self.source.damaged(self.next, what);
+        let message = MessageRecord::parse(&self.records[start..end]).map_err(wrong)?;
+        let Some(channel) = self.definitions.channels.get(&message.channel_id) else {
+            return Err(wrong("a message has no channel".into()));
+        };
+        Ok(Some(Message {
+            channel,
+            schema: self.definitions.schemas.get(&channel.schema_id),
+            sequence: message.sequence,
+            log_time: message.log_time,
+            publish_time: message.publish_time,
+            data: message.data.0,
+        }))
+    }
+
+    /// Where the next message is.
+    fn find(&mut self) -> Result<Option<(usize, usize)>, Error> {
+        loop {
+            while self.place < self.records.len() {
+                let mut rest = Input(&self.records[self.place..]);
+                let opcode = u8::read(&mut rest);
+                let body: Result<&[u8], _> = Field::read(&mut rest);
+                let (Ok(opcode), Ok(body)) = (opcode, body) else { break };
+                self.place = self.records.len() - rest.0.len();
+                if opcode == MessageRecord::OPCODE {
+                    return Ok(Some((self.place - body.len(), self.place)));
+                }
+            }
+            if self.is_done {
+                return Ok(None);
+            }
+            self.is_done = !self.advance()?;
+        }
+    }
+
+    /// Reads until there are more records; false at the end of the data.
+    fn advance(&mut self) -> Result<bool, Error> {
+        self.records.clear();
+        self.place = 0;
+        loop {
+            self.source.seek(self.next)?;
+            let frame = self.source.frame()?;
+            self.next = frame.end();
+            match frame.opcode {
+                Schema::OPCODE | Channel::OPCODE | MessageRecord::OPCODE => {
+                    self.source.body(frame, &mut self.body)?;
+                    self.records.extend(frame.bytes());
+                    self.records.extend(&self.body);
+                    self.content(frame)?;
+                    return Ok(true);
+                }
+                Chunk::OPCODE => {
+                    self.read_chunk(frame)?;
+                    return Ok(true);
+                }
+                DataEnd::OPCODE => {
+                    self.check_summary()?;
+                    return Ok(false);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn read_chunk(&mut self, frame: Frame) -> Result<(), Error> {
+        self.source.body(frame, &mut self.body)?;
+        let chunk: Chunk = parse(&self.source, frame, &self.body)?;
+        let damaged = |what: String| self.source.damaged(frame.offset, format!("in a chunk, {what}"));
+        decompress(&chunk.compression, chunk.records, chunk.uncompressed_size, &mut self.records)
+            .map_err(damaged)?;
+        if self.records.len() as u64 != chunk.uncompressed_size {
+            let (found, said) = (self.records.len(), chunk.uncompressed_size);
+            return Err(damaged(format!("there are {found} bytes of records and should be {said}")));
+        }
+        let (said, found) = (chunk.uncompressed_crc, crc32fast::hash(&self.records));
+        if said != 0 && said != found {
+            return Err(damaged(format!(
+                "the checksum of the records is {found:08x} and should be {said:08x}"
+            )));
+        }
+        let times = (chunk.message_start_time, chunk.message_end_time);
+        let content = self.content(frame)?;
+        if content.times != times {
+            let what = format!("messages are from {:?} and should be from {times:?}", content.times);
+            return Err(self.source.damaged(frame.offset, format!("in a chunk, {what}")));
+        }
+        self.read_indexes(frame, content)
+    }
+
+    /// Checks the records that were read, and counts their messages.
+    fn content(&mut self, frame: Frame) -> Result<Content, Error> {
+        let content = Content::read(&self.records, &mut self.definitions)
+            .map_err(|what| self.source.damaged(frame.offset, what))?;
+        for (channel, entries) in &content.index {
+            *self.counts.entry(*channel).or_default() += entries.len() as u64;
+        }
+        if !content.index.is_empty() {
+            let (from, to) = content.times;
+            self.times = Some(self.times.map_or((from, to), |times| (times.0.min(from), times.1.max(to))));
+        }
+        Ok(content)
+    }
+
+    /// Checks the message indexes that follow a chunk: none, or those of all its messages.
+    fn read_indexes(&mut self, chunk: Frame, mut content: Content) -> Result<(), Error> {
+        let mut is_indexed = false;
+        loop {
+            let frame = self.source.frame()?;
+            if frame.opcode != MessageIndex::OPCODE {
+                break;
+            }
+            self.source.body(frame, &mut self.body)?;
+            self.next = frame.end();
+            is_indexed = true;
+            let mut index: MessageIndex = parse(&self.source, frame, &self.body)?;
+            let mut found = content.index.remove(&index.channel_id).unwrap_or_default();
+            index.records.sort_unstable();
+            found.sort_unstable();
+            if index.records != found {
+                let what = format!(
+                    "the message index of channel {} is not what is in the chunk before it",
+                    index.channel_id
+                );
+                return Err(self.source.damaged(frame.offset, what));
+            }
+        }
+        match content.index.keys().next() {
+            Some(channel) if is_indexed => {
+                let what = format!("no message index of channel {channel} follows the chunk");
+                Err(self.source.damaged(chunk.offset, what))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What the summary says is what was found in the chunks.
+    fn check_summary(&self) -> Result<(), Error> {
+        let summary = &self.outline.summary;
+        let damaged = |what: &str| Err(self.source.damaged(summary.start, what));
+        let mut all = self.definitions.clone();
+        for schema in summary.definitions.schemas.values() {
+            if all.add_schema(Schema::clone(schema)).is_err() {
+                return damaged("a schema of the summary is another one than that of the data");
+            }
+        }
+        for channel in summary.definitions.channels.values() {
+            if all.add_channel(Channel::clone(channel)).is_err() {
+                return damaged("a channel of the summary is another one than that of the data");
+            }
+        }
+        let Some(statistics) = &summary.statistics else { return Ok(()) };
+        let counts: BTreeMap<u16, u64> =
+            statistics.channel_message_counts.clone().into_iter().filter(|(_, count)| *count > 0).collect();
+        let kinds = (u64::from(statistics.schema_count), u64::from(statistics.channel_count));
+        let times = (statistics.message_start_time, statistics.message_end_time);
+        if counts != self.counts || statistics.message_count != counts.values().sum::<u64>() {
+            return damaged("the statistics count other messages than there are");
+        }
+        if kinds != (all.schemas.len() as u64, all.channels.len() as u64) {
+            return damaged("the statistics count other schemas or channels than there are");
+        }
+        if times != self.times.unwrap_or_default() {
+            return damaged("the statistics say other times than the messages have");
+        }
+        Ok(())
+    }
+
+    /// Reads all metadata, in the order of the file.
+    ///
+    /// # Errors
+    /// When the file can't be read any more.
+    pub fn metadata(&mut self) -> Result<Vec<Metadata>, Error> {
+        let places: Vec<_> = self.outline.metadata.iter().map(|index| index.offset).collect();
+        let read = |place| {
+            let frame = self.record_at(place)?;
+            parse(&self.source, frame, &self.body)
+        };
+        places.into_iter().map(read).collect()
+    }
+
+    /// How many attachments there are.
+    pub fn attachments(&self) -> usize {
+        self.outline.attachments.len()
+    }
+
+    /// Reads an attachment by its number in the file; nothing if there are not as many.
+    ///
+    /// # Errors
+    /// When the file can't be read any more.
+    pub fn attachment(&mut self, number: usize) -> Result<Option<Attachment>, Error> {
+        let Some(place) = self.outline.attachments.get(number).map(|index| index.offset) else {
+            return Ok(None);
+        };
+        let frame = self.record_at(place)?;
+        let record: AttachmentRecord = parse(&self.source, frame, &self.body)?;
+        Ok(Some(Attachment {
+            log_time: record.log_time,
+            create_time: record.create_time,
+            name: record.name,
+            media_type: record.media_type,
+            data: record.data.to_vec(),
+        }))
+    }
+
+    fn record_at(&mut self, offset: u64) -> Result<Frame, Error> {
+        self.source.seek(offset)?;
+        let frame = self.source.frame()?;
+        self.source.body(frame, &mut self.body)?;
+        Ok(frame)
+    }
+}

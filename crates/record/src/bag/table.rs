@@ -1,0 +1,122 @@
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::value::{Decoder, Value};
+use super::whole::Part;
+use super::{Error, Message, Reader, Selection};
+
+/// A file that [`export_csv`] has written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Of what.
+    pub topic: String,
+    /// How many rows it has.
+    pub rows: u64,
+}
+
+/// Writes the messages of each topic that is selected as a table: log time in seconds, sequence, and the fields of the
+/// value; a list is one cell. When `out` ends with `.csv` it is the file of the only topic, else the folder of all.
+///
+/// # Errors
+/// When the file is damaged, a message can't be read, `out` can't be written, or is one file for several topics.
+pub fn export_csv(path: &Path, selection: &Selection, out: &Path) -> Result<Vec<Table>, Error> {
+    let mut reader = Reader::open(path)?;
+    let is_file = out.extension().is_some_and(|extension| extension == "csv");
+    if !is_file {
+        std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
+    }
+    let mut decoder = Decoder::default();
+    let mut open: BTreeMap<String, Open> = BTreeMap::new();
+    selection.visit(&mut reader, |message| {
+        let topic = &message.channel.topic;
+        let unfit = |what| Error::Unfit { path: path.into(), what };
+        let value = decoder.decode(message);
+        if let Value::Unread { why, .. } = &value {
+            return Err(unfit(format!("a message of `{topic}` can't be read: {why}")));
+        }
+        let fields = value.fields(false);
+        if !open.contains_key(topic) {
+            if is_file && !open.is_empty() {
+                let what = "it would hold several topics; select one, or name a folder".into();
+                return Err(Error::Unfit { path: out.into(), what });
+            }
+            let target = if is_file { out.to_owned() } else { out.join(file_name(topic)) };
+            if let Some((other, _)) = open.iter().find(|(_, open)| open.table.path == target) {
+                let what = format!("`{other}` and `{topic}` would both be written there; select one of them");
+                return Err(Error::Unfit { path: target, what });
+            }
+            open.insert(topic.clone(), Open::new(topic, target, &fields)?);
+        }
+        let Some(table) = open.get_mut(topic) else { return Ok(true) };
+        table.row(message, &fields).and_then(|fits| match fits {
+            true => Ok(true),
+            false => Err(unfit(format!(
+                "message {} of `{topic}` has other fields than those before, so that it is no table",
+                table.table.rows
+            ))),
+        })
+    })?;
+    let finish = |open: Open| open.part.finish().map(|()| open.table);
+    open.into_values().map(finish).collect()
+}
+
+/// `/r2/range` becomes `r2_range.csv`.
+fn file_name(topic: &str) -> String {
+    let allowed = |character: char| character.is_alphanumeric() || "-_.".contains(character);
+    let name = topic.trim_start_matches('/');
+    let name: String =
+        name.chars().map(|character| if allowed(character) { character } else { '_' }).collect();
+    format!("{name}.csv")
+}
+
+/// A table that is written.
+struct Open {
+    table: Table,
+    columns: Vec<String>,
+    part: Part,
+}
+
+impl Open {
+    fn new(topic: &str, path: PathBuf, fields: &[(String, String)]) -> Result<Self, Error> {
+        let columns: Vec<_> = fields.iter().map(|(name, _)| name.clone()).collect();
+        let part = Part::create(&path)?;
+        let mut open = Self { table: Table { path, topic: topic.into(), rows: 0 }, columns, part };
+        let columns = open.columns.clone();
+        open.line(["time_s", "sequence"].into_iter().chain(columns.iter().map(String::as_str)))?;
+        Ok(open)
+    }
+
+    fn line<'a>(&mut self, cells: impl Iterator<Item = &'a str>) -> Result<(), Error> {
+        let cells: Vec<_> = cells.map(quoted).collect();
+        let path = &self.table.path;
+        writeln!(self.part, "{}", cells.join(","))
+            .map_err(|source| Error::Write { path: path.clone(), source })
+    }
+
+    /// Writes a message; false if it has other fields.
+    fn row(&mut self, message: &Message, fields: &[(String, String)]) -> Result<bool, Error> {
+        if !self.columns.iter().eq(fields.iter().map(|(name, _)| name)) {
+            return Ok(false);
+        }
+        let (time, sequence) = (seconds(message.log_time), message.sequence.to_string());
+        self.line([&time[..], &sequence].into_iter().chain(fields.iter().map(|(_, text)| text.as_str())))?;
+        self.table.rows += 1;
+        Ok(true)
+    }
+}
+
+/// Nanoseconds as seconds, exactly.
+pub fn seconds(time: u64) -> String {
+    format!("{}.{:09}", time / 1_000_000_000, time % 1_000_000_000)
+}
+
+/// A cell, in quotes where it needs them.
+fn quoted(cell: &str) -> String {
+    match cell.contains(['"', ',', '\n', '\r']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell.into(),
+    }
+}

@@ -1,0 +1,155 @@
+//! What the bytes of messages mean.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+use super::Message;
+use crate::ros;
+
+/// Reads the values of messages: CDR with the schemas of ROS 2 (`ros2msg`), and JSON.
+#[derive(Debug, Default)]
+pub struct Decoder {
+    /// By channel, so that a definition is read once.
+    schemas: BTreeMap<u16, Result<ros::Schema, String>>,
+}
+
+/// What a message says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A message of ROS.
+    Message(ros::Value),
+    /// JSON.
+    Json(serde_json::Value),
+    /// Bytes that can't be read, and why.
+    Unread {
+        /// How many there are.
+        bytes: usize,
+        /// Why they can't be read.
+        why: String,
+    },
+}
+
+impl Decoder {
+    /// Reads the value of a message of the one file that this decoder is for.
+    pub fn decode(&mut self, message: &Message) -> Value {
+        let unread = |why: String| Value::Unread { bytes: message.data.len(), why };
+        let channel = &message.channel;
+        match channel.message_encoding.as_str() {
+            "json" => match serde_json::from_slice(message.data) {
+                Ok(value) => Value::Json(value),
+                Err(error) => unread(error.to_string()),
+            },
+            "cdr" => {
+                let schema = self.schemas.entry(channel.id).or_insert_with(|| schema(message));
+                match schema.as_ref().map(|schema| schema.decode(message.data)) {
+                    Ok(Ok(value)) => Value::Message(value),
+                    Ok(Err(error)) => unread(error.to_string()),
+                    Err(why) => unread(why.clone()),
+                }
+            }
+            other => unread(format!("messages that are encoded as `{other}` are not read")),
+        }
+    }
+}
+
+fn schema(message: &Message) -> Result<ros::Schema, String> {
+    let schema = message.schema.ok_or("its channel has no schema")?;
+    if schema.encoding != "ros2msg" {
+        return Err(format!("schemas that are encoded as `{}` are not read", schema.encoding));
+    }
+    let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is no UTF-8")?;
+    ros::Schema::parse(&schema.name, text).map_err(|error| error.to_string())
+}
+
+impl Value {
+    /// A number or truth value at a path such as `pose/position/x` or `ranges/3`.
+    pub fn number(&self, path: &str) -> Option<f64> {
+        match self {
+            Self::Message(value) => {
+                let value = value.at(path)?;
+                value.as_f64().or_else(|| value.as_bool().map(|is| f64::from(u8::from(is))))
+            }
+            Self::Json(value) => {
+                let value = value.pointer(&format!("/{path}"))?;
+                value.as_f64().or_else(|| value.as_bool().map(|is| f64::from(u8::from(is))))
+            }
+            Self::Unread { .. } => None,
+        }
+    }
+
+    /// The fields that are no messages themselves, each with its path and as text. A list is one field, or with
+    /// `elements` as many as it has elements.
+    pub fn fields(&self, elements: bool) -> Vec<(String, String)> {
+        let mut fields = Vec::new();
+        match self {
+            Self::Message(value) => message_fields(value, "", elements, &mut fields),
+            Self::Json(value) => json_fields(value, "", elements, &mut fields),
+            Self::Unread { .. } => {}
+        }
+        fields
+    }
+}
+
+fn below(path: &str, name: impl fmt::Display) -> String {
+    if path.is_empty() { name.to_string() } else { format!("{path}/{name}") }
+}
+
+fn message_fields(value: &ros::Value, path: &str, elements: bool, fields: &mut Vec<(String, String)>) {
+    match value {
+        ros::Value::Map(map) => {
+            for (name, value) in map.iter() {
+                message_fields(value, &below(path, name), elements, fields);
+            }
+        }
+        ros::Value::Numbers(numbers) if elements => {
+            fields.extend(numbers.iter().enumerate().map(|(i, number)| (below(path, i), number.to_string())));
+        }
+        ros::Value::List(items) if elements => {
+            for (i, item) in items.iter().enumerate() {
+                message_fields(item, &below(path, i), elements, fields);
+            }
+        }
+        ros::Value::Text(text) => fields.push((path.into(), text.to_string())),
+        other => fields.push((path.into(), other.to_string())),
+    }
+}
+
+fn json_fields(value: &serde_json::Value, path: &str, elements: bool, fields: &mut Vec<(String, String)>) {
+    match value {
+        serde_json::Value::Object(map) => {
+            for (name, value) in map {
+                json_fields(value, &below(path, name), elements, fields);
+            }
+        }
+        serde_json::Value::Array(items) if elements => {
+            for (i, item) in items.iter().enumerate() {
+                json_fields(item, &below(path, i), elements, fields);
+            }
+        }
+        serde_json::Value::String(text) => fields.push((path.into(), text.clone())),
+        other => fields.push((path.into(), other.to_string())),
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Message(value) => value.fmt(f),
+            Self::Json(value) => value.fmt(f),
+            Self::Unread { bytes, why } => write!(f, "{bytes} bytes ({why})"),
+        }
+    }
+}
+
+/// What can't be read is nothing.
+impl Serialize for Value {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Message(value) => value.serialize(serializer),
+            Self::Json(value) => value.serialize(serializer),
+            Self::Unread { .. } => serializer.serialize_none(),
+        }
+    }
+}
