@@ -27,11 +27,12 @@ mod source;
 mod summary;
 mod table;
 mod value;
-mod whole;
+pub(crate) mod whole;
 mod writer;
 
 pub use compression::Compression;
 pub use copy::copy;
+pub(crate) use copy::copy_into;
 pub use curves::plot;
 pub use diff::{Counts, Diff, Difference, diff};
 pub use error::Error;

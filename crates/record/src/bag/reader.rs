@@ -150,7 +150,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     /// The log time of the first message, if the file says it before it is read.
-    pub(super) fn start(&self) -> Option<u64> {
+    pub(crate) fn start(&self) -> Option<u64> {
         let said = self.outline.summary.statistics.as_ref().filter(|statistics| statistics.message_count > 0);
         said.map(|statistics| statistics.message_start_time)
     }

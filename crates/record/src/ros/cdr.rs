@@ -4,7 +4,7 @@ use super::Error;
 const HEADER: usize = 4;
 
 /// Appends a little-endian message (plain CDR, XCDR version 1).
-pub(super) struct Writer<'a> {
+pub(crate) struct Writer<'a> {
     out: &'a mut Vec<u8>,
     origin: usize,
 }

@@ -1,0 +1,83 @@
+use std::fmt;
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+use serde::{Serialize, Serializer};
+
+use super::lines::plain;
+use super::{carmen, openrdk};
+use crate::bag::Error;
+
+/// What a log is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// A recording of Slate, of ROS 2, or of anybody.
+    Mcap,
+    /// Lines of CARMEN's logger.
+    Carmen,
+    /// Lines of OpenRDK.
+    OpenRdk,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Mcap, Self::Carmen, Self::OpenRdk];
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mcap => "mcap",
+            Self::Carmen => "carmen",
+            Self::OpenRdk => "openrdk",
+        }
+    }
+
+    /// The one that is called so.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Serialize for Format {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// As much of a file as is looked at.
+const HEAD: u64 = 256 << 10;
+
+/// Tells from its content what a log is; nothing when it is none that is known.
+///
+/// # Errors
+/// When it can't be read.
+pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
+    let failed = |source| Error::Read { path: path.into(), source };
+    let mut head = Vec::new();
+    let file = File::open(path).map_err(failed)?;
+    // What can't be unpacked is no log.
+    match plain(file).and_then(|file| file.take(HEAD).read_to_end(&mut head)) {
+        Ok(_) => {}
+        Err(error) if error.kind() == ErrorKind::InvalidData || error.kind() == ErrorKind::UnexpectedEof => {}
+        Err(error) => return Err(failed(error)),
+    }
+    if head.starts_with(b"\x89MCAP") {
+        return Ok(Some(Format::Mcap));
+    }
+    let text = String::from_utf8_lossy(&head);
+    let lines: Vec<_> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    // The last one may be cut off.
+    let whole = if head.len() as u64 == HEAD { lines.len().saturating_sub(1) } else { lines.len() };
+    let lines = &lines[..whole];
+    if !lines.iter().any(|line| carmen::is_line(line) || openrdk::is_line(line)) || text.contains('\0') {
+        return Ok(None);
+    }
+    Ok(Some(if openrdk::wrote(lines) { Format::OpenRdk } else { Format::Carmen }))
+}
