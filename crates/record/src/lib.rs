@@ -12,6 +12,7 @@ pub mod bag;
 mod batch;
 mod error;
 pub mod logs;
+pub mod page;
 mod plot;
 mod recorder;
 pub mod replay;

@@ -44,7 +44,7 @@ pub fn export_carmen(path: &Path, selection: &Selection, out: &Path) -> Result<C
     // A host is one word.
     let host = host.filter(|host| !host.is_empty() && !host.contains(char::is_whitespace));
     let mut log = Log { host: host.unwrap_or_else(|| "nohost".into()), ..Log::default() };
-    log.taken = reader.channels().filter_map(|channel| Some(numbered(&channel.topic)?.1)).collect();
+    log.taken = reader.topics().iter().filter_map(|known| Some(numbered(&known.topic)?.1)).collect();
     let mut decoder = Decoder::default();
     whole::write(out, |file| {
         let failed = |source| Error::Write { path: out.into(), source };
@@ -103,18 +103,18 @@ impl Log {
                 self.told.odometry += 1;
             }
             ("carmen_msgs/msg/Parameter", _) => {
-                let [name, value] = ["name", "value"].map(|name| text(value, name));
+                let [name, value] = ["name", "value"].map(|name| value.text(name).unwrap_or_default());
                 self.geometry.parameter(&name, &value);
                 let _ = write!(self.line, "PARAM {name} {value}");
                 self.told.others += 1;
             }
             ("carmen_msgs/msg/Sync", _) => {
-                let _ = write!(self.line, "SYNC {}", text(value, "tag"));
+                let _ = write!(self.line, "SYNC {}", value.text("tag").unwrap_or_default());
                 self.told.others += 1;
             }
             (_, "/truepos/true_pose") => {
-                let odometry = self.at("/truepos/odometry_pose", message.log_time).and_then(pose);
-                let (Some(own), Some(odometry)) = (pose(value), odometry) else { return self.left_out() };
+                let odometry = self.at("/truepos/odometry_pose", message.log_time).and_then(Value::pose);
+                let (Some(own), Some(odometry)) = (value.pose(), odometry) else { return self.left_out() };
                 let _ = write!(self.line, "TRUEPOS");
                 self.numbers(own.iter().chain(&odometry));
                 self.told.others += 1;
@@ -154,7 +154,7 @@ impl Log {
     }
 
     fn odometry(&mut self, topic: &str, time: u64, value: &Value) -> Result<(), String> {
-        let own = pose(value).ok_or_else(|| format!("`{topic}` has no pose in the plane"))?;
+        let own = value.pose().ok_or_else(|| format!("`{topic}` has no pose in the plane"))?;
         let speed = |of: &str| {
             let plane = match of {
                 "linear" => "twist/twist/linear/x",
@@ -182,8 +182,8 @@ impl Log {
         }
         let group = topic.strip_suffix("/scan").unwrap_or(topic);
         let part = |name: &str| self.at(&format!("{group}/{name}"), time);
-        let poses = part("laser_pose").and_then(pose).zip(part("robot_pose").and_then(pose));
-        let known = self.newest.get("odometry").and_then(|(_, value)| pose(value)).map(|pose| (pose, pose));
+        let poses = part("laser_pose").and_then(Value::pose).zip(part("robot_pose").and_then(Value::pose));
+        let known = self.newest.get("odometry").and_then(|(_, value)| value.pose()).map(|pose| (pose, pose));
         let poses: Option<(Pose, Pose)> = poses.or(known);
         let (device, motion) = (part("device").cloned(), part("motion").cloned());
         let name = group.rsplit('/').next().unwrap_or_default().to_ascii_uppercase();
@@ -248,15 +248,6 @@ fn is_part(topic: &str) -> bool {
         .any(|end| topic.ends_with(end))
 }
 
-fn text(value: &Value, name: &str) -> String {
-    match value {
-        Value::Message(value) => {
-            value.get(name).and_then(|value| value.as_str()).unwrap_or_default().to_owned()
-        }
-        _ => String::new(),
-    }
-}
-
 /// The numbers of a list.
 fn items(value: &Value, name: &str) -> Vec<String> {
     match value {
@@ -268,22 +259,6 @@ fn items(value: &Value, name: &str) -> Vec<String> {
         },
         _ => Vec::new(),
     }
-}
-
-/// A pose in the plane, or what is one of a pose in space.
-fn pose(value: &Value) -> Option<Pose> {
-    for group in ["", "pose/"] {
-        let [x, y, theta] = ["x", "y", "theta"].map(|name| value.number(&format!("{group}{name}")));
-        if let (Some(x), Some(y), Some(theta)) = (x, y, theta) {
-            return Some([x, y, theta]);
-        }
-    }
-    let number = |name: &str| value.number(&format!("pose/pose/{name}"));
-    let (x, y) = (number("position/x")?, number("position/y")?);
-    let [qx, qy, qz, qw] = ["x", "y", "z", "w"].map(|name| number(&format!("orientation/{name}")));
-    let (qx, qy, qz, qw) = (qx?, qy?, qz?, qw?);
-    let theta = libm::atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz));
-    Some([x, y, theta])
 }
 
 /// Seconds with microseconds, as CARMEN has them, and more digits only where they say something.
