@@ -39,8 +39,21 @@ pub(super) struct Status {
     reflexes: f64,
     ended: f64,
     refused: f64,
+    route_switches: f64,
     is_known: bool,
     wants_plan: bool,
+}
+
+impl Status {
+    /// Whether it has spoken.
+    pub fn is_known(&self) -> bool {
+        self.is_known
+    }
+
+    /// Reflexes, and changes of the route.
+    pub fn counts(&self) -> [f64; 2] {
+        [self.reflexes, self.route_switches]
+    }
 }
 
 impl Decisions {
@@ -106,6 +119,7 @@ impl Decisions {
             ticket: number("ticket"),
             reflexes: number("reflexes"),
             refused: number("refused"),
+            route_switches: number("route_switches"),
             wants_plan: number("replan") != 0.0,
             ended: last.ended,
             is_known: true,
@@ -194,6 +208,25 @@ impl Names {
     fn ending(&self, number: f64) -> String {
         self.endings.get(&(number as i64)).cloned().unwrap_or_else(|| format!("ending {number}"))
     }
+}
+
+/// The units of a definition's own fields, by name: what stands in brackets at the end of the comment before each.
+pub(super) fn units(definition: &str) -> BTreeMap<String, String> {
+    let mut units = BTreeMap::new();
+    let mut unit = None;
+    for line in definition.lines().take_while(|line| !line.starts_with("===")) {
+        match line.strip_prefix('#') {
+            Some(comment) => {
+                let inside = comment.trim().strip_suffix(']').and_then(|rest| rest.rsplit_once('['));
+                unit = inside.map(|(_, unit)| unit.to_owned());
+            }
+            None => {
+                let name = line.split_whitespace().nth(1).map(str::to_owned);
+                units.extend(name.zip(unit.take()));
+            }
+        }
+    }
+    units
 }
 
 /// The constants of a definition whose names begin so, by number, in lower case.

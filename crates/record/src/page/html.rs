@@ -77,9 +77,9 @@ impl Html {
     pub fn new(title: &str) -> Self {
         let title = escaped(title);
         Self(format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\"/>\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
              <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
         ))
     }
@@ -119,7 +119,7 @@ impl Html {
     pub fn found(&mut self, svg: &[u8], caption: &str) {
         let caption = escaped(caption);
         self.push(format_args!(
-            "<figure>\n<img alt=\"{caption}\" src=\"data:image/svg+xml;base64,{}\">\n<figcaption>{caption}</figcaption>\n</figure>\n",
+            "<figure>\n<img alt=\"{caption}\" src=\"data:image/svg+xml;base64,{}\"/>\n<figcaption>{caption}</figcaption>\n</figure>\n",
             base64(svg)
         ));
     }

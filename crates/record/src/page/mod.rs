@@ -72,6 +72,10 @@ impl Section {
         });
     }
 
+    fn has_table(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, Part::Table(_)))
+    }
+
     fn text(&mut self, text: impl Into<String>) {
         self.parts.push(Part::Text(text.into()));
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::decisions::{Decisions, Names, Status, constants};
+use super::decisions::{Decisions, Names, Status, constants, units};
 use super::robots::Followed;
 use super::table::{Table, seconds};
 use super::tracks::{Series, Tracks};
@@ -180,8 +180,20 @@ impl Recording {
                 self.verdict = value.text("reason").filter(|reason| !reason.is_empty());
             }
             (_, "metrics") => {
-                let fields = decoder.decode(message).fields(false);
-                self.judged.insert(owner.into(), fields);
+                let units = units(definition());
+                let mut fields = decoder.decode(message).fields(false);
+                for (name, value) in &mut fields {
+                    if let Ok(number) = value.parse::<f64>() {
+                        // Counts have no decimals, and what does not apply is no number.
+                        let decimals = if number.fract() == 0.0 { 0 } else { 3 };
+                        let unit = units.get(name).map_or("", String::as_str);
+                        *value = match number.is_finite() {
+                            true => format!("{number:.decimals$} {unit}").trim_end().to_owned(),
+                            false => "none".into(),
+                        };
+                    }
+                }
+                self.judged.insert(owner.trim_start_matches('/').into(), fields);
             }
             (_, "params" | "enabled") => self.setting(topic, time, decoder.decode(message)),
             (_, "change") if schema.starts_with("slate_msgs/") => {
@@ -304,7 +316,9 @@ impl Recording {
         let mut sections = vec![self.summary()];
         let trajectory = std::mem::take(&mut self.tracks).trajectory();
         sections.extend(ways(&title, &format!("recording {}", self.file()), &known.scene, &trajectory)?);
-        sections.push(self.distances(&trajectory)?);
+        let distances = self.distances(&trajectory)?;
+        sections
+            .extend(Some(distances).filter(|section| section.has_table() || self.texts.contains_key("run")));
         sections.extend(self.sections());
         Ok(Story { title, source, sections })
     }
@@ -313,6 +327,8 @@ impl Recording {
         let mut section = Section::new("Summary");
         let mut table = Table::new("summary", &["what", "value"]);
         let mut row = |what: &str, value: String| table.row([what.into(), value]);
+        let own = self.robots.iter().filter(|robot| robot.status.is_known());
+        let counts: Vec<_> = own.map(|robot| (&robot.of.name, robot.status.counts())).collect();
         if let Some(verdict) = &self.verdict {
             row("verdict", verdict.clone());
         }
@@ -322,6 +338,10 @@ impl Recording {
             for (name, value) in fields {
                 row(&format!("{judge}: {}", name.replace('_', " ")), value.clone());
             }
+        }
+        for (robot, [reflexes, switches]) in counts {
+            row(&format!("{robot}: reflexes"), reflexes.to_string());
+            row(&format!("{robot}: route switches"), switches.to_string());
         }
         for (text, key) in
             [("run", "agent"), ("run", "seed"), ("run", "clock"), ("end", "cycles"), ("end", "digest")]
@@ -374,7 +394,12 @@ impl Recording {
         missing.table(self.missing(), "Nothing that should have been recorded was dropped.");
         let mut contents = Section::new("Contents");
         contents.table(self.contents(), "The recording is empty.");
-        vec![decisions, timing, faults, changes, missing, contents]
+        let mut sections = vec![decisions, timing, faults, changes, missing, contents];
+        // Nobody misses these in what is no recording of an agent.
+        if !self.texts.contains_key("run") {
+            sections.retain(Section::has_table);
+        }
+        sections
     }
 
     fn timing(&self) -> Table {
@@ -409,6 +434,11 @@ impl Recording {
     }
 }
 
+/// The title of a picture of the start of what has that title.
+fn start_title(title: &str) -> String {
+    format!("{}: the start", title.rsplit_once(": ").map_or(title, |(run, _)| run))
+}
+
 /// The pictures of the ways of robots.
 pub(super) fn ways(
     title: &str,
@@ -427,7 +457,7 @@ pub(super) fn ways(
     let timeline = plot::timeline(&drawing)?;
     section.parts.push(Part::Drawn("timeline", "x and y over time, and the route.".into(), timeline));
     if !scene.robots.is_empty() {
-        let start = plot::scene(&Drawing { title: "the start".into(), ..drawing })?;
+        let start = plot::scene(&Drawing { title: start_title(&drawing.title), ..drawing })?;
         section.parts.push(Part::Drawn("scene", "The start, seen from above.".into(), start));
     }
     Ok(Some(section))
