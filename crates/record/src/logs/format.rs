@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::lines::plain;
-use super::{carmen, openrdk};
+use super::{carmen, openrdk, rosbag2};
 use crate::bag::Error;
 
 /// What a log is.
@@ -18,11 +18,15 @@ pub enum Format {
     Carmen,
     /// Lines of OpenRDK.
     OpenRdk,
+    /// A recording of ROS 1.
+    Rosbag1,
+    /// A recording of ROS 2: a folder.
+    Rosbag2,
 }
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Mcap, Self::Carmen, Self::OpenRdk];
+    pub const ALL: [Self; 5] = [Self::Mcap, Self::Carmen, Self::OpenRdk, Self::Rosbag1, Self::Rosbag2];
 
     /// What it is called.
     pub fn name(self) -> &'static str {
@@ -30,6 +34,8 @@ impl Format {
             Self::Mcap => "mcap",
             Self::Carmen => "carmen",
             Self::OpenRdk => "openrdk",
+            Self::Rosbag1 => "rosbag1",
+            Self::Rosbag2 => "rosbag2",
         }
     }
 
@@ -60,6 +66,9 @@ const HEAD: u64 = 256 << 10;
 /// When it can't be read.
 pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
     let failed = |source| Error::Read { path: path.into(), source };
+    if path.is_dir() {
+        return Ok(path.join(rosbag2::DESCRIPTION).is_file().then_some(Format::Rosbag2));
+    }
     let mut head = Vec::new();
     let file = File::open(path).map_err(failed)?;
     // What can't be unpacked is no log.
@@ -70,6 +79,9 @@ pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
     }
     if head.starts_with(b"\x89MCAP") {
         return Ok(Some(Format::Mcap));
+    }
+    if head.starts_with(b"#ROSBAG V") {
+        return Ok(Some(Format::Rosbag1));
     }
     let text = String::from_utf8_lossy(&head);
     let lines: Vec<_> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();

@@ -11,12 +11,16 @@
 //! | `mcap` | a recording of Slate, of ROS 2, or of anybody |
 //! | `carmen` | lines of CARMEN's logger, old ones (`FLASER`) and new ones (`ROBOTLASER1`), also with gzip |
 //! | `openrdk` | lines of OpenRDK's sensor logs |
+//! | `rosbag1` | a recording of ROS 1 |
+//! | `rosbag2` | a recording of ROS 2: a folder with MCAP files |
 
 mod carmen;
 mod format;
 mod lines;
 mod openrdk;
 mod output;
+mod rosbag1;
+mod rosbag2;
 mod words;
 
 pub use carmen::{CarmenLog, export_carmen};
@@ -161,6 +165,16 @@ fn read<W: Write>(
     };
     match format {
         Format::Mcap => imported.messages = crate::bag::copy_into(&[path], out, out_path)?,
+        Format::Rosbag2 => {
+            let files = rosbag2::files(path)?;
+            let files: Vec<_> = files.iter().map(PathBuf::as_path).collect();
+            imported.messages = crate::bag::copy_into(&files, out, out_path)?;
+        }
+        Format::Rosbag1 => {
+            let mut output = Output::new(out, out_path)?;
+            rosbag1::read(path, &mut output, options, &mut imported)?;
+            imported.messages = output.finish()?;
+        }
         Format::Carmen | Format::OpenRdk => {
             let mut output = Output::new(out, out_path)?;
             text(&mut output, &mut imported)?;

@@ -54,11 +54,23 @@ impl<W: Write> Output<W> {
         definition: impl FnOnce() -> Definition,
         data: &[u8],
     ) -> Result<(), Error> {
-        if !self.topics.contains_key(topic) {
+        self.message_of(topic, topic, time, definition, data)
+    }
+
+    /// The same, when a topic may have messages of several types: `key` tells them from each other.
+    pub fn message_of(
+        &mut self,
+        key: &str,
+        topic: &str,
+        time: u64,
+        definition: impl FnOnce() -> Definition,
+        data: &[u8],
+    ) -> Result<(), Error> {
+        if !self.topics.contains_key(key) {
             let id = self.channel(topic, definition())?;
-            self.topics.insert(topic.into(), Topic { id, sequence: 0 });
+            self.topics.insert(key.into(), Topic { id, sequence: 0 });
         }
-        let Some(known) = self.topics.get_mut(topic) else { return Ok(()) };
+        let Some(known) = self.topics.get_mut(key) else { return Ok(()) };
         let (id, sequence) = (known.id, known.sequence);
         known.sequence = sequence.wrapping_add(1);
         self.messages += 1;

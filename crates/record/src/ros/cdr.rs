@@ -47,6 +47,14 @@ impl<'a> Writer<'a> {
         }
     }
 
+    /// Numbers of `size` bytes each, little end first.
+    pub fn little(&mut self, bytes: &[u8], size: usize) {
+        if !bytes.is_empty() {
+            self.align(size);
+            self.raw(bytes);
+        }
+    }
+
     /// `count` numbers of `size` bytes each, all zero.
     pub fn zeros(&mut self, count: usize, size: usize) {
         if count > 0 {
