@@ -4,3 +4,6 @@
 mod carmen;
 mod files;
 mod openrdk;
+#[path = "../python/mod.rs"]
+mod python;
+mod rosbag;
