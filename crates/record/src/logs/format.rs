@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::lines::plain;
-use super::{carmen, openrdk, rosbag2};
+use super::{bblogger, carmen, openrdk, rosbag2};
 use crate::bag::Error;
 
 /// What a log is.
@@ -18,6 +18,8 @@ pub enum Format {
     Carmen,
     /// Lines of OpenRDK.
     OpenRdk,
+    /// A file of the blackboard logger of Fawkes.
+    Bblogger,
     /// A recording of ROS 1.
     Rosbag1,
     /// A recording of ROS 2: a folder.
@@ -26,7 +28,8 @@ pub enum Format {
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Mcap, Self::Carmen, Self::OpenRdk, Self::Rosbag1, Self::Rosbag2];
+    pub const ALL: [Self; 6] =
+        [Self::Mcap, Self::Carmen, Self::OpenRdk, Self::Bblogger, Self::Rosbag1, Self::Rosbag2];
 
     /// What it is called.
     pub fn name(self) -> &'static str {
@@ -34,6 +37,7 @@ impl Format {
             Self::Mcap => "mcap",
             Self::Carmen => "carmen",
             Self::OpenRdk => "openrdk",
+            Self::Bblogger => "bblogger",
             Self::Rosbag1 => "rosbag1",
             Self::Rosbag2 => "rosbag2",
         }
@@ -79,6 +83,9 @@ pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
     }
     if head.starts_with(b"\x89MCAP") {
         return Ok(Some(Format::Mcap));
+    }
+    if head.starts_with(&bblogger::MAGIC) {
+        return Ok(Some(Format::Bblogger));
     }
     if head.starts_with(b"#ROSBAG V") {
         return Ok(Some(Format::Rosbag1));

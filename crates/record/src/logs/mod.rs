@@ -11,9 +11,11 @@
 //! | `mcap` | a recording of Slate, of ROS 2, or of anybody |
 //! | `carmen` | lines of CARMEN's logger, old ones (`FLASER`) and new ones (`ROBOTLASER1`), also with gzip |
 //! | `openrdk` | lines of OpenRDK's sensor logs |
+//! | `bblogger` | a file of the blackboard logger of Fawkes |
 //! | `rosbag1` | a recording of ROS 1 |
 //! | `rosbag2` | a recording of ROS 2: a folder with MCAP files |
 
+mod bblogger;
 mod carmen;
 mod format;
 mod lines;
@@ -169,6 +171,11 @@ fn read<W: Write>(
             let files = rosbag2::files(path)?;
             let files: Vec<_> = files.iter().map(PathBuf::as_path).collect();
             imported.messages = crate::bag::copy_into(&files, out, out_path)?;
+        }
+        Format::Bblogger => {
+            let mut output = Output::new(out, out_path)?;
+            bblogger::read(path, &mut output, options, &mut imported)?;
+            imported.messages = output.finish()?;
         }
         Format::Rosbag1 => {
             let mut output = Output::new(out, out_path)?;
