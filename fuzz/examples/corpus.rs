@@ -7,10 +7,10 @@ use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
-use slate_fuzz::{bag, configuration, knowledge, peer, robot, shared_memory};
+use slate_fuzz::{bag, configuration, knowledge, logs as others, peer, robot, shared_memory};
 use slate_interfaces::{Image, ImageFormat, LaserScan, Pose2};
 use slate_module::encode_interface;
-use slate_record::bag::Compression;
+use slate_record::bag::Compression as Chunks;
 use slate_share::encoding::encode;
 use slate_share::knowledge::{Replica, Statement};
 use slate_share::session::{Compression, Encoding};
@@ -30,6 +30,7 @@ fn main() {
     snapshots();
     configurations();
     recordings();
+    logs();
 }
 
 fn keep(target: &str, name: &str, bytes: &[u8]) {
@@ -416,9 +417,18 @@ fn configurations() {
     keep("configuration", "changes", &changes);
 }
 
+/// Logs of other systems, whole and cut off.
+fn logs() {
+    for (name, format, bytes) in others::samples() {
+        let whole = [&[format], &bytes[..]].concat();
+        keep("logs", name, &whole);
+        keep("logs", &format!("{name}-cut"), &whole[..whole.len() * 2 / 3]);
+    }
+}
+
 /// Recordings, whole, cut and with a wrong bit.
 fn recordings() {
-    for (name, compression) in [("plain", Compression::None), ("lz4", Compression::Lz4)] {
+    for (name, compression) in [("plain", Chunks::None), ("lz4", Chunks::Lz4)] {
         let whole = bag::recording(compression);
         keep("bag", name, &whole);
         keep("bag", &format!("{name}-cut"), &whole[..whole.len() * 2 / 3]);

@@ -14,6 +14,7 @@ pub mod input;
 pub mod interface;
 pub mod knowledge;
 pub mod knowledge_file;
+pub mod logs;
 pub mod memory;
 pub mod outline;
 pub mod peer;

@@ -12,6 +12,7 @@ use crate::module::ModuleVerb;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::replay::ReplayOptions;
+use crate::report::ReportOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
 
@@ -34,6 +35,8 @@ pub enum Verb {
     Batch(BatchOptions),
     /// Makes a recorded run again, and compares it with the recording.
     Replay(ReplayOptions),
+    /// Writes a page about a run, with its pictures and tables.
+    Report(ReportOptions),
     /// Lists the examples.
     Examples,
     /// Writes plugins, shows what they are, and changes which of them a running agent has.

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use serde_json::json;
 use slate::record::bag::{self, Decoder, Error, Reader, Selection};
+use slate::record::logs;
 use slate::runtime::printable;
 
 use crate::failure::Failure;
@@ -50,16 +51,36 @@ pub enum BagVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Writes messages as tables: a CSV file for each topic.
+    /// Makes a recording of another system's log.
+    Import {
+        /// The file.
+        file: PathBuf,
+        /// What it is; told from its content unless given.
+        #[arg(long, value_parser = format_named)]
+        format: Option<logs::Format>,
+        /// Leaves out what is wrong in it, and counts that.
+        #[arg(long)]
+        lenient: bool,
+        /// The new file.
+        #[arg(long)]
+        out: PathBuf,
+        /// Prints what became of it as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Writes messages as tables, a CSV file for each topic, or as a log of CARMEN.
     Export {
         /// The file.
         file: PathBuf,
         /// Topics, or patterns such as `/r2/*`; all unless given.
         topics: Vec<String>,
         /// As tables of comma-separated values.
-        #[arg(long, required = true)]
+        #[arg(long, required_unless_present = "carmen")]
         csv: bool,
-        /// A file that ends with `.csv` for one topic, else a folder.
+        /// As a log of CARMEN: sweeps of lasers and odometry.
+        #[arg(long, conflicts_with = "csv")]
+        carmen: bool,
+        /// The log, or for tables a file that ends with `.csv` for one topic, else a folder.
         #[arg(long)]
         out: PathBuf,
         #[command(flatten)]
@@ -122,6 +143,13 @@ pub struct Span {
     to: Option<u64>,
 }
 
+fn format_named(name: &str) -> Result<logs::Format, String> {
+    logs::Format::named(name).ok_or_else(|| {
+        let names: Vec<_> = logs::Format::ALL.iter().map(|format| format.name()).collect();
+        format!("known are {}", names.join(", "))
+    })
+}
+
 fn nanoseconds(text: &str) -> Result<u64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok((seconds * 1e9).round() as u64),
@@ -141,7 +169,7 @@ impl Span {
 pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
     match verb {
         BagVerb::Info { file, json } => {
-            let info = bag::verify(&mut Reader::open(file)?)?;
+            let info = bag::verify(&mut logs::open(file)?)?;
             match json {
                 true => output::json(&info),
                 false => show::info(file, &info),
@@ -156,7 +184,18 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             }
         }
         BagVerb::Cat { file, topics, span, json } => cat(file, &span.of(topics), *json)?,
-        BagVerb::Export { file, topics, out, span, csv: _ } => {
+        BagVerb::Import { file, format, lenient, out, json } => {
+            let options = logs::Options { format: *format, is_lenient: *lenient };
+            let imported = logs::import(file, out, &options)?;
+            match json {
+                true => output::json(&imported),
+                false => show::imported(out, &imported),
+            }
+        }
+        BagVerb::Export { file, topics, out, span, carmen: true, .. } => {
+            show::carmen(out, &logs::export_carmen(file, &span.of(topics), out)?);
+        }
+        BagVerb::Export { file, topics, out, span, .. } => {
             for table in bag::export_csv(file, &span.of(topics), out)? {
                 let (path, topic) = (printable(&table.path), table.topic);
                 output::line(format_args!("{path} has {} messages of {topic}", table.rows));
@@ -204,7 +243,7 @@ fn verify(file: &Path) -> Result<bool, Failure> {
 
 fn cat(file: &Path, selection: &Selection, json: bool) -> Result<(), Failure> {
     let mut decoder = Decoder::default();
-    selection.visit(&mut Reader::open(file)?, |message| {
+    selection.visit(&mut logs::open(file)?, |message| {
         let value = decoder.decode(message);
         let topic = &message.channel.topic;
         match json {

@@ -125,6 +125,18 @@ impl Failure {
         Some(match self {
             Self::Unknown { help, .. } => help.clone(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
+            Self::Bag(slate::record::bag::Error::NoBag { .. }) => {
+                let names: Vec<_> =
+                    slate::record::logs::Format::ALL.iter().map(|format| format.name()).collect();
+                format!(
+                    "`slate bag import` makes one of a log of another system; known are {}",
+                    names.join(", ")
+                )
+            }
+            Self::Bag(slate::record::bag::Error::Line { path, .. }) => format!(
+                "`slate bag import {} --lenient --out FILE.mcap` leaves out what is wrong, and counts it",
+                slate::runtime::printable(path)
+            ),
             Self::Bag(slate::record::bag::Error::Damaged { path, .. }) => format!(
                 "`slate bag repair {}` makes a whole file of what is left of it; --out FILE keeps the damaged one",
                 slate::runtime::printable(path)

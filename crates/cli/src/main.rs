@@ -20,6 +20,7 @@ mod peers;
 mod plugin;
 mod property;
 mod replay;
+mod report;
 mod run;
 mod scene;
 mod snapshot;
@@ -73,6 +74,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Bag(verb) => bag::bag(verb),
+        Verb::Report(options) => report::report(options),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

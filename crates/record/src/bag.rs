@@ -27,15 +27,17 @@ mod source;
 mod summary;
 mod table;
 mod value;
-mod whole;
+pub(crate) mod whole;
 mod writer;
 
 pub use compression::Compression;
 pub use copy::copy;
+pub(crate) use copy::copy_into;
 pub use curves::plot;
 pub use diff::{Counts, Diff, Difference, diff};
 pub use error::Error;
 pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
+pub(crate) use reader::ChannelTopic;
 pub use reader::{Attachment, Message, Reader};
 pub use record::{Channel, Header, Metadata, Schema};
 pub use repair::{Lost, Repaired, repair, repair_into};

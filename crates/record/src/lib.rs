@@ -1,5 +1,5 @@
 //! What stays of a run: recordings ([`Recorder`]), what makes the same run again from one ([`replay`]), and recordings as
-//! files ([`bag`]); reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
+//! files ([`bag`]); logs of other systems ([`logs`]); reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
 //! messages, as logs hold them ([`ros`]).
 //!
 //! Plain data in, files out. A [`Report`] of one run is a folder of five files: `scene.svg`, `trajectory.csv`,
@@ -11,6 +11,8 @@
 pub mod bag;
 mod batch;
 mod error;
+pub mod logs;
+pub mod page;
 mod plot;
 mod recorder;
 pub mod replay;

@@ -13,9 +13,17 @@ pub(crate) use map::map;
 pub(crate) use scene::scene;
 pub(crate) use timeline::timeline;
 
-use crate::{Report, Route, Sample};
+use crate::{Route, Sample, Scene, Trajectory};
 use plotters::style::RGBColor;
 use std::collections::{BTreeMap, BTreeSet};
+
+/// What is drawn, and what is written above it.
+pub(crate) struct Drawing<'a> {
+    pub title: String,
+    pub caption: String,
+    pub scene: &'a Scene,
+    pub trajectory: &'a Trajectory,
+}
 
 /// Red and blue as in the paper, in tones that people with any common colour blindness tell apart.
 fn color(route: Option<Route>) -> RGBColor {
@@ -27,7 +35,7 @@ fn color(route: Option<Route>) -> RGBColor {
 }
 
 /// A colour for each robot, the same in all plots; black and grey for those that are scripted.
-fn palette<'a>(report: &Report<'a>) -> BTreeMap<&'a str, RGBColor> {
+fn palette<'a>(report: &Drawing<'a>) -> BTreeMap<&'a str, RGBColor> {
     const CONTROLLED: [RGBColor; 5] = [
         RGBColor(136, 34, 136),
         RGBColor(0, 136, 136),

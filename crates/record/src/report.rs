@@ -1,4 +1,7 @@
-use crate::{Error, Scene, Summary, Trajectory, plot};
+use crate::{
+    Error, Scene, Summary, Trajectory,
+    plot::{self, Drawing},
+};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -16,13 +19,18 @@ pub struct Report<'a> {
 }
 
 impl Report<'_> {
+    fn drawing(&self, title: String) -> Drawing<'_> {
+        Drawing { title, caption: self.summary.caption(), scene: self.scene, trajectory: self.trajectory }
+    }
+
     /// The picture of the start: the world from above with its obstacles and goals, and the robots with their wheels,
     /// their headings, and what their range sensors cover as far as no obstacle is in the way.
     ///
     /// # Errors
     /// If the picture cannot be drawn.
     pub fn scene_svg(&self) -> Result<String, Error> {
-        plot::scene(self)
+        let Summary { example, seed, .. } = self.summary;
+        plot::scene(&self.drawing(format!("{example}, seed {seed}: the start")))
     }
 
     /// The plot of the way of each robot: scripted robots in black, the others red where the deliberative route
@@ -32,7 +40,7 @@ impl Report<'_> {
     /// # Errors
     /// If the plot cannot be drawn.
     pub fn trajectory_svg(&self) -> Result<String, Error> {
-        plot::map(self)
+        plot::map(&self.drawing(self.summary.title()))
     }
 
     /// The plot over time: x of all robots, y of all robots, and a strip with the route of each robot that is not
@@ -41,7 +49,7 @@ impl Report<'_> {
     /// # Errors
     /// If the plot cannot be drawn.
     pub fn timeline_svg(&self) -> Result<String, Error> {
-        plot::timeline(self)
+        plot::timeline(&self.drawing(self.summary.title()))
     }
 
     /// Writes `scene.svg`, `trajectory.csv`, `trajectory.svg`, `timeline.svg` and `summary.json`. The directory is made if it is

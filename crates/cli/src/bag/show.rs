@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use slate::record::bag::{Diff, Info, Repaired, seconds};
+use slate::record::logs::{CarmenLog, Imported};
 use slate::runtime::printable;
 
 use crate::output;
@@ -106,6 +107,40 @@ pub fn repaired(file: &Path, repaired: &Repaired) {
     }
     if repaired.lost.is_empty() {
         output::line("nothing was lost");
+    }
+}
+
+pub fn imported(file: &Path, imported: &Imported) {
+    let messages = counted(imported.messages, "message", "messages");
+    output::line(format_args!("{} has {messages} of a log of format {}", printable(file), imported.format));
+    if imported.wrong > 0 {
+        output::line(format_args!(
+            "left out because it is wrong: {}",
+            counted(imported.wrong, "part", "parts")
+        ));
+    }
+    for wrong in &imported.wrongs {
+        output::line(format_args!("  {wrong}"));
+    }
+    if imported.wrong > imported.wrongs.len() as u64 {
+        output::line("  and so on");
+    }
+    for (name, count) in &imported.unread {
+        output::line(format_args!("not read: {count} of {name}"));
+    }
+}
+
+pub fn carmen(file: &Path, log: &CarmenLog) {
+    output::line(format_args!(
+        "{} has {}, {} and {}",
+        printable(file),
+        counted(log.scans, "sweep", "sweeps"),
+        counted(log.odometry, "line of odometry", "lines of odometry"),
+        counted(log.others, "other line", "other lines"),
+    ));
+    if log.left_out > 0 {
+        let messages = counted(log.left_out, "message", "messages");
+        output::line(format_args!("left out: {messages} that CARMEN has no line for"));
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::record::{Channel, Header, Schema};
 use super::{Compression, Error, Reader, Selection, Writer, whole};
+use crate::logs::open;
 
 /// Copies what is selected of one or several files into one, in the order of the log times; of a file itself the order
 /// stays as it is. Attachments and metadata are copied all. Channels of the same topic, type and encoding are one.
@@ -14,9 +15,25 @@ use super::{Compression, Error, Reader, Selection, Writer, whole};
 /// # Errors
 /// When a file is damaged or can't be read, `out` can't be written, or a topic is not there.
 pub fn copy(inputs: &[&Path], out: &Path, selection: &Selection) -> Result<u64, Error> {
-    let mut sources = Vec::new();
-    for path in inputs {
-        sources.push(Input { reader: Reader::open(path)?, held: None, start: None });
+    let sources = inputs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+    whole::write(out, |file| join(sources, file, out, selection))
+}
+
+/// Copies all of files of which each is MCAP; errors name what is written as `out_path`.
+pub(crate) fn copy_into<W: Write>(inputs: &[&Path], out: W, out_path: &Path) -> Result<u64, Error> {
+    let sources = inputs.iter().map(Reader::open).collect::<Result<Vec<_>, _>>()?;
+    join(sources, out, out_path, &Selection::default())
+}
+
+fn join<W: Write>(
+    readers: Vec<Reader<BufReader<File>>>,
+    out: W,
+    out_path: &Path,
+    selection: &Selection,
+) -> Result<u64, Error> {
+    let mut sources = Vec::with_capacity(readers.len());
+    for reader in readers {
+        sources.push(Input { reader, held: None, start: None });
     }
     let profile = match &sources[..] {
         [first, others @ ..] => {
@@ -33,18 +50,16 @@ pub fn copy(inputs: &[&Path], out: &Path, selection: &Selection) -> Result<u64, 
         true => Compression::Lz4,
         false => Compression::None,
     };
-    whole::write(out, |file| {
-        let mut writer = Writer::new(file, out, &header, compression)?;
-        for input in &mut sources {
-            input.head(&mut writer)?;
-        }
-        let messages = merge(&mut sources, selection, &mut writer)?;
-        let channels = sources.iter().flat_map(|input| input.reader.channels());
-        let path = inputs.first().copied().unwrap_or(out);
-        selection.check(path, channels.map(|channel| channel.topic.as_str()))?;
-        writer.finish()?;
-        Ok(messages)
-    })
+    let mut writer = Writer::new(out, out_path, &header, compression)?;
+    for input in &mut sources {
+        input.head(&mut writer)?;
+    }
+    let messages = merge(&mut sources, selection, &mut writer)?;
+    let channels = sources.iter().flat_map(|input| input.reader.channels());
+    let path = sources.first().map_or(out_path, |input| input.reader.path());
+    selection.check(path, channels.map(|channel| channel.topic.as_str()))?;
+    writer.finish()?;
+    Ok(messages)
 }
 
 /// A file that is copied, and its next message.

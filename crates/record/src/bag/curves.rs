@@ -1,7 +1,8 @@
 use std::path::Path;
 
 use super::value::{Decoder, Value};
-use super::{Error, Reader, Selection, whole};
+use super::{Error, Selection, whole};
+use crate::logs::open;
 use crate::plot::{Curve, curves};
 
 /// Draws numbers over time as an SVG image: fields such as `/r2/pose/theta`, which is a topic and then the way to the
@@ -10,7 +11,7 @@ use crate::plot::{Curve, curves};
 /// # Errors
 /// When the file is damaged, there is no such number, or `out` can't be written.
 pub fn plot(path: &Path, fields: &[String], selection: &Selection, out: &Path) -> Result<Vec<usize>, Error> {
-    let mut reader = Reader::open(path)?;
+    let mut reader = open(path)?;
     let mut decoder = Decoder::default();
     let mut drawn: Vec<Curve> =
         fields.iter().map(|field| Curve { name: field.clone(), points: Vec::new() }).collect();

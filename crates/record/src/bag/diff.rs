@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::record::Schema;
 use super::value::{Decoder, Value};
 use super::{Error, Message, Reader};
+use crate::logs::open;
 
 /// How two files differ in their messages. What is compared of each topic are its first messages, then its second ones,
 /// and so on; neither how topics stand between each other, nor chunks, indexes and metadata.
@@ -114,7 +115,7 @@ struct Mark {
 impl Side {
     fn open(path: &Path) -> Result<Self, Error> {
         let (numbers, waiting) = (BTreeMap::new(), BTreeMap::new());
-        Ok(Self { reader: Reader::open(path)?, is_done: false, numbers, waiting })
+        Ok(Self { reader: open(path)?, is_done: false, numbers, waiting })
     }
 
     fn next(&mut self) -> Result<Option<(String, Mark)>, Error> {
@@ -164,7 +165,7 @@ struct Found {
 
 impl Found {
     fn read(path: &Path, topic: &str, number: u64) -> Result<Option<Self>, Error> {
-        let mut reader = Reader::open(path)?;
+        let mut reader = open(path)?;
         let mut seen = 0;
         while let Some(message) = reader.next_message()? {
             if message.channel.topic != topic {

@@ -30,6 +30,16 @@ pub enum Error {
         /// What is wrong with it.
         what: String,
     },
+    /// A line of a log is not what its system writes.
+    #[error("`{}`, line {line}: {what}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// What is there, and what was expected.
+        what: String,
+    },
     /// It is no such file at all.
     #[error("`{}` is no MCAP file: {what}", path.display())]
     NoBag {

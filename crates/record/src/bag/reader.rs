@@ -62,6 +62,16 @@ pub struct Message<'a> {
     pub data: &'a [u8],
 }
 
+/// What a file has messages of.
+#[derive(Clone, Debug)]
+pub(crate) struct ChannelTopic {
+    pub topic: String,
+    /// The name of its schema; empty if it has none.
+    pub schema: String,
+    /// How many messages were returned so far.
+    pub count: u64,
+}
+
 /// A file in a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Attachment {
@@ -139,6 +149,20 @@ impl<R: Read + Seek> Reader<R> {
         self.definitions.schemas.get(&channel.schema_id)
     }
 
+    /// The topics of the file with the names of their schemas, as its summary has them; without one, those that were defined so far.
+    pub(crate) fn topics(&self) -> Vec<ChannelTopic> {
+        let said = &self.outline.summary.definitions;
+        let known = if said.channels.is_empty() { &self.definitions } else { said };
+        let schema =
+            |channel: &Channel| known.schemas.get(&channel.schema_id).map(|schema| schema.name.clone());
+        let topic = |channel: &Arc<Channel>| ChannelTopic {
+            topic: channel.topic.clone(),
+            schema: schema(channel).unwrap_or_default(),
+            count: self.count(channel),
+        };
+        known.channels.values().map(topic).collect()
+    }
+
     /// How many messages of a channel were returned so far.
     pub(super) fn count(&self, channel: &Channel) -> u64 {
         self.counts.get(&channel.id).copied().unwrap_or(0)
@@ -150,7 +174,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     /// The log time of the first message, if the file says it before it is read.
-    pub(super) fn start(&self) -> Option<u64> {
+    pub(crate) fn start(&self) -> Option<u64> {
         let said = self.outline.summary.statistics.as_ref().filter(|statistics| statistics.message_count > 0);
         said.map(|statistics| statistics.message_start_time)
     }

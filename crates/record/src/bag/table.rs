@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::value::{Decoder, Value};
 use super::whole::Part;
-use super::{Error, Message, Reader, Selection};
+use super::{Error, Message, Selection};
+use crate::logs::open;
 
 /// A file that [`export_csv`] has written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +24,7 @@ pub struct Table {
 /// # Errors
 /// When the file is damaged, a message can't be read, `out` can't be written, or is one file for several topics.
 pub fn export_csv(path: &Path, selection: &Selection, out: &Path) -> Result<Vec<Table>, Error> {
-    let mut reader = Reader::open(path)?;
+    let mut reader = open(path)?;
     let is_file = out.extension().is_some_and(|extension| extension == "csv");
     if !is_file {
         std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;

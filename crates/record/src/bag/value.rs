@@ -79,6 +79,34 @@ impl Value {
         }
     }
 
+    /// Where something is in the plane: x and y in metres and the heading in radians. It is that of a pose in the plane or in space, by
+    /// itself or in an odometry or a stamped pose.
+    pub fn pose(&self) -> Option<[f64; 3]> {
+        for group in ["", "pose/"] {
+            let [x, y, theta] = ["x", "y", "theta"].map(|name| self.number(&format!("{group}{name}")));
+            if let (Some(x), Some(y), Some(theta)) = (x, y, theta) {
+                return Some([x, y, theta]);
+            }
+        }
+        ["pose/pose/", "pose/", ""].into_iter().find_map(|group| {
+            let number = |name: &str| self.number(&format!("{group}{name}"));
+            let (x, y) = (number("position/x")?, number("position/y")?);
+            let [qx, qy, qz, qw] = ["x", "y", "z", "w"].map(|name| number(&format!("orientation/{name}")));
+            let (qx, qy, qz, qw) = (qx?, qy?, qz?, qw?);
+            let theta = libm::atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz));
+            Some([x, y, theta])
+        })
+    }
+
+    /// A text at a path.
+    pub fn text(&self, path: &str) -> Option<String> {
+        match self {
+            Self::Message(value) => value.at(path)?.as_str().map(str::to_owned),
+            Self::Json(value) => value.pointer(&format!("/{path}"))?.as_str().map(str::to_owned),
+            Self::Unread { .. } => None,
+        }
+    }
+
     /// The fields that are no messages themselves, each with its path and as text. A list is one field, or with
     /// `elements` as many as it has elements.
     pub fn fields(&self, elements: bool) -> Vec<(String, String)> {

@@ -8,7 +8,7 @@ use super::Error;
 
 /// A file that is written under a name with `.part`, which it loses when it is whole and on the disk. An older file of
 /// its name is there until then, and stays when something goes wrong.
-pub(super) struct Part {
+pub(crate) struct Part {
     path: PathBuf,
     part: PathBuf,
     out: BufWriter<File>,
@@ -56,7 +56,7 @@ impl Drop for Part {
 }
 
 /// Writes a whole file.
-pub(super) fn write<T>(path: &Path, write: impl FnOnce(&mut Part) -> Result<T, Error>) -> Result<T, Error> {
+pub(crate) fn write<T>(path: &Path, write: impl FnOnce(&mut Part) -> Result<T, Error>) -> Result<T, Error> {
     let mut part = Part::create(path)?;
     let done = write(&mut part)?;
     part.finish()?;

@@ -90,7 +90,7 @@ impl<W: Write> Writer<W> {
         put.map(|()| frame)
     }
 
-    pub(super) fn unfit(&self, what: String) -> Error {
+    pub(crate) fn unfit(&self, what: String) -> Error {
         Error::Unfit { path: self.path.clone(), what }
     }
 

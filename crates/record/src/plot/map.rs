@@ -1,7 +1,7 @@
 //! The world from above with the ways of the robots.
 
 use super::{
-    axis_label,
+    Drawing, axis_label,
     canvas::{
         Canvas, FAINT, GRID, HOLLOW, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, font, image,
         stroke,
@@ -10,7 +10,7 @@ use super::{
     view::{View, goals, obstacles},
 };
 use crate::{
-    Error, Report, Route, Sample,
+    Error, Route, Sample,
     trajectory::{parts, switches},
 };
 use plotters::prelude::*;
@@ -25,7 +25,7 @@ const EDGE: i32 = 16 * PIXEL;
 const LABEL_SPACE: usize = 80 * PIXEL as usize;
 const LEGEND: i32 = 320 * PIXEL;
 
-pub(crate) fn map(report: &Report) -> Result<String, Error> {
+pub(crate) fn map(report: &Drawing) -> Result<String, Error> {
     let places = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
     let (view, legend) = (View::of(report.scene, places, LEFT), legend(report));
     let legend_height = i32::try_from(legend.len()).unwrap_or(0) * LEGEND_LINE;
@@ -37,8 +37,8 @@ pub(crate) fn map(report: &Report) -> Result<String, Error> {
     })
 }
 
-fn draw(canvas: &Canvas, report: &Report, view: &View) -> Result<(), Error> {
-    canvas.title(&report.summary.title(), &report.summary.caption())?;
+fn draw(canvas: &Canvas, report: &Drawing, view: &View) -> Result<(), Error> {
+    canvas.title(&report.title, &report.caption)?;
     axes(canvas, view)?;
     obstacles(canvas, view, report.scene)?;
 
@@ -125,7 +125,7 @@ fn ends(canvas: &Canvas, view: &View, robot: &str, samples: &[&Sample]) -> Resul
     Ok(())
 }
 
-fn legend(report: &Report) -> Vec<(Mark, String)> {
+fn legend(report: &Drawing) -> Vec<(Mark, String)> {
     let mut entries = Vec::new();
     let (mut framework, mut names) = (Vec::new(), Vec::new());
     for robot in report.trajectory.robots() {

@@ -1,12 +1,13 @@
 //! The world from above at the start of a run, with the robots as they are.
 
 use super::{
+    Drawing,
     canvas::{Canvas, FAINT, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, image},
     palette,
     sight::visible,
     view::{View, goals, obstacles},
 };
-use crate::{Error, Report, Robot};
+use crate::{Error, Robot};
 use plotters::{prelude::*, style::text_anchor::HPos};
 
 const LEFT: i32 = 20 * PIXEL;
@@ -15,7 +16,7 @@ const BOTTOM: i32 = 80 * PIXEL;
 const LEGEND: i32 = 320 * PIXEL;
 const CONE: RGBColor = RGBColor(221, 170, 51);
 
-pub(crate) fn scene(report: &Report) -> Result<String, Error> {
+pub(crate) fn scene(report: &Drawing) -> Result<String, Error> {
     let scene = report.scene;
     let cones: Vec<Vec<[f64; 2]>> = scene
         .robots
@@ -32,9 +33,7 @@ pub(crate) fn scene(report: &Report) -> Result<String, Error> {
     let height = TITLE_HEIGHT + view.size.1.max(legend_height) + BOTTOM;
     let size = (LEFT + view.size.0 + LEGEND, height);
     image(size, |canvas| {
-        let summary = report.summary;
-        let title = format!("{}, seed {}: the start", summary.example, summary.seed);
-        canvas.title(&title, &summary.caption())?;
+        canvas.title(&report.title, &report.caption)?;
         if scene.robots.is_empty() && scene.polygons.is_empty() && scene.circles.is_empty() {
             // Such as that of a real robot.
             return canvas.text("the world is not described", (LEFT, TITLE_HEIGHT), 22, FAINT, HPos::Left);
@@ -112,7 +111,7 @@ fn pixels(view: &View, points: &[[f64; 2]]) -> Option<Vec<Pixel>> {
     points.iter().map(|[x, y]| view.pixel(*x, *y)).collect()
 }
 
-fn legend(report: &Report) -> Vec<(Mark, String)> {
+fn legend(report: &Drawing) -> Vec<(Mark, String)> {
     let colors = palette(report);
     let robots = report.scene.robots.iter().map(|robot| {
         let is_scripted = report.scene.scripted.contains(&robot.name);

@@ -1,14 +1,14 @@
 //! Positions and routes of all robots over time.
 
 use super::{
-    Extent, axis_label,
+    Drawing, Extent, axis_label,
     canvas::{
         Canvas, FAINT, GRID, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, font, image, stroke,
     },
     color, drawable, has_route, palette, widened,
 };
 use crate::{
-    Error, Report, Route, Sample,
+    Error, Route, Sample,
     trajectory::{parts, switches},
 };
 use plotters::{prelude::*, style::text_anchor::HPos};
@@ -24,7 +24,7 @@ const AXIS: i32 = 58 * PIXEL;
 /// Free space around the outer names of axes.
 const EDGE: i32 = 16 * PIXEL;
 
-pub(crate) fn timeline(report: &Report) -> Result<String, Error> {
+pub(crate) fn timeline(report: &Drawing) -> Result<String, Error> {
     let colors = palette(report);
     let robots: Vec<Robot> = report
         .trajectory
@@ -52,7 +52,7 @@ struct Robot<'a> {
     samples: Vec<&'a Sample>,
 }
 
-fn draw(canvas: &Canvas, report: &Report, robots: &[Robot]) -> Result<(), Error> {
+fn draw(canvas: &Canvas, report: &Drawing, robots: &[Robot]) -> Result<(), Error> {
     let (mut first, mut last) = (u64::MAX, 0);
     for sample in &report.trajectory.samples {
         first = first.min(sample.time);
@@ -61,7 +61,7 @@ fn draw(canvas: &Canvas, report: &Report, robots: &[Robot]) -> Result<(), Error>
     let seconds = (first.min(last) as f64 / 1e9, last as f64 / 1e9);
     let time = widened(seconds, 0.01);
 
-    canvas.title(&report.summary.title(), &report.summary.caption())?;
+    canvas.title(&report.title, &report.caption)?;
     if robots.is_empty() {
         return canvas.text("no samples", (20 * PIXEL, TITLE_HEIGHT), 22, FAINT, HPos::Left);
     }

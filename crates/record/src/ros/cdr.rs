@@ -4,7 +4,7 @@ use super::Error;
 const HEADER: usize = 4;
 
 /// Appends a little-endian message (plain CDR, XCDR version 1).
-pub(super) struct Writer<'a> {
+pub(crate) struct Writer<'a> {
     out: &'a mut Vec<u8>,
     origin: usize,
 }
@@ -44,6 +44,14 @@ impl<'a> Writer<'a> {
         self.out.extend_from_slice(memory);
         if cfg!(target_endian = "big") {
             self.out[start..].chunks_exact_mut(size).for_each(<[u8]>::reverse);
+        }
+    }
+
+    /// Numbers of `size` bytes each, little end first.
+    pub fn little(&mut self, bytes: &[u8], size: usize) {
+        if !bytes.is_empty() {
+            self.align(size);
+            self.raw(bytes);
         }
     }
 

@@ -8,7 +8,7 @@ use super::codec::{hides, is_wrapped};
 use super::names::{constant_name, field_name, message_name, unique};
 
 /// What a message is made of, as MCAP has it in the schema encoding `ros2msg`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Definition {
     /// Its name, such as `slate_msgs/msg/LaserScan`.
     pub name: String,

@@ -39,6 +39,7 @@ mod schema;
 mod standard;
 mod value;
 
+pub(crate) use cdr::Writer as CdrWriter;
 pub use codec::{decode, encode};
 pub use definition::{Definition, definition, definition_named};
 pub use error::Error;

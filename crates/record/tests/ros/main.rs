@@ -6,5 +6,7 @@ mod codec;
 mod definition;
 mod interfaces;
 mod others;
+#[path = "../python/mod.rs"]
+mod python;
 mod schema;
 mod standard;

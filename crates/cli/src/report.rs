@@ -1,0 +1,51 @@
+//! Pages about runs.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use slate::record::page::{self, Followed, Known};
+use slate::record::replay::Run;
+use slate::runtime::printable;
+
+use crate::failure::Failure;
+use crate::{output, scene};
+
+#[derive(Debug, Args)]
+pub struct ReportOptions {
+    /// A recording or another log, or the folder that a run has left.
+    pub path: PathBuf,
+
+    /// Where the page goes, with its pictures and tables; into the folder of the run unless given, or one beside the file.
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+
+    /// Prints the names of all files as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn report(options: &ReportOptions) -> Result<bool, Failure> {
+    let recording = page::recording_of(&options.path)?;
+    let known = recording.as_deref().and_then(known).unwrap_or_default();
+    let out = options.out.clone().unwrap_or_else(|| page::usual_folder(&options.path));
+    let files = page::write(&options.path, &known, &out)?;
+    if options.json {
+        output::json(&files);
+    } else if let [page, others @ ..] = &files[..] {
+        output::line(format_args!(
+            "{}, with {} pictures and tables beside it",
+            printable(page),
+            others.len()
+        ));
+    }
+    Ok(true)
+}
+
+/// What the configuration that a recording has with it says of its world and robots; nothing if it has none that can still
+/// be read, as the rest of it can be told without.
+fn known(recording: &Path) -> Option<Known> {
+    let database = Run::read(recording).ok()?.configuration(Vec::new()).ok()?;
+    let configuration = database.current();
+    let scene = scene::of(&configuration).unwrap_or_default();
+    Some(Known { scene, robots: Followed::of(&configuration) })
+}

@@ -1,0 +1,70 @@
+//! What lines of the old form leave out: where a laser's beams go, and how far it sees.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// What CARMEN's own programs take for it, metres.
+const RANGE_MAX: f64 = 80.0;
+
+/// What parameters say of the two lasers, and else what is usual.
+///
+/// A laser of 180 or 181 beams has one in each degree, one of 360 or 361 in each half, one of 400 or 401 in each quarter, and its middle
+/// looks to the front; of an even number of beams the last is missing. Any other one covers 180 degrees. What
+/// `laser_front_laser_resolution` says in degrees goes before that. It sees 80 m, or as far as `robot_front_laser_max` says. Of the
+/// laser at the back it is `rear` instead of `front`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Geometry {
+    front: Told,
+    rear: Told,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Told {
+    /// Radians.
+    resolution: Option<f64>,
+    /// Metres.
+    range_max: Option<f64>,
+}
+
+impl Geometry {
+    pub fn parameter(&mut self, name: &str, value: &str) {
+        let told = match name {
+            name if name.contains("front") => &mut self.front,
+            name if name.contains("rear") => &mut self.rear,
+            _ => return,
+        };
+        let Some(number) = value.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0)
+        else {
+            return;
+        };
+        match name {
+            "laser_front_laser_resolution" | "laser_rear_laser_resolution" => {
+                told.resolution = Some(number * PI / 180.0);
+            }
+            "robot_front_laser_max" | "robot_rear_laser_max" => told.range_max = Some(number),
+            _ => {}
+        }
+    }
+
+    /// Direction of the first beam and angle from beam to beam in radians, and the longest range in metres.
+    pub fn of(&self, topic: &str, beams: usize) -> (f64, f64, f64) {
+        let told = match topic {
+            "flaser" => self.front,
+            "rlaser" => self.rear,
+            _ => Told::default(),
+        };
+        let usual = match beams {
+            180 | 181 => Some(PI / 180.0),
+            360 | 361 => Some(PI / 360.0),
+            400 | 401 => Some(PI / 720.0),
+            _ => None,
+        };
+        // The beams of a laser that misses none, and what lies between them.
+        let gaps = (beams / 2 * 2) as f64;
+        let fits = |resolution: &f64| resolution * gaps <= 2.0 * PI;
+        let (first, step) = match told.resolution.filter(fits).or(usual) {
+            Some(step) => (-step * gaps / 2.0, step),
+            None => (-FRAC_PI_2, PI / beams.saturating_sub(1).max(1) as f64),
+        };
+        (first, step, told.range_max.unwrap_or(RANGE_MAX))
+    }
+}

@@ -1,0 +1,60 @@
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use flate2::bufread::MultiGzDecoder;
+
+use crate::bag::Error;
+
+/// The most bytes that a line may have: more than ten thousand beams.
+const LONGEST: u64 = 1 << 20;
+
+/// The lines of a text file.
+pub(super) struct Lines {
+    input: Box<dyn BufRead>,
+    path: PathBuf,
+    number: u64,
+    bytes: Vec<u8>,
+}
+
+/// What a file holds, unpacked if gzip has packed it.
+pub(super) fn plain(file: File) -> io::Result<Box<dyn BufRead>> {
+    let mut input = BufReader::with_capacity(1 << 16, file);
+    Ok(match input.fill_buf()?.starts_with(&[0x1f, 0x8b]) {
+        true => Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(input))),
+        false => Box::new(input),
+    })
+}
+
+impl Lines {
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let input = File::open(path).and_then(plain);
+        let input = input.map_err(|source| Error::Read { path: path.into(), source })?;
+        Ok(Self { input, path: path.into(), number: 0, bytes: Vec::new() })
+    }
+
+    /// The next line as it stands there, without its end; nothing at the end of the file. One that is too long or is no
+    /// text is returned as what is wrong with it.
+    pub fn next(&mut self) -> Result<Option<Result<&str, String>>, Error> {
+        self.number += 1;
+        self.bytes.clear();
+        let read = (&mut self.input).take(LONGEST).read_until(b'\n', &mut self.bytes);
+        let read = read.map_err(|source| Error::Read { path: self.path.clone(), source })?;
+        if read == 0 {
+            return Ok(None);
+        }
+        if read as u64 == LONGEST && self.bytes.last() != Some(&b'\n') {
+            self.input.skip_until(b'\n').map_err(|source| Error::Read { path: self.path.clone(), source })?;
+            return Ok(Some(Err(format!("it has more than {LONGEST} bytes"))));
+        }
+        Ok(Some(match std::str::from_utf8(&self.bytes) {
+            Ok(text) => Ok(text.trim()),
+            Err(error) => Err(format!("it is no UTF-8 from byte {} on", error.valid_up_to())),
+        }))
+    }
+
+    /// What is wrong with the line that was read last.
+    pub fn error(&self, what: String) -> Error {
+        Error::Line { path: self.path.clone(), line: self.number, what }
+    }
+}

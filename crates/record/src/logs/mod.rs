@@ -1,0 +1,192 @@
+//! Logs of other systems, read as recordings.
+//!
+//! - [`recognise`] tells from a file's content what it is;
+//! - [`import`] makes an MCAP file of it, with the interfaces of Slate where there are some, so that every command that knows
+//!   recordings works on it;
+//! - [`open`] reads it at once, without a file that stays;
+//! - [`export_carmen`] goes the other way.
+//!
+//! | [`Format`] | what it is |
+//! |---|---|
+//! | `mcap` | a recording of Slate, of ROS 2, or of anybody |
+//! | `carmen` | lines of CARMEN's logger, old ones (`FLASER`) and new ones (`ROBOTLASER1`), also with gzip |
+//! | `openrdk` | lines of OpenRDK's sensor logs |
+//! | `bblogger` | a file of the blackboard logger of Fawkes |
+//! | `rosbag1` | a recording of ROS 1 |
+//! | `rosbag2` | a recording of ROS 2: a folder with MCAP files |
+
+mod bblogger;
+mod carmen;
+mod format;
+mod lines;
+mod openrdk;
+mod output;
+mod rosbag1;
+mod rosbag2;
+mod words;
+
+pub use carmen::{CarmenLog, export_carmen};
+pub use format::{Format, recognise};
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufReader, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde::Serialize;
+
+use crate::bag::{Error, Reader, whole};
+use lines::Lines;
+use output::Output;
+
+/// How a log is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// What it is; told from its content unless given.
+    pub format: Option<Format>,
+    /// Whether what is wrong is left out and counted, instead of ending it all.
+    pub is_lenient: bool,
+}
+
+/// What became of a log.
+#[derive(Clone, Debug, Serialize)]
+pub struct Imported {
+    /// What it was.
+    pub format: Format,
+    /// How many messages it has now.
+    pub messages: u64,
+    /// How many lines or records of it were wrong, and are left out.
+    pub wrong: u64,
+    /// What was wrong with the first of them.
+    pub wrongs: Vec<String>,
+    /// What is not read because it has no meaning here, by its name, and how often it is there.
+    pub unread: BTreeMap<String, u64>,
+}
+
+impl Imported {
+    /// How many wrong lines are told of, and how many names of what is not read.
+    const TOLD: usize = 10;
+
+    fn new(format: Format) -> Self {
+        Self { format, messages: 0, wrong: 0, wrongs: Vec::new(), unread: BTreeMap::new() }
+    }
+
+    /// Counts what is wrong when that is wanted, else it is the error.
+    fn wrong(&mut self, options: &Options, error: Error) -> Result<(), Error> {
+        if !options.is_lenient {
+            return Err(error);
+        }
+        self.wrong += 1;
+        if self.wrongs.len() < Self::TOLD {
+            self.wrongs.push(error.to_string());
+        }
+        Ok(())
+    }
+
+    fn unread(&mut self, name: &str) {
+        let is_new = !self.unread.contains_key(name);
+        // A hostile file has as many names as lines.
+        let name = if is_new && self.unread.len() >= Self::TOLD { "others" } else { name };
+        *self.unread.entry(name.into()).or_default() += 1;
+    }
+}
+
+/// Makes an MCAP file of a log.
+///
+/// # Errors
+/// When the log is of no known format, something in it is wrong and [`Options::is_lenient`] is not set, or a file can't be
+/// read or written.
+pub fn import(path: &Path, out: &Path, options: &Options) -> Result<Imported, Error> {
+    let format = match options.format {
+        Some(format) => format,
+        None => recognise(path)?.ok_or_else(|| unknown(path))?,
+    };
+    whole::write(out, |file| read(format, path, file, out, options))
+}
+
+/// Reads a log of any known format as a recording; one that is none of MCAP by way of a temporary file.
+///
+/// # Errors
+/// As [`import`].
+pub fn open(path: impl AsRef<Path>) -> Result<Reader<BufReader<File>>, Error> {
+    let path = path.as_ref();
+    match recognise(path)? {
+        // What nobody knows is told by the reader of recordings.
+        None | Some(Format::Mcap) => Reader::open(path),
+        Some(format) => {
+            let failed = |source| Error::Write { path: std::env::temp_dir(), source };
+            let mut file = unnamed().map_err(failed)?;
+            read(format, path, BufWriter::new(&file), path, &Options::default())?;
+            file.rewind().map_err(failed)?;
+            Reader::new(BufReader::with_capacity(1 << 16, file), path)
+        }
+    }
+}
+
+fn unknown(path: &Path) -> Error {
+    let names: Vec<_> = Format::ALL.iter().map(|format| format.name()).collect();
+    let what = format!("it is no log of a known format; known are {}", names.join(", "));
+    Error::Unfit { path: path.into(), what }
+}
+
+/// A file that is gone when it is closed.
+fn unnamed() -> std::io::Result<File> {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    loop {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("slate-log-{}-{number}.mcap", std::process::id());
+        let path: PathBuf = std::env::temp_dir().join(name);
+        match OpenOptions::new().read(true).write(true).create_new(true).open(&path) {
+            Ok(file) => {
+                std::fs::remove_file(&path)?;
+                return Ok(file);
+            }
+            // Left by a process that had the same number.
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Reads a log, and writes its messages to `out`, which errors name `out_path`.
+fn read<W: Write>(
+    format: Format,
+    path: &Path,
+    out: W,
+    out_path: &Path,
+    options: &Options,
+) -> Result<Imported, Error> {
+    let mut imported = Imported::new(format);
+    let text = |output: &mut Output<W>, imported: &mut Imported| {
+        let mut lines = Lines::open(path)?;
+        match format {
+            Format::OpenRdk => openrdk::read(&mut lines, output, options, imported),
+            _ => carmen::read(&mut lines, output, options, imported),
+        }
+    };
+    match format {
+        Format::Mcap => imported.messages = crate::bag::copy_into(&[path], out, out_path)?,
+        Format::Rosbag2 => {
+            let files = rosbag2::files(path)?;
+            let files: Vec<_> = files.iter().map(PathBuf::as_path).collect();
+            imported.messages = crate::bag::copy_into(&files, out, out_path)?;
+        }
+        Format::Bblogger => {
+            let mut output = Output::new(out, out_path)?;
+            bblogger::read(path, &mut output, options, &mut imported)?;
+            imported.messages = output.finish()?;
+        }
+        Format::Rosbag1 => {
+            let mut output = Output::new(out, out_path)?;
+            rosbag1::read(path, &mut output, options, &mut imported)?;
+            imported.messages = output.finish()?;
+        }
+        Format::Carmen | Format::OpenRdk => {
+            let mut output = Output::new(out, out_path)?;
+            text(&mut output, &mut imported)?;
+            imported.messages = output.finish()?;
+        }
+    }
+    Ok(imported)
+}

@@ -1,0 +1,193 @@
+//! Recordings of ROS 1: rosbag's format 2.0, with chunks as they are, or made smaller by bzip2 or LZ4.
+//!
+//! Messages become those of ROS 2: the same fields, but for the sequence number of a `std_msgs/Header`, which ROS 2 does not have.
+
+mod definition;
+mod message;
+mod record;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read, Write};
+use std::path::Path;
+
+use self::message::Types;
+use self::record::{Record, Records};
+use super::output::Output;
+use super::{Imported, Options};
+use crate::bag::{Error, MAXIMUM_RECORD};
+use crate::ros::Definition;
+
+/// What a file begins with.
+pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
+
+/// Whose messages they are.
+struct Connection {
+    topic: String,
+    /// Nothing when its definition can't be read, which is told.
+    types: Option<Types>,
+    definition: Definition,
+    /// Connections of one topic and type are one channel.
+    key: String,
+}
+
+pub(super) fn read<W: Write>(
+    path: &Path,
+    output: &mut Output<W>,
+    options: &Options,
+    imported: &mut Imported,
+) -> Result<(), Error> {
+    let failed = |source| Error::Read { path: path.into(), source };
+    let file = File::open(path).map_err(failed)?;
+    let mut input = BufReader::with_capacity(1 << 16, file);
+    let mut magic = [0; MAGIC.len()];
+    input.read_exact(&mut magic).map_err(failed)?;
+    if magic != *MAGIC {
+        let what = "it does not begin with `#ROSBAG V2.0`; older ones are made new by `rosbag fix`".into();
+        return Err(Error::Unfit { path: path.into(), what });
+    }
+    let mut log = Log { output, options, imported, path, connections: BTreeMap::new(), buffer: Vec::new() };
+    let mut records = Records::new(input, MAGIC.len() as u64);
+    loop {
+        let place = records.place();
+        match records.next() {
+            Ok(None) => return Ok(()),
+            Ok(Some(record)) => log.record(record, place, true)?,
+            // Where the next record begins is not known.
+            Err(what) => return log.wrong(place, what),
+        }
+    }
+}
+
+struct Log<'a, W> {
+    output: &'a mut Output<W>,
+    options: &'a Options,
+    imported: &'a mut Imported,
+    path: &'a Path,
+    connections: BTreeMap<u32, Connection>,
+    buffer: Vec<u8>,
+}
+
+impl<W: Write> Log<'_, W> {
+    fn wrong(&mut self, offset: u64, what: String) -> Result<(), Error> {
+        self.imported.wrong(self.options, Error::Damaged { path: self.path.into(), offset, what })
+    }
+
+    fn record(&mut self, record: Record, place: u64, is_outside: bool) -> Result<(), Error> {
+        let done = match record.number(b"op", 1) {
+            Ok(0x02) => return self.message(&record, place),
+            Ok(0x05) if is_outside => return self.chunk(&record, place),
+            Ok(0x07) => self.connection(&record),
+            // The head, indexes, and what is said of chunks.
+            Ok(0x03 | 0x04 | 0x06) if is_outside => Ok(()),
+            Ok(other) => Err(format!("a record of op {other:#04x} can't stand here")),
+            Err(what) => Err(what),
+        };
+        done.or_else(|what| self.wrong(place, what))
+    }
+
+    fn chunk(&mut self, record: &Record, place: u64) -> Result<(), Error> {
+        let unpacked = record.text(b"compression").and_then(|compression| {
+            let size = record.number(b"size", 4)?;
+            unpack(&compression, &record.data, size)
+        });
+        let bytes = match unpacked {
+            Ok(bytes) => bytes,
+            Err(what) => return self.wrong(place, format!("a chunk: {what}")),
+        };
+        let mut records = Records::new(&bytes[..], 0);
+        loop {
+            let inside = records.place();
+            match records.next() {
+                Ok(None) => return Ok(()),
+                Ok(Some(record)) => self.record(record, place, false)?,
+                Err(what) => return self.wrong(place, format!("at byte {inside} of a chunk: {what}")),
+            }
+        }
+    }
+
+    fn connection(&mut self, record: &Record) -> Result<(), String> {
+        let number = record.number(b"conn", 4)? as u32;
+        if self.connections.contains_key(&number) {
+            // It is said in each chunk that has messages of it, and at the end.
+            return Ok(());
+        }
+        let about = Record::fields(&record.data).map_err(|what| format!("connection {number}: {what}"))?;
+        let about = Record { header: about, data: Vec::new() };
+        let (kind, text) = (about.text(b"type")?, about.text(b"message_definition")?);
+        // What another topic was mapped to stands in the record itself.
+        let topic = record.text(b"topic")?;
+        let types = Types::parse(&kind, &text);
+        let (types, definition) = match types {
+            Ok(types) => {
+                let definition = types.definition(&kind);
+                (Some(types), definition)
+            }
+            Err(what) => {
+                let what = format!("the definition of `{kind}` of `{topic}`: {what}");
+                let connection =
+                    Connection { topic, types: None, definition: Definition::default(), key: String::new() };
+                self.connections.insert(number, connection);
+                return Err(what);
+            }
+        };
+        let key = format!("{topic}\n{}\n{}", definition.name, definition.text);
+        self.connections.insert(number, Connection { topic, types, definition, key });
+        Ok(())
+    }
+
+    fn message(&mut self, record: &Record, place: u64) -> Result<(), Error> {
+        let head =
+            record.number(b"conn", 4).and_then(|number| Ok((number as u32, record.number(b"time", 8)?)));
+        let (number, time) = match head {
+            Ok(head) => head,
+            Err(what) => return self.wrong(place, what),
+        };
+        let Some(connection) = self.connections.get(&number) else {
+            return self.wrong(
+                place,
+                format!("a message is of connection {number}, which is not described before it"),
+            );
+        };
+        let Some(types) = &connection.types else {
+            // Why it can't be read is told.
+            self.imported.unread(&connection.topic);
+            return Ok(());
+        };
+        let mut buffer = std::mem::take(&mut self.buffer);
+        buffer.clear();
+        // Seconds and nanoseconds, as two numbers of 32 bits.
+        let time = (time & 0xffff_ffff) * 1_000_000_000 + (time >> 32);
+        let written = match types.convert(&record.data, &mut buffer) {
+            Ok(()) => {
+                let definition = || connection.definition.clone();
+                self.output.message_of(&connection.key, &connection.topic, time, definition, &buffer)
+            }
+            Err(what) => {
+                let what = format!("a message of `{}`: {what}", connection.topic);
+                self.wrong(place, what)
+            }
+        };
+        self.buffer = buffer;
+        written
+    }
+}
+
+/// The records of a chunk.
+fn unpack(compression: &str, bytes: &[u8], size: u64) -> Result<Vec<u8>, String> {
+    if size > MAXIMUM_RECORD {
+        return Err(format!("it should have {size} bytes, and at most {MAXIMUM_RECORD} are read"));
+    }
+    let mut out = Vec::new();
+    let unpacked = match compression {
+        "none" => bytes.take(size + 1).read_to_end(&mut out),
+        "bz2" => bzip2::bufread::MultiBzDecoder::new(bytes).take(size + 1).read_to_end(&mut out),
+        "lz4" => lz4_flex::frame::FrameDecoder::new(bytes).take(size + 1).read_to_end(&mut out),
+        other => return Err(format!("its compression `{other}` is none of none, bz2 and lz4")),
+    };
+    unpacked.map_err(|error| format!("it can't be unpacked from {compression}: {error}"))?;
+    match out.len() as u64 {
+        found if found == size => Ok(out),
+        found => Err(format!("it has {found} bytes where {size} are said")),
+    }
+}

@@ -1,0 +1,241 @@
+//! What robots noticed, planned and did, in order.
+
+use std::collections::BTreeMap;
+
+use super::table::{Table, seconds};
+use crate::Route;
+use crate::bag::Value;
+
+/// More is not kept; a recording of days could fill the memory.
+const MOST: usize = 100_000;
+
+/// All that was decided, and what it was decided about.
+#[derive(Debug, Default)]
+pub(super) struct Decisions {
+    rows: Vec<Decision>,
+    /// The rows that the same thing is added to when it happens again, by robot, and by what it is.
+    open: BTreeMap<String, BTreeMap<(&'static str, String), usize>>,
+    left_out: u64,
+}
+
+#[derive(Debug)]
+struct Decision {
+    from: u64,
+    until: u64,
+    times: u64,
+    robot: String,
+    what: &'static str,
+    detail: String,
+    /// How far the next thing was then, metres.
+    clearance: Option<f64>,
+}
+
+/// What was known of an Execute when it spoke last.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Status {
+    pub route: Option<Route>,
+    pub running: String,
+    ticket: f64,
+    reflexes: f64,
+    ended: f64,
+    refused: f64,
+    route_switches: f64,
+    is_known: bool,
+    wants_plan: bool,
+}
+
+impl Status {
+    /// Whether it has spoken.
+    pub fn is_known(&self) -> bool {
+        self.is_known
+    }
+
+    /// Reflexes, and changes of the route.
+    pub fn counts(&self) -> [f64; 2] {
+        [self.reflexes, self.route_switches]
+    }
+}
+
+impl Decisions {
+    /// Something that happened `times` times at a time, nanoseconds.
+    pub fn add(
+        &mut self,
+        time: u64,
+        robot: &str,
+        what: &'static str,
+        detail: String,
+        times: u64,
+        clearance: Option<f64>,
+    ) {
+        let open = self.open.entry(robot.to_owned()).or_default();
+        let key = (what, detail);
+        if let Some(row) = open.get(&key).and_then(|row| self.rows.get_mut(*row)) {
+            row.until = time;
+            row.times += times;
+            return;
+        }
+        if self.rows.len() >= MOST {
+            self.left_out += times;
+            return;
+        }
+        open.insert(key.clone(), self.rows.len());
+        let (robot, detail) = (robot.to_owned(), key.1);
+        self.rows.push(Decision { from: time, until: time, times, robot, what, detail, clearance });
+    }
+
+    /// Something that happened once, in a row of its own.
+    pub fn row(&mut self, time: u64, robot: &str, what: &'static str, detail: String) {
+        self.cut(robot);
+        self.add(time, robot, what, detail, 1, None);
+    }
+
+    /// By the time at which things began.
+    pub fn sort(&mut self) {
+        self.open.clear();
+        self.rows.sort_by_key(|row| row.from);
+    }
+
+    /// What happens from now on is something new.
+    fn cut(&mut self, robot: &str) {
+        self.open.remove(robot);
+    }
+
+    /// Takes what an Execute says, compared with what it said last.
+    pub fn status(
+        &mut self,
+        time: u64,
+        robot: &str,
+        value: &Value,
+        names: &Names,
+        last: &mut Status,
+        clearance: Option<f64>,
+    ) {
+        let number = |name: &str| value.number(name).unwrap_or_default();
+        let text = |name: &str| value.text(name).unwrap_or_default();
+        let more = |now: f64, before: f64| if now > before { (now - before) as u64 } else { 0 };
+        let mut now = Status {
+            route: names.route(number("route")),
+            running: text("running"),
+            ticket: number("ticket"),
+            reflexes: number("reflexes"),
+            refused: number("refused"),
+            route_switches: number("route_switches"),
+            wants_plan: number("replan") != 0.0,
+            ended: last.ended,
+            is_known: true,
+        };
+        if now.route != last.route || now.running != last.running || !last.is_known {
+            self.cut(robot);
+        }
+        let mut tell = |what, detail: String, times| self.add(time, robot, what, detail, times, clearance);
+        let reflexes = more(now.reflexes, last.reflexes);
+        if reflexes > 0 {
+            tell("reflex", now.running.clone(), reflexes);
+        }
+        for i in 0..8 {
+            let field = |name: &str| format!("ended/{i}/{name}");
+            let Some(count) = value.number(&field("number")).filter(|count| *count > last.ended) else {
+                continue;
+            };
+            now.ended = now.ended.max(count);
+            let ending = names.ending(value.number(&field("ending")).unwrap_or_default());
+            tell("action ended", format!("{}: {ending}", value.text(&field("kind")).unwrap_or_default()), 1);
+        }
+        let refused = more(now.refused, last.refused);
+        if refused > 0 {
+            tell("refused", "a message to Execute".into(), refused);
+        }
+        let planned = more(now.ticket, last.ticket);
+        if planned > 0 {
+            tell("plan", "Execute took what the Plan sent".into(), planned);
+        }
+        if now.route != last.route && last.is_known {
+            let name = |route: Option<Route>| route.map_or("idle", Route::name);
+            tell("route", format!("{} to {}", name(last.route), name(now.route)), 1);
+        }
+        if now.running != last.running && !now.running.is_empty() {
+            tell("action began", text("tree"), 1);
+        }
+        if now.wants_plan && !last.wants_plan {
+            tell("plan", "a new one is wanted".into(), 1);
+        }
+        *last = now;
+    }
+
+    pub fn table(&self) -> Table {
+        let columns = ["#from/s", "#until/s", "#times", "robot", "what", "of what", "#clearance then/m"];
+        let mut table = Table::new("decisions", &columns);
+        for row in &self.rows {
+            table.row([
+                seconds(row.from),
+                seconds(row.until),
+                row.times.to_string(),
+                row.robot.clone(),
+                row.what.into(),
+                row.detail.clone(),
+                row.clearance.map(|metres| format!("{metres:.3}")).unwrap_or_default(),
+            ]);
+        }
+        table
+    }
+
+    /// How many are not in the table.
+    pub fn left_out(&self) -> u64 {
+        self.left_out
+    }
+}
+
+/// What the numbers of a status mean, from its own definition.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Names {
+    routes: BTreeMap<i64, String>,
+    endings: BTreeMap<i64, String>,
+}
+
+impl Names {
+    pub fn of(definition: &str) -> Self {
+        Self { routes: constants(definition, "ROUTE_"), endings: constants(definition, "ENDING_") }
+    }
+
+    fn route(&self, number: f64) -> Option<Route> {
+        match self.routes.get(&(number as i64)).map(String::as_str) {
+            Some("deliberative") => Some(Route::Deliberative),
+            Some("reactive") => Some(Route::Reactive),
+            _ => None,
+        }
+    }
+
+    fn ending(&self, number: f64) -> String {
+        self.endings.get(&(number as i64)).cloned().unwrap_or_else(|| format!("ending {number}"))
+    }
+}
+
+/// The units of a definition's own fields, by name: what stands in brackets at the end of the comment before each.
+pub(super) fn units(definition: &str) -> BTreeMap<String, String> {
+    let mut units = BTreeMap::new();
+    let mut unit = None;
+    for line in definition.lines().take_while(|line| !line.starts_with("===")) {
+        match line.strip_prefix('#') {
+            Some(comment) => {
+                let inside = comment.trim().strip_suffix(']').and_then(|rest| rest.rsplit_once('['));
+                unit = inside.map(|(_, unit)| unit.to_owned());
+            }
+            None => {
+                let name = line.split_whitespace().nth(1).map(str::to_owned);
+                units.extend(name.zip(unit.take()));
+            }
+        }
+    }
+    units
+}
+
+/// The constants of a definition whose names begin so, by number, in lower case.
+pub(super) fn constants(definition: &str, start: &str) -> BTreeMap<i64, String> {
+    let line = |line: &str| {
+        let (_, constant) = line.split('#').next()?.trim().split_once(' ')?;
+        let (name, number) = constant.split_once('=')?;
+        let name = name.trim().strip_prefix(start)?;
+        Some((number.trim().parse().ok()?, name.to_lowercase().replace('_', " ")))
+    };
+    definition.lines().filter_map(line).collect()
+}

@@ -1,0 +1,175 @@
+//! A run as one page that a browser shows, a printer prints, and nothing else is needed for; beside it its pictures (SVG) and its tables
+//! (CSV).
+//!
+//! A page is made of the folder that a run leaves ([`Report`](crate::Report)), of a recording, or of a log of another system
+//! ([`logs`](crate::logs)). Of a folder with a recording in it, both are told.
+
+mod decisions;
+mod folder;
+mod html;
+mod recording;
+mod robots;
+mod table;
+mod tracks;
+
+use std::path::{Path, PathBuf};
+
+use crate::Scene;
+use crate::bag::{Error, whole};
+
+pub use robots::Followed;
+
+use html::Html;
+use table::Table;
+
+/// What is known of a recording beside what is in it, such as from the configuration that comes with it.
+#[derive(Clone, Debug, Default)]
+pub struct Known {
+    /// The world at the start.
+    pub scene: Scene,
+    /// The robots that the report follows; found by the types of their values unless given.
+    pub robots: Vec<Followed>,
+}
+
+/// How many rows of a table a page has; its file has all.
+const ROWS: usize = 300;
+
+/// What a page is made of.
+#[derive(Debug, Default)]
+struct Story {
+    title: String,
+    /// Where it comes from.
+    source: String,
+    sections: Vec<Section>,
+}
+
+#[derive(Debug, Default)]
+struct Section {
+    heading: &'static str,
+    parts: Vec<Part>,
+}
+
+#[derive(Debug)]
+enum Part {
+    Text(String),
+    Table(Table),
+    /// A picture that was drawn now: the name of its file, what it shows, and its text.
+    Drawn(&'static str, String, String),
+    /// A picture that is in a file already.
+    Found(String, Vec<u8>),
+}
+
+impl Section {
+    fn new(heading: &'static str) -> Self {
+        Self { heading, parts: Vec::new() }
+    }
+
+    /// A table, or what is said when it has no rows.
+    fn table(&mut self, table: Table, empty: &str) {
+        self.parts.push(match table.is_empty() {
+            true => Part::Text(empty.into()),
+            false => Part::Table(table),
+        });
+    }
+
+    fn has_table(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, Part::Table(_)))
+    }
+
+    fn text(&mut self, text: impl Into<String>) {
+        self.parts.push(Part::Text(text.into()));
+    }
+}
+
+/// Whether a path is a folder that a run has left.
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() && !path.join("metadata.yaml").is_file()
+}
+
+/// The recording that a page of that path tells of: the path itself, or the only recording in a folder.
+///
+/// # Errors
+/// When a folder has several recordings, or can't be read.
+pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
+    if !is_folder(path) {
+        return Ok(Some(path.into()));
+    }
+    let failed = |source| Error::Read { path: path.into(), source };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(failed)? {
+        let file = entry.map_err(failed)?.path();
+        if file.extension().is_some_and(|extension| extension == "mcap") {
+            found.push(file);
+        }
+    }
+    found.sort();
+    match &found[..] {
+        [] => Ok(None),
+        [one] => Ok(Some(one.clone())),
+        [one, other, ..] => {
+            let name = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let what =
+                format!("it has several recordings, such as `{}` and `{}`; name one", name(one), name(other));
+            Err(Error::Unfit { path: path.into(), what })
+        }
+    }
+}
+
+/// Where a page goes unless that is said: into the folder of the run, or into one beside the recording.
+pub fn usual_folder(path: &Path) -> PathBuf {
+    if is_folder(path) {
+        return path.into();
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-report"))
+}
+
+/// Writes `report.html` about a run's folder, a recording or another log into the folder `out`, with its pictures and tables as files.
+/// Returns the files, the page first.
+///
+/// # Errors
+/// When something can't be read or is damaged, or `out` can't be written.
+pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Vec<PathBuf>, Error> {
+    let recording = recording_of(path)?;
+    let story = match (is_folder(path), recording) {
+        (true, recording) => folder::tell(path, recording.as_deref(), known)?,
+        (false, Some(file)) => recording::Recording::read(&file, known)?.tell(known)?,
+        (false, None) => Story::default(),
+    };
+    std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
+    let put = |name: String, text: &str| {
+        let path = out.join(name);
+        whole::write(&path, |file| {
+            std::io::Write::write_all(file, text.as_bytes())
+                .map_err(|source| Error::Write { path: path.clone(), source })
+        })?;
+        Ok::<_, Error>(path)
+    };
+    let mut files = vec![put("report.html".into(), &page(&story))?];
+    for part in story.sections.iter().flat_map(|section| &section.parts) {
+        match part {
+            Part::Drawn(name, _, svg) => files.push(put(format!("{name}.svg"), svg)?),
+            Part::Table(table) => files.push(put(format!("{}.csv", table.name), &table.csv())?),
+            Part::Text(_) | Part::Found(..) => {}
+        }
+    }
+    Ok(files)
+}
+
+fn page(story: &Story) -> String {
+    let mut html = Html::new(&story.title);
+    html.paragraph(&story.source, true);
+    html.contents(story.sections.iter().map(|section| section.heading));
+    for section in &story.sections {
+        html.heading(section.heading);
+        for part in &section.parts {
+            match part {
+                Part::Text(text) => html.paragraph(text, false),
+                Part::Table(table) => html.table(table, ROWS),
+                Part::Drawn(_, caption, svg) => html.drawn(svg, caption),
+                Part::Found(caption, svg) => html.found(svg, caption),
+            }
+        }
+    }
+    html.finish()
+}

@@ -1,0 +1,89 @@
+use crate::plot::Curve;
+use crate::{Sample, Trajectory};
+
+/// More samples of a robot than a picture can show are not kept.
+const MOST: usize = 20_000;
+
+/// Where robots were, with what shows no more left out when there is much of it.
+#[derive(Debug, Default)]
+pub(super) struct Tracks {
+    robots: Vec<Track>,
+}
+
+#[derive(Debug, Default)]
+struct Track {
+    samples: Vec<Sample>,
+    /// Of so many samples one is kept.
+    stride: usize,
+    seen: usize,
+}
+
+impl Tracks {
+    pub fn new(robots: usize) -> Self {
+        Self { robots: (0..robots).map(|_| Track { stride: 1, ..Track::default() }).collect() }
+    }
+
+    pub fn add(&mut self, robot: usize, sample: Sample) {
+        let Some(track) = self.robots.get_mut(robot) else { return };
+        let goes_on = track
+            .samples
+            .last()
+            .is_some_and(|last| last.route == sample.route && last.action == sample.action);
+        track.seen += 1;
+        if goes_on && !track.seen.is_multiple_of(track.stride) {
+            return;
+        }
+        track.samples.push(sample);
+        if track.samples.len() >= MOST {
+            track.stride *= 2;
+            track.samples = std::mem::take(&mut track.samples).into_iter().step_by(2).collect();
+        }
+    }
+
+    /// All robots, in the order of time.
+    pub fn trajectory(self) -> Trajectory {
+        let mut samples: Vec<_> = self.robots.into_iter().flat_map(|track| track.samples).collect();
+        samples.sort_by_key(|sample| sample.time);
+        Trajectory { samples }
+    }
+}
+
+/// A number over time, thinned out like a track; what is least is known exactly.
+#[derive(Debug, Default)]
+pub(super) struct Series {
+    points: Vec<(f64, f64)>,
+    stride: usize,
+    seen: usize,
+    pub least: Option<(f64, f64)>,
+    pub last: Option<f64>,
+}
+
+impl Series {
+    pub fn add(&mut self, time: f64, number: f64) {
+        self.last = Some(number);
+        if number.is_finite() && self.least.is_none_or(|(_, least)| number < least) {
+            self.least = Some((time, number));
+        }
+        self.stride = self.stride.max(1);
+        self.seen += 1;
+        if !(self.seen - 1).is_multiple_of(self.stride) {
+            return;
+        }
+        self.points.push((time, number));
+        if self.points.len() >= MOST {
+            self.stride *= 2;
+            self.points = std::mem::take(&mut self.points).into_iter().step_by(2).collect();
+        }
+    }
+
+    pub fn median(&self) -> Option<f64> {
+        let mut numbers: Vec<_> =
+            self.points.iter().map(|(_, number)| *number).filter(|n| n.is_finite()).collect();
+        numbers.sort_by(f64::total_cmp);
+        crate::statistics::percentile(&numbers, 50)
+    }
+
+    pub fn curve(self, name: String) -> Curve {
+        Curve { name, points: self.points }
+    }
+}

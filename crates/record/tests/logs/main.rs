@@ -1,0 +1,10 @@
+//! Logs of other systems: what is read of them, what is refused, and what is written as one.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
+
+mod bblogger;
+mod carmen;
+mod files;
+mod openrdk;
+#[path = "../python/mod.rs"]
+mod python;
+mod rosbag;
