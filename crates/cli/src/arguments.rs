@@ -32,7 +32,7 @@ pub enum Verb {
     Run(RunOptions),
     /// Runs many seeds of an example and reports how they went.
     Batch(BatchOptions),
-    /// Makes a recorded run again, and compares it with the recording.
+    /// Plays a recording in an agent, controls one that is played, or makes a recorded run again and compares.
     Replay(ReplayOptions),
     /// Lists the examples.
     Examples,
@@ -212,7 +212,7 @@ impl ModeName {
     }
 }
 
-fn parse_rate(text: &str) -> Result<Rate, String> {
+pub fn parse_rate(text: &str) -> Result<Rate, String> {
     match text {
         "max" => Ok(Rate::Max),
         "realtime" => Ok(Rate::REALTIME),

@@ -2,6 +2,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use slate::blackboard::nearest_names;
+use slate::record::replay::PlayError;
 use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
@@ -31,6 +32,8 @@ pub enum Failure {
     Recording(#[from] slate::record::replay::ReadError),
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
+    #[error("{0}")]
+    Play(PlayError),
     #[error("{0}")]
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
@@ -80,6 +83,16 @@ impl From<StartError> for Failure {
         match error {
             StartError::Configuration(report) => Self::Configuration(report),
             other => Self::Start(other),
+        }
+    }
+}
+
+impl From<PlayError> for Failure {
+    fn from(error: PlayError) -> Self {
+        match error {
+            PlayError::Bag(error) => Self::Bag(error),
+            PlayError::Configuration(report) => Self::Configuration(report),
+            other => Self::Play(other),
         }
     }
 }
