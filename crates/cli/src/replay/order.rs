@@ -91,7 +91,11 @@ fn text(status: &PlaybackStatus) -> String {
     let seconds = |time: u64| format!("{:.3} s", time as f64 * 1e-9);
     let mut text = format!("{}: {}", slate::runtime::printable(&status.file), seconds(status.time));
     text += &format!(" (of {} to {})", seconds(status.from), seconds(status.to));
-    text += &status.rate.map_or(", as fast as it goes".into(), |rate| format!(", {rate} times real time"));
+    text += &match status.rate {
+        None => ", as fast as it goes".into(),
+        Some(1.0) => ", in real time".into(),
+        Some(rate) => format!(", {rate} times real time"),
+    };
     if let Some(LoopSection { from, to }) = status.section {
         text += &format!(", again and again from {} to {}", seconds(from), seconds(to));
     }

@@ -1,6 +1,6 @@
 //! Plays a recording in an agent.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,10 +11,11 @@ use slate_runtime::configuration::{Database, Report};
 use slate_runtime::playback::{
     LoopSection, Order, Playback, PlaybackControl, PlaybackStatus, excerpt, interfaces,
 };
-use slate_runtime::recording::configuration;
+use slate_runtime::recording::{Change, Recording, configuration};
 use slate_runtime::{Agent, Rate};
 
 use super::orders::{Answer, Counter, Orders, orders};
+use super::recompute::{Both, Outcome, Witness};
 use super::reel::{Reel, SharedReel};
 use super::run::Run;
 use super::timeline::{Choice, Timeline};
@@ -78,6 +79,11 @@ pub struct Player {
     span: (u64, u64),
     bounds: (u64, u64),
     line: usize,
+    /// The time of the last cycle.
+    reached: u64,
+    /// What was changed in the modules that run, while it was recorded.
+    changes: VecDeque<(u64, Change)>,
+    witness: Option<Witness>,
 }
 
 impl std::fmt::Debug for Player {
@@ -142,6 +148,15 @@ impl Player {
         if let (Some(run), Some(full)) = (&run, &full) {
             run.replace(&mut reel, full, &plan.modules);
         }
+        let mut changes = VecDeque::new();
+        // Cycles are counted from the beginning.
+        if is_lockstep && bounds.0 == span.0 {
+            let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules);
+            changes.extend(reel.timeline.changes.drain(..).filter(of_modules));
+        }
+        let reel = SharedReel::new(reel);
+        let is_whole = run.as_ref().is_some_and(Run::is_whole) && plan.choice.is_all();
+        let witness = (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole));
         let (counter, orders) = orders();
         Ok(Self {
             file: path.into(),
@@ -149,12 +164,15 @@ impl Player {
             plan,
             text,
             misses,
-            reel: SharedReel::new(reel),
+            reel,
             counter: Arc::new(counter),
             orders,
             span,
             bounds,
             line: 0,
+            reached: bounds.0,
+            changes,
+            witness,
         })
     }
 
@@ -169,6 +187,24 @@ impl Player {
     /// What the agent is loaded with that plays, as [`Options::playback`](slate_runtime::Options::playback).
     pub fn playback(&self) -> Box<dyn Playback> {
         Box::new(self.reel.clone())
+    }
+
+    /// What the agent is loaded with that sees what modules write, as
+    /// [`Options::recording`](slate_runtime::Options::recording), beside what else records it; nothing when no module runs.
+    pub fn recording(&self, other: Option<Arc<dyn Recording>>) -> Option<Arc<dyn Recording>> {
+        match (self.witness.as_ref().map(Witness::recording), other) {
+            (Some(own), Some(other)) => Some(Arc::new(Both(own, other))),
+            (own, other) => own.or(other),
+        }
+    }
+
+    /// How what the modules wrote compares with what is recorded of them, after the run; nothing when no module runs.
+    ///
+    /// # Errors
+    /// When the file has become another one.
+    pub fn outcome(&mut self) -> Result<Option<Outcome>, PlayError> {
+        let end = self.reached;
+        Ok(self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?)
     }
 
     /// What controls it from other threads.
@@ -287,11 +323,22 @@ impl Player {
         turn: &mut Turn,
         look: &mut impl FnMut(&mut Agent),
     ) -> Result<(), PlayError> {
+        while self.changes.front().is_some_and(|(after, _)| *after <= turn.cycles) {
+            if let Some((_, change)) = self.changes.pop_front()
+                && let Err(reason) = make(agent, &change)
+            {
+                self.misses.push(format!("a change after cycle {} can't be made again: {reason}", turn.cycles));
+            }
+        }
         if !agent.step() {
             return Err(PlayError::Hung);
         }
         turn.cycles += 1;
         turn.time = agent.now();
+        self.reached = turn.time;
+        if let Some(witness) = &mut self.witness {
+            witness.look()?;
+        }
         let mut reel = self.reel.get();
         reel.check()?;
         while let Some(line) = reel.timeline.lines.get(self.line).filter(|line| line.time <= turn.time) {
@@ -398,6 +445,34 @@ impl Player {
             modules: self.plan.modules.iter().cloned().collect(),
         }
     }
+}
+
+/// Whether a change was one of these modules.
+fn concerns(change: &Change, modules: &BTreeSet<String>) -> bool {
+    let Change::Setting { path, .. } = change else { return false };
+    let names = |module: &String| {
+        let quoted = format!("\"{module}\"");
+        let own = [format!("modules.{quoted}."), format!("modules.{module}."), format!("links.\"{module}/")];
+        own.iter().any(|own| path.starts_with(own.as_str())) || *path == format!("{module}/enabled")
+    };
+    modules.iter().any(names)
+}
+
+/// Makes a change once more.
+fn make(agent: &Agent, change: &Change) -> Result<(), String> {
+    let Change::Setting { path, value } = change else { return Ok(()) };
+    let database = agent.database().ok_or("the agent was loaded without a database")?;
+    let done = match value {
+        Some(value) => match path.strip_suffix("/enabled").filter(|module| !module.contains('.')) {
+            Some(module) => {
+                let switched = agent.composer().enable(module, value == "true");
+                return switched.map_err(|error| error.to_string());
+            }
+            None => database.set(&[(path, value)]).map(drop),
+        },
+        None => database.take_back(path).map(drop),
+    };
+    done.map_err(|report| report.to_string())
 }
 
 /// Where a playback is.

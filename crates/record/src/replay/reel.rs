@@ -85,7 +85,7 @@ impl Reel {
             self.next += 1;
             let track = self.timeline.track(place);
             let Some(writer) = self.writers.get_mut(track).and_then(Option::as_mut) else { continue };
-            let Recorded { bytes, items, sequence, time, .. } = self.timeline.value(place)?;
+            let Recorded { bytes, items, sequence, time } = self.timeline.value(place)?;
             let missed = sequence.saturating_sub(writer.last().sequence + 1);
             if missed > 0 {
                 writer.skip(missed);

@@ -103,6 +103,11 @@ impl Run {
         self.about("clock") == "lockstep"
     }
 
+    /// Whether everything that was written is recorded, from the beginning.
+    pub(super) fn is_whole(&self) -> bool {
+        self.about("whole") == "true" && self.about("from_cycle") == "0"
+    }
+
     /// Has modules run in the place of what is recorded of them, and see of the others what they saw then.
     pub(super) fn replace(&self, reel: &mut Reel, configuration: &Configuration, modules: &BTreeSet<String>) {
         let order: Vec<&str> = self.stages.values().flat_map(|stage| stage.split_whitespace()).collect();

@@ -8,9 +8,11 @@ use std::path::Path;
 use slate_blackboard::Url;
 use slate_blackboard::interface::Descriptor;
 use slate_module::Level;
+use slate_runtime::recording::Change;
 
 use super::form::Form;
 use crate::bag::{Error, Message, Reader, Selection, Spot};
+use crate::recorder::{CHANGE, read_change};
 use crate::ros;
 
 /// Which part of a recording is played, and where.
@@ -24,12 +26,21 @@ pub struct Choice {
     pub map: BTreeMap<String, String>,
 }
 
+impl Choice {
+    /// Whether everything is played where it was.
+    pub(super) fn is_all(&self) -> bool {
+        self.select.is_empty() && self.exclude.is_empty() && self.map.is_empty()
+    }
+}
+
 /// A recorded property.
 pub(super) struct Track {
     pub topic: String,
     /// Without a leading slash.
     pub path: String,
     pub form: Form,
+    /// Whether a run of the same writes the same values.
+    is_compared: bool,
     /// Whether the numbers of the recording count its values.
     is_counted: bool,
     last_sequence: u64,
@@ -65,13 +76,14 @@ pub(super) struct Timeline {
     pub tracks: Vec<Track>,
     entries: Vec<Entry>,
     pub lines: Vec<LogLine>,
+    /// What was changed from outside while it was recorded, each after the cycle of that number.
+    pub changes: Vec<(u64, Change)>,
     /// Topics that are not played, and why.
     pub left_out: Vec<(String, String)>,
 }
 
 /// A value that is read.
 pub(super) struct Recorded {
-    pub track: usize,
     pub bytes: Vec<u8>,
     pub items: usize,
     pub sequence: u64,
@@ -86,6 +98,7 @@ pub(super) type Epoch = u64;
 enum Fate {
     Played(usize),
     Log(ros::Schema),
+    Changes,
     LeftOut,
 }
 
@@ -109,6 +122,7 @@ impl Timeline {
             tracks: Vec::new(),
             entries: Vec::new(),
             lines: Vec::new(),
+            changes: Vec::new(),
             left_out: Vec::new(),
         };
         let mut fates: BTreeMap<u16, Fate> = BTreeMap::new();
@@ -151,6 +165,7 @@ impl Timeline {
                     let line = schema.decode(message.data).ok();
                     timeline.lines.extend(line.and_then(|line| log_line(&line, time)));
                 }
+                Fate::Changes => timeline.changes.extend(read_change(message.data)),
                 Fate::LeftOut => {}
             }
         }
@@ -171,6 +186,7 @@ impl Timeline {
         // Values of one time stay in the order of the file.
         self.entries.sort_by_key(|entry| entry.time);
         self.lines.sort_by_key(|line| line.time);
+        self.changes.sort_by_key(|(cycle, _)| *cycle);
         self.tracks.iter_mut().for_each(|track| track.values.clear());
         for (place, entry) in self.entries.iter().enumerate() {
             self.tracks[usize::from(entry.track)].values.push(place as u32);
@@ -180,11 +196,6 @@ impl Timeline {
     /// The file.
     pub fn path(&self) -> &Path {
         self.reader.path()
-    }
-
-    /// How many values there are.
-    pub fn len(&self) -> usize {
-        self.entries.len()
     }
 
     /// When a value is played.
@@ -205,6 +216,22 @@ impl Timeline {
     /// The place of the first value after a time.
     pub fn after(&self, time: u64) -> usize {
         self.entries.partition_point(|entry| entry.time <= time)
+    }
+
+    /// The place of a track's value of that number, from 0.
+    pub fn place(&self, track: usize, number: usize) -> Option<usize> {
+        self.tracks[track].values.get(number).map(|place| *place as usize)
+    }
+
+    /// The number of a track's first value after a time; without a time, of its first one.
+    pub fn place_after(&self, track: usize, time: Option<u64>) -> usize {
+        let is_before = |place: &u32| time.is_some_and(|time| self.entries[*place as usize].time <= time);
+        self.tracks[track].values.partition_point(is_before)
+    }
+
+    /// Whether a second run writes the same values of it.
+    pub fn is_compared(&self, track: usize) -> bool {
+        self.tracks[track].is_compared
     }
 
     /// The last value of a track until a time.
@@ -231,7 +258,7 @@ impl Timeline {
             what: format!("a value of {} can't be read: {error}", own.topic),
         })?;
         let items = own.form.items(&bytes);
-        Ok(Recorded { track, items, bytes, sequence, time })
+        Ok(Recorded { items, bytes, sequence, time })
     }
 }
 
@@ -244,6 +271,9 @@ fn fate(
     known: &BTreeMap<u64, &'static Descriptor>,
 ) -> Result<Fate, Option<String>> {
     let topic = &message.channel.topic;
+    if *topic == CHANGE.name {
+        return Ok(Fate::Changes);
+    }
     if !is_chosen {
         return Err(None);
     }
@@ -261,10 +291,12 @@ fn fate(
         return Err(Some(format!("{error}: play it elsewhere with --map '{topic}=/a/path'")));
     }
     let form = Form::of(message, known).map_err(Some)?;
+    let says = |key: &str, value: &str| message.channel.metadata.get(key).is_some_and(|said| said == value);
     tracks.push(Track {
         topic: topic.clone(),
         path: path.into(),
         form,
+        is_compared: says("repeats", "true") && says("access", "output"),
         is_counted: true,
         last_sequence: 0,
         latest: 0,

@@ -109,7 +109,8 @@ impl Cutter<'_> {
         match path {
             ["agent", "name"] | ["time" | "mission" | "report" | "share" | "snapshot" | "agents", ..] => None,
             ["plugins", ..] if self.modules.is_empty() => None,
-            ["modules", _, "plugin"] => None,
+            // The type is said below, also when nothing else is.
+            ["modules", _] | ["modules", _, "plugin"] => None,
             ["modules", name, ..] => self.modules.contains(*name).then(whole).flatten(),
             ["links", to, rest @ ..] => match (sources.get(*to)?, rest) {
                 (Source::Nothing, _) => None,
