@@ -11,7 +11,7 @@ use crate::log::LogOptions;
 use crate::module::ModuleVerb;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
-use crate::replay::ReplayOptions;
+use crate::replay::{ReplayOptions, TryOptions};
 use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
 
@@ -34,6 +34,8 @@ pub enum Verb {
     Batch(BatchOptions),
     /// Plays a recording in an agent, controls one that is played, or makes a recorded run again and compares.
     Replay(ReplayOptions),
+    /// Runs one module on a recording, and says what it writes, how long it takes, and how that compares.
+    Try(TryOptions),
     /// Lists the examples.
     Examples,
     /// Writes plugins, shows what they are, and changes which of them a running agent has.

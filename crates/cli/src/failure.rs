@@ -64,6 +64,8 @@ pub enum Failure {
     Memory(#[from] MemoryError),
     #[error("`{name}` can't be the name of a plugin: {reason}")]
     PluginName { name: String, reason: &'static str },
+    #[error("no recorded module and no type of modules is called `{module}`")]
+    NoModule { module: String, help: String },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
     #[error("`{to}` has no link")]
@@ -171,6 +173,7 @@ impl Failure {
             Self::Agent(ClientError::Version { .. }) => "use the `slate` that runs the agent".into(),
             Self::Agent(_) => "look at the agent's log".into(),
             Self::Library(error) => error.help.clone(),
+            Self::NoModule { help, .. } => help.clone(),
             Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
             Self::NotLoaded { .. } => {
                 "`slate plugin list` shows those that are; of a list of plugins, name them one by one".into()

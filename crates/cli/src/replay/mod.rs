@@ -2,6 +2,7 @@
 
 mod order;
 mod play;
+mod trial;
 mod verify;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,6 +14,7 @@ use slate::record::replay::{Choice, Plan};
 use crate::bag::nanoseconds;
 use crate::failure::Failure;
 use order::OrderVerb;
+pub use trial::{TryOptions, try_module};
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
@@ -114,7 +116,11 @@ pub fn replay(options: &ReplayOptions) -> Result<u8, Failure> {
         repeats: options.repeat,
         is_paused: options.pause,
         rate: options.rate.0,
-        modules: options.recompute.iter().map(|name| name.trim_start_matches('/').to_owned()).collect::<BTreeSet<_>>(),
+        modules: options
+            .recompute
+            .iter()
+            .map(|name| name.trim_start_matches('/').to_owned())
+            .collect::<BTreeSet<_>>(),
         sets: options.set.clone(),
     };
     play::play(file, plan, options.json)

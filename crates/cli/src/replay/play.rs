@@ -36,7 +36,10 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     };
     let mut agent = Agent::load_with(&database, &plugins, how)?;
     if let Some(recorder) = &recorder {
-        let path = settings.file.as_ref().map_or_else(|| PathBuf::from("recomputed.mcap"), |file| file.value.clone());
+        let path = settings
+            .file
+            .as_ref()
+            .map_or_else(|| PathBuf::from("recomputed.mcap"), |file| file.value.clone());
         recorder.begin(&agent, &path);
         // A run on values of another one can't be made again from its configuration.
         let what = format!("a playback of {}", printable(file));
@@ -84,7 +87,11 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
             let end = if played.is_whole { "" } else { ", stopped" };
             output::line(format_args!("{values} values in {cycles} cycles, up to {seconds:.3} s{end}"));
             if let Some(recorded) = &recorded {
-                output::line(format_args!("recording: {} ({} values)", printable(&recorded.file), recorded.values));
+                output::line(format_args!(
+                    "recording: {} ({} values)",
+                    printable(&recorded.file),
+                    recorded.values
+                ));
             }
             if let Some(outcome) = &outcome {
                 show(outcome);
@@ -140,6 +147,9 @@ pub fn tell(player: &Player) {
     }
     for (topic, why) in player.left_out() {
         eprintln!("{}", output::harmless(format_args!("not played: {topic}: {why}")));
+    }
+    for (topic, remark) in player.remarks() {
+        eprintln!("{}", output::harmless(format_args!("{topic}: {remark}")));
     }
     for (topic, count) in player.backwards() {
         let what = if count == 1 { "one value has a time" } else { "values have times" };

@@ -1,16 +1,17 @@
 //! Plays a recording in an agent.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 use slate_module::Plugin;
-use slate_runtime::configuration::{Database, Report};
+use slate_runtime::configuration::{Configuration, Database, Report};
 use slate_runtime::playback::{
     LoopSection, Order, Playback, PlaybackControl, PlaybackStatus, excerpt, interfaces,
 };
+use slate_runtime::plugin::load;
 use slate_runtime::recording::{Change, Recording, configuration};
 use slate_runtime::{Agent, Rate};
 
@@ -113,40 +114,44 @@ impl Player {
     pub fn open(path: &Path, plugins: &[Plugin], plan: Plan) -> Result<Self, PlayError> {
         let unfit = |what: String| PlayError::Unfit { path: path.into(), what };
         let run = Run::of(path)?;
-        let database = run.as_ref().map(|run| run.configuration(plan.sets.clone())).transpose()?;
-        let full = database.as_ref().map(Database::current);
-        let known = interfaces(plugins, full.as_deref());
+        let database = match &run {
+            Some(run) => run.configuration(plan.sets.clone())?,
+            None => configuration("the command line", "agent.name = \"replay\"\n", plan.sets.clone())?,
+        };
+        let full = database.current();
+        let plugins = &with_libraries(plugins, &full);
+        let known = interfaces(plugins, Some(&*full));
         let first = Timeline::first_time(path)?;
         let epoch = run.as_ref().map_or(first, Run::epoch);
         let timeline = Timeline::read(path, epoch, &plan.choice, &known)?;
         let Some(span) = timeline.span() else {
-            let mut why: Vec<_> = timeline.left_out.iter().map(|(topic, why)| format!("{topic}: {why}")).collect();
+            let mut why: Vec<_> =
+                timeline.left_out.iter().map(|(topic, why)| format!("{topic}: {why}")).collect();
             why.truncate(SHOWN);
-            let why = if why.is_empty() { "it has no values that are asked for".into() } else { why.join("; ") };
+            let why =
+                if why.is_empty() { "it has no values that are asked for".into() } else { why.join("; ") };
             return Err(unfit(format!("there is nothing to play: {why}")));
         };
         let at = |time: u64| span.0.saturating_add(time);
         let bounds = (plan.start.map_or(span.0, at), plan.end.map_or(span.1, at).min(span.1));
         if bounds.0 > bounds.1 {
             let seconds = (span.1 - span.0) as f64 * 1e-9;
-            return Err(unfit(format!("its values are within {seconds:.3} s, and there is none from --start to --end")));
+            return Err(unfit(format!(
+                "its values are within {seconds:.3} s, and there is none from --start to --end"
+            )));
         }
         let is_lockstep = run.as_ref().is_some_and(Run::is_lockstep);
         let mut reel = Reel::new(timeline, is_lockstep, bounds.0);
-        let (text, misses) = match &full {
-            Some(full) => {
-                let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();
-                let excerpt = excerpt(full, plugins, &plan.modules, &recorded).map_err(unfit)?;
-                reel.silent = excerpt.silent;
-                (excerpt.text, excerpt.misses)
-            }
-            None if plan.modules.is_empty() => ("agent.name = \"replay\"\n".into(), Vec::new()),
-            None => {
-                return Err(unfit("it has no configuration, so no module of it can run: it is no recording of an agent".into()));
-            }
-        };
-        if let (Some(run), Some(full)) = (&run, &full) {
-            run.replace(&mut reel, full, &plan.modules);
+        if run.is_none() && full.modules().is_empty() && !plan.modules.is_empty() {
+            let what = "it has no configuration, so no module of it can run: it is no recording of an agent";
+            return Err(unfit(what.into()));
+        }
+        let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();
+        let excerpt = excerpt(&full, plugins, &plan.modules, &recorded).map_err(unfit)?;
+        reel.silent = excerpt.silent;
+        let (text, misses) = (excerpt.text, excerpt.misses);
+        if let Some(run) = &run {
+            run.replace(&mut reel, &full, &plan.modules);
         }
         let mut changes = VecDeque::new();
         // Cycles are counted from the beginning.
@@ -181,7 +186,11 @@ impl Player {
     /// # Errors
     /// When it is none any more, or a setting is wrong.
     pub fn configuration(&self) -> Result<Database, Report> {
-        configuration(&format!("the recording {}", slate_runtime::printable(&self.file)), &self.text, Vec::new())
+        configuration(
+            &format!("the recording {}", slate_runtime::printable(&self.file)),
+            &self.text,
+            Vec::new(),
+        )
     }
 
     /// What the agent is loaded with that plays, as [`Options::playback`](slate_runtime::Options::playback).
@@ -236,6 +245,13 @@ impl Player {
     /// What the modules that run miss that they had when it was recorded, in words.
     pub fn misses(&self) -> &[String] {
         &self.misses
+    }
+
+    /// What is to be known of topics: each with what it is.
+    pub fn remarks(&self) -> Vec<(String, String)> {
+        let reel = self.reel.get();
+        let remarks = reel.timeline.tracks.iter().map(|track| (&track.topic, &track.form.remark));
+        remarks.filter_map(|(topic, remark)| Some((topic.clone(), remark.clone()?))).collect()
     }
 
     /// Topics whose times go back, and how often: such a value is played at the time of the one before it.
@@ -327,7 +343,8 @@ impl Player {
             if let Some((_, change)) = self.changes.pop_front()
                 && let Err(reason) = make(agent, &change)
             {
-                self.misses.push(format!("a change after cycle {} can't be made again: {reason}", turn.cycles));
+                self.misses
+                    .push(format!("a change after cycle {} can't be made again: {reason}", turn.cycles));
             }
         }
         if !agent.step() {
@@ -411,7 +428,8 @@ impl Player {
             Order::Seek(time) => drop(self.jump(at(time), agent, turn)?),
             Order::Loop(None) => turn.section = None,
             Order::Loop(Some(LoopSection { from, to })) if from >= to || at(from) > self.span.1 => {
-                let message = if from >= to { "a part ends after it begins".into() } else { self.beyond(from) };
+                let message =
+                    if from >= to { "a part ends after it begins".into() } else { self.beyond(from) };
                 return refused(message, INSIDE);
             }
             Order::Loop(Some(LoopSection { from, to })) => {
@@ -445,6 +463,22 @@ impl Player {
             modules: self.plan.modules.iter().cloned().collect(),
         }
     }
+}
+
+/// The modules of a recording of an agent, each with its type; none of another one.
+///
+/// # Errors
+/// When it can't be read, or is damaged.
+pub fn recorded_modules(path: &Path) -> Result<BTreeMap<String, String>, Error> {
+    Ok(Run::of(path)?.map(|run| run.modules).unwrap_or_default())
+}
+
+/// Those plugins, and the libraries that a configuration names as far as they can be loaded: what of them modules need and can't
+/// be is said when the agent is loaded.
+fn with_libraries(plugins: &[Plugin], configuration: &Configuration) -> Vec<Plugin> {
+    let files = configuration.plugins().iter().filter_map(|entry| entry.file.as_ref());
+    let libraries = files.filter_map(|file| Some(load(&file.value).ok()?.0));
+    plugins.iter().cloned().chain(libraries).collect()
 }
 
 /// Whether a change was one of these modules.
@@ -485,7 +519,8 @@ struct Turn {
     is_whole: bool,
 }
 
-const INSIDE: &str = "give seconds after the first value, such as 1.5; `slate replay status` says how many there are";
+const INSIDE: &str =
+    "give seconds after the first value, such as 1.5; `slate replay status` says how many there are";
 
 /// How often a playback that stands still looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(50);

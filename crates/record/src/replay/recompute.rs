@@ -183,6 +183,19 @@ impl Comparer {
         if let Some(place) = place {
             next += 1;
             let recorded = reel.timeline.value(place)?;
+            let form = &reel.timeline.tracks[track].form;
+            if form.descriptor.hash != channel.descriptor.hash {
+                self.of(path).different += 1;
+                self.differs(Difference {
+                    time: stamp.time,
+                    url: format!("/{path}"),
+                    field: String::new(),
+                    recorded: format!("{} of another version", form.descriptor.name),
+                    replayed: format!("{} {:016x}", channel.descriptor.name, channel.descriptor.hash),
+                });
+                self.tracks.insert(path.to_owned(), (track, next));
+                return Ok(());
+            }
             let tail = channel.descriptor.tail().map_or(0, |kind| kind.size() * items);
             let own = bytes.get(..channel.descriptor.size + tail).unwrap_or(bytes);
             if recorded.bytes == own {
@@ -194,7 +207,13 @@ impl Comparer {
                 let _ = crate::ros::encode(channel.descriptor, &recorded.bytes, &mut one);
                 let _ = crate::ros::encode(channel.descriptor, own, &mut other);
                 let [field, recorded, replayed] = difference::field(channel.descriptor, &one, &other);
-                self.differs(Difference { time: stamp.time, url: format!("/{path}"), field, recorded, replayed });
+                self.differs(Difference {
+                    time: stamp.time,
+                    url: format!("/{path}"),
+                    field,
+                    recorded,
+                    replayed,
+                });
             }
         } else {
             self.of(path).only_recomputed += 1;

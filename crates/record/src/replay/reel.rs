@@ -140,8 +140,10 @@ impl Playback for SharedReel {
         let is_played: Vec<bool> = reel.played.iter().map(Option::is_some).collect();
         let writer = |property: &Arc<Property>| property.channel()?.writer().ok();
         // What is not written for lack of a writer can't be: each was just put on the board for this.
-        reel.writers =
-            is_played.into_iter().map(|is| if is { properties.next().and_then(writer) } else { None }).collect();
+        reel.writers = is_played
+            .into_iter()
+            .map(|is| if is { properties.next().and_then(writer) } else { None })
+            .collect();
     }
 
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64 {

@@ -21,7 +21,7 @@ pub struct Run {
     pub(super) plugins: Texts,
     pub(super) memories: Texts,
     /// The types of its modules.
-    modules: Texts,
+    pub(super) modules: Texts,
     /// The order in which they ran, stage by stage.
     stages: Texts,
     text: Option<String>,
@@ -113,7 +113,8 @@ impl Run {
         let order: Vec<&str> = self.stages.values().flat_map(|stage| stage.split_whitespace()).collect();
         let place = |module: &str| order.iter().position(|own| *own == module);
         let owner = |path: &str| {
-            let owns = |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
+            let owns =
+                |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
             self.modules.keys().filter(owns).max_by_key(|name| name.len())
         };
         for (track, played) in reel.timeline.tracks.iter().zip(&mut reel.played) {
@@ -124,7 +125,8 @@ impl Run {
             let commands: Vec<String> = commands.collect();
             if writers.is_empty() {
                 writers.extend(commands.iter().filter_map(|path| owner(path)).map(String::as_str));
-                writers.extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
+                writers
+                    .extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
             }
             if writers.iter().any(|writer| modules.contains(*writer)) {
                 *played = None;

@@ -128,7 +128,8 @@ impl Timeline {
         let mut fates: BTreeMap<u16, Fate> = BTreeMap::new();
         let select = Selection::new(&choice.select);
         let exclude = Some(&choice.exclude).filter(|exclude| !exclude.is_empty()).map(Selection::new);
-        let is_chosen = |topic: &str| select.has(topic) && exclude.as_ref().is_none_or(|exclude| !exclude.has(topic));
+        let is_chosen =
+            |topic: &str| select.has(topic) && exclude.as_ref().is_none_or(|exclude| !exclude.has(topic));
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
         while let Some((spot, message)) = timeline.reader.next_spot()? {
             let id = message.channel.id;
@@ -175,9 +176,20 @@ impl Timeline {
         exclude.map_or(Ok(()), |exclude| exclude.check(path, topics()))?;
         Selection::new(choice.map.keys()).check(path, topics())?;
         if timeline.entries.len() > u32::MAX as usize {
-            return Err(unfit("it has more values than can be played: play a part of it with --select".into()));
+            return Err(unfit(
+                "it has more values than can be played: play a part of it with --select".into(),
+            ));
         }
         check_writers(&timeline.tracks).map_err(unfit)?;
+        for track in &mut timeline.tracks {
+            track.form.finish().map_err(|error| {
+                let topic = &track.topic;
+                Error::Unfit {
+                    path: path.into(),
+                    what: format!("{topic}: {error}; leave it out with --exclude"),
+                }
+            })?;
+        }
         timeline.sort();
         Ok(timeline)
     }
@@ -280,7 +292,9 @@ fn fate(
     let schema = message.schema.filter(|schema| *topic == LOG.0 && schema.name == LOG.1);
     if let Some(schema) = schema {
         let text = std::str::from_utf8(&schema.data).unwrap_or_default();
-        return ros::Schema::parse(&schema.name, text).map(Fate::Log).map_err(|error| Some(error.to_string()));
+        return ros::Schema::parse(&schema.name, text)
+            .map(Fate::Log)
+            .map_err(|error| Some(error.to_string()));
     }
     let path = choice.map.get(topic).unwrap_or(topic).trim_start_matches('/');
     // An agent that plays tells these of itself.

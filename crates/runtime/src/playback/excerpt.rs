@@ -85,8 +85,7 @@ impl Cutter<'_> {
             .filter(|link| self.stays(&link.to.value))
             .map(|link| (link.to.value.clone(), link))
             .collect();
-        let sources: BTreeMap<_, _> =
-            sources.into_iter().map(|(to, link)| (to, self.source(link))).collect();
+        let sources: BTreeMap<_, _> = sources.into_iter().map(|(to, link)| (to, self.source(link))).collect();
         for setting in self.configuration.settings("").unwrap_or_default() {
             let Ok(keys) = Key::parse(&setting.path) else { continue };
             let path: Vec<&str> = keys.iter().map(Key::get).collect();
@@ -141,8 +140,10 @@ impl Cutter<'_> {
         let mut actuators = self.configuration.actuators().iter();
         let actuator = actuators.find(|own| own.name.value == actuator)?;
         let commands = actuator.commands.iter().map(|url| url.value.path_in(""));
-        let commands: Vec<_> = commands.filter(|path| self.stays(path)).map(|path| quoted(&format!("/{path}"))).collect();
-        let modules = actuator.modules.iter().map(|name| &name.value).filter(|name| self.modules.contains(*name));
+        let commands: Vec<_> =
+            commands.filter(|path| self.stays(path)).map(|path| quoted(&format!("/{path}"))).collect();
+        let modules =
+            actuator.modules.iter().map(|name| &name.value).filter(|name| self.modules.contains(*name));
         let modules: Vec<_> = modules.map(|name| quoted(name)).collect();
         (!commands.is_empty() || !modules.is_empty()).then_some((commands, modules))
     }

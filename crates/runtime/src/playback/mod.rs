@@ -38,7 +38,12 @@ pub struct Played {
 
 impl Played {
     /// Puts it on the board.
-    pub(crate) fn add(&self, board: &Board, depth: usize, budget: Budget) -> Result<Arc<Property>, BoardError> {
+    pub(crate) fn add(
+        &self,
+        board: &Board,
+        depth: usize,
+        budget: Budget,
+    ) -> Result<Arc<Property>, BoardError> {
         let store = Store { capacity: self.capacity, depth, budget };
         // Nobody but who plays it writes it, also what was a setting.
         board.add_channel(&self.path, &self.doc, self.descriptor, store, Access::Output)
