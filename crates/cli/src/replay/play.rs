@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 use slate::record::Recorder;
-use slate::record::replay::{Difference, Outcome, Plan, Player};
+use slate::record::replay::{Difference, Plan, Player, Recomputation};
 use slate::runtime::recording::{Change, Recording};
 use slate::runtime::remote::Server;
 use slate::runtime::{Agent, Mode, Options, printable};
@@ -103,7 +103,7 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
 
 /// 0 when what was recomputed is what is recorded, 1 when it is not, and 2 when that says nothing, as the modules had not all
 /// that they had then.
-pub fn code(outcome: &Outcome, misses: &[String]) -> u8 {
+pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
     match outcome.first {
         None => 0,
         Some(_) if misses.is_empty() => 1,
@@ -112,7 +112,7 @@ pub fn code(outcome: &Outcome, misses: &[String]) -> u8 {
 }
 
 /// Says how what was recomputed compares.
-pub fn show(outcome: &Outcome) {
+pub fn show(outcome: &Recomputation) {
     let count = |count: u64, what: &str| if count > 0 { format!("{count} {what}") } else { String::new() };
     let rows = outcome.properties.iter().map(|own| {
         let cells = [

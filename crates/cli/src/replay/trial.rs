@@ -134,7 +134,7 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             "is_recorded": is_recorded,
             "cycles": played.cycles,
             "ticks": ticks.ticks,
-            "timed": ticks.timing,
+            "timed": ticks.timing.iter().copied().collect::<BTreeMap<_, _>>(),
             "panics": ticks.panics,
             "condition": ticks.condition,
             "misses": player.misses(),
@@ -168,7 +168,7 @@ struct Ticks {
     panics: u64,
     condition: &'static str,
     /// Durations in nanoseconds.
-    timing: BTreeMap<&'static str, u64>,
+    timing: Vec<(&'static str, u64)>,
 }
 
 impl Ticks {

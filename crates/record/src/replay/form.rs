@@ -57,7 +57,7 @@ impl Form {
         let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is no UTF-8")?;
         let parsed = Schema::parse(&schema.name, text).map_err(|error| error.to_string())?;
         // What its values need is known when all were seen.
-        let described = Some(Described::new(&schema.name, parsed));
+        let described = Some(Described::new(&schema.name, parsed)?);
         Ok(Self { descriptor: &UNKNOWN, capacity: 0, described, remark })
     }
 

@@ -23,6 +23,6 @@ pub use compare::{Comparison, Verdict};
 pub use difference::Difference;
 pub use file::ReadError;
 pub use player::{Plan, PlayError, PlayedRun, Player, recorded_modules};
-pub use recompute::{Outcome, Recomputed};
+pub use recompute::{Recomputation, Recomputed};
 pub use run::Run;
 pub use timeline::Choice;

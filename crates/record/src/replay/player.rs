@@ -16,7 +16,7 @@ use slate_runtime::recording::{Change, Recording, configuration};
 use slate_runtime::{Agent, Rate};
 
 use super::orders::{Answer, Counter, Orders, orders};
-use super::recompute::{Both, Outcome, Witness};
+use super::recompute::{Both, Recomputation, Witness};
 use super::reel::{Reel, SharedReel};
 use super::run::Run;
 use super::timeline::{Choice, Timeline};
@@ -133,15 +133,21 @@ impl Player {
             return Err(unfit(format!("there is nothing to play: {why}")));
         };
         let at = |time: u64| span.0.saturating_add(time);
-        let bounds = (plan.start.map_or(span.0, at), plan.end.map_or(span.1, at).min(span.1));
+        let mut bounds = (plan.start.map_or(span.0, at), plan.end.map_or(span.1, at).min(span.1));
         if bounds.0 > bounds.1 {
             let seconds = (span.1 - span.0) as f64 * 1e-9;
             return Err(unfit(format!(
                 "its values are within {seconds:.3} s, and there is none from --start to --end"
             )));
         }
-        let is_lockstep = run.as_ref().is_some_and(Run::is_lockstep);
-        let mut reel = Reel::new(timeline, is_lockstep, bounds.0);
+        let lockstep = run.as_ref().filter(|run| run.is_lockstep());
+        let is_lockstep = lockstep.is_some();
+        if is_lockstep {
+            // In the middle of nothing there is no cycle.
+            let before = timeline.times.partition_point(|time| *time <= bounds.0);
+            bounds.0 = before.checked_sub(1).map_or(bounds.0, |before| timeline.times[before]);
+        }
+        let mut reel = Reel::new(timeline, lockstep.map(Run::cycles), bounds.0);
         if run.is_none() && full.modules().is_empty() && !plan.modules.is_empty() {
             let what = "it has no configuration, so no module of it can run: it is no recording of an agent";
             return Err(unfit(what.into()));
@@ -211,7 +217,7 @@ impl Player {
     ///
     /// # Errors
     /// When the file has become another one.
-    pub fn outcome(&mut self) -> Result<Option<Outcome>, PlayError> {
+    pub fn outcome(&mut self) -> Result<Option<Recomputation>, PlayError> {
         let end = self.reached;
         Ok(self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?)
     }
@@ -330,7 +336,7 @@ impl Player {
     /// Whether nothing is left before the end.
     fn is_over(&self, turn: &Turn) -> bool {
         let end = turn.section.map_or(self.bounds.1, |section| section.to);
-        turn.cycles > 0 && self.reel.get().next_time().is_none_or(|next| next > end)
+        turn.cycles > 0 && self.reel.get().following(turn.time).is_none_or(|next| next > end)
     }
 
     fn cycle(

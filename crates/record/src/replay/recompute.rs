@@ -38,7 +38,7 @@ impl Recomputed {
 
 /// How a run on a recording compares with it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Outcome {
+pub struct Recomputation {
     /// By property.
     pub properties: Vec<Recomputed>,
     /// The earliest difference.
@@ -98,7 +98,7 @@ impl Witness {
     }
 
     /// What came of it, when all was played until that time.
-    pub fn outcome(&mut self, end: u64) -> Result<Outcome, Error> {
+    pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
         self.look()?;
         let comparer = &mut self.comparer;
         let reel = comparer.reel.clone();
@@ -110,7 +110,10 @@ impl Witness {
                 comparer.miss(&mut reel, &path, track, next, |time| time <= end)?;
             }
         }
-        Ok(Outcome { properties: comparer.found.values().cloned().collect(), first: comparer.first.clone() })
+        Ok(Recomputation {
+            properties: comparer.found.values().cloned().collect(),
+            first: comparer.first.clone(),
+        })
     }
 }
 

@@ -19,11 +19,13 @@ pub(super) struct Reel {
     /// What modules are linked to and is never written.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// By track.
-    writers: Vec<Option<Writer>>,
+    writers: Vec<Option<(Arc<Property>, Writer)>>,
     /// The next value.
     pub next: usize,
     /// Whether cycles are those of the recorded run; else they are on the grid of the period.
     pub has_cycles: bool,
+    /// Whether a value was written in each of them; else there are also some on that grid between.
+    pub is_each_known: bool,
     /// The time of the first cycle.
     pub begin: u64,
     /// Values that were written.
@@ -33,18 +35,20 @@ pub(super) struct Reel {
 }
 
 impl Reel {
-    pub fn new(timeline: Timeline, has_cycles: bool, begin: u64) -> Self {
+    /// `cycles` is nothing for a run that was not in lockstep, and how many it had, if that is known, for one that was.
+    pub fn new(timeline: Timeline, cycles: Option<Option<u64>>, begin: u64) -> Self {
         let played = timeline.tracks.iter().map(|_| Some(BTreeSet::new())).collect();
         Self {
-            timeline,
             played,
             silent: Vec::new(),
             writers: Vec::new(),
             next: 0,
-            has_cycles,
+            has_cycles: cycles.is_some(),
+            is_each_known: cycles.flatten() == Some(timeline.times.len() as u64),
             begin,
             values: 0,
             failure: None,
+            timeline,
         }
     }
 
@@ -57,7 +61,7 @@ impl Reel {
     pub fn jump(&mut self, time: u64) -> Result<(), Error> {
         self.next = self.timeline.after(time);
         for track in 0..self.writers.len() {
-            let Some(writer) = &mut self.writers[track] else { continue };
+            let Some((property, writer)) = &mut self.writers[track] else { continue };
             let generation = writer.generation();
             let value = self.timeline.last(track, time)?.map(|value| FrozenValue {
                 bytes: value.bytes,
@@ -66,7 +70,7 @@ impl Reel {
             });
             self.values += u64::from(value.is_some());
             let frozen = Frozen { generation, values: value.into_iter().collect() };
-            writer.thaw(&frozen).map_err(|error| Error::Unfit {
+            property.thaw(&frozen, Some(writer)).map_err(|error| Error::Unfit {
                 path: self.timeline.path().into(),
                 what: format!("{}: {error}", self.timeline.tracks[track].topic),
             })?;
@@ -75,8 +79,17 @@ impl Reel {
     }
 
     /// The time of the next value that is played.
-    pub fn next_time(&self) -> Option<u64> {
+    fn next_time(&self) -> Option<u64> {
         self.timeline.time(self.next)
+    }
+
+    /// What follows a time: the next cycle that is known of, or the next value.
+    pub fn following(&self, time: u64) -> Option<u64> {
+        let times = &self.timeline.times;
+        match self.has_cycles {
+            true => times.get(times.partition_point(|own| *own <= time)).copied(),
+            false => self.next_time(),
+        }
     }
 
     fn write_to(&mut self, now: u64) -> Result<(), Error> {
@@ -84,7 +97,7 @@ impl Reel {
             let place = self.next;
             self.next += 1;
             let track = self.timeline.track(place);
-            let Some(writer) = self.writers.get_mut(track).and_then(Option::as_mut) else { continue };
+            let Some((_, writer)) = self.writers.get_mut(track).and_then(Option::as_mut) else { continue };
             let Recorded { bytes, items, sequence, time } = self.timeline.value(place)?;
             let missed = sequence.saturating_sub(writer.last().sequence + 1);
             if missed > 0 {
@@ -138,7 +151,8 @@ impl Playback for SharedReel {
         let mut reel = self.get();
         let mut properties = properties.iter();
         let is_played: Vec<bool> = reel.played.iter().map(Option::is_some).collect();
-        let writer = |property: &Arc<Property>| property.channel()?.writer().ok();
+        let writer =
+            |property: &Arc<Property>| Some((Arc::clone(property), property.channel()?.writer().ok()?));
         // What is not written for lack of a writer can't be: each was just put on the board for this.
         reel.writers = is_played
             .into_iter()
@@ -149,9 +163,9 @@ impl Playback for SharedReel {
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64 {
         let reel = self.get();
         let Some(last) = last else { return reel.begin };
-        match reel.next_time() {
-            // A recorded run had no cycle between two values of it that are less than a period apart.
-            Some(next) if reel.has_cycles => next.clamp(last, planned.max(last)),
+        match reel.following(last) {
+            Some(next) if reel.is_each_known => next,
+            Some(next) if reel.has_cycles => next.min(planned),
             _ => planned,
         }
     }

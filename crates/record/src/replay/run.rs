@@ -82,6 +82,7 @@ impl Run {
                 "stages" => run.stages = metadata,
                 "plugins" => run.plugins = metadata,
                 "memories" => run.memories = metadata,
+                "end" => run.end = Some(metadata),
                 _ => {}
             }
         }

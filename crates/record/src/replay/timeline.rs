@@ -76,6 +76,9 @@ pub(super) struct Timeline {
     pub tracks: Vec<Track>,
     entries: Vec<Entry>,
     pub lines: Vec<LogLine>,
+    /// The times at which any property of an agent was written, also of those that are not played.
+    pub times: Vec<u64>,
+    span: Option<(u64, u64)>,
     /// What was changed from outside while it was recorded, each after the cycle of that number.
     pub changes: Vec<(u64, Change)>,
     /// Topics that are not played, and why.
@@ -122,6 +125,8 @@ impl Timeline {
             tracks: Vec::new(),
             entries: Vec::new(),
             lines: Vec::new(),
+            times: Vec::new(),
+            span: None,
             changes: Vec::new(),
             left_out: Vec::new(),
         };
@@ -143,6 +148,11 @@ impl Timeline {
                 fates.insert(id, fate);
             }
             let time = message.log_time.saturating_sub(epoch);
+            let (from, to) = timeline.span.unwrap_or((time, time));
+            timeline.span = Some((from.min(time), to.max(time)));
+            if message.channel.metadata.contains_key("access") && timeline.times.last() != Some(&time) {
+                timeline.times.push(time);
+            }
             match &fates[&id] {
                 Fate::Played(track) => {
                     let own = &mut timeline.tracks[*track];
@@ -197,6 +207,8 @@ impl Timeline {
     fn sort(&mut self) {
         // Values of one time stay in the order of the file.
         self.entries.sort_by_key(|entry| entry.time);
+        self.times.sort_unstable();
+        self.times.dedup();
         self.lines.sort_by_key(|line| line.time);
         self.changes.sort_by_key(|(cycle, _)| *cycle);
         self.tracks.iter_mut().for_each(|track| track.values.clear());
@@ -220,9 +232,9 @@ impl Timeline {
         self.entries.get(place).map_or(usize::MAX, |entry| usize::from(entry.track))
     }
 
-    /// The first and the last time.
+    /// The first and the last time of the file, if there is anything to play.
     pub fn span(&self) -> Option<(u64, u64)> {
-        Some((self.entries.first()?.time, self.entries.last()?.time))
+        self.span.filter(|_| !self.entries.is_empty())
     }
 
     /// The place of the first value after a time.

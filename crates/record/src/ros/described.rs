@@ -35,14 +35,24 @@ struct Made {
 /// No value is larger, bytes.
 const LARGEST: usize = 64 << 20;
 
+/// No message has more fields, counted with those of the messages in it.
+const MOST: usize = 10_000;
+
 /// Shorter lists are no tail, bytes.
 const SHORT: usize = 1024;
 
 impl Described {
     /// The messages of a schema with that name, such as `sensor_msgs/msg/Imu`.
-    pub fn new(name: &str, schema: Schema) -> Self {
-        let extent = Extent::of(&schema, 0);
-        Self { name: name.rsplit('/').next().unwrap_or(name).into(), schema, extent, made: None }
+    ///
+    /// # Errors
+    /// When they have too many fields.
+    pub fn new(name: &str, schema: Schema) -> Result<Self, String> {
+        let name = name.rsplit('/').next().unwrap_or(name).to_owned();
+        let mut room = MOST;
+        let extent = Extent::of(&schema, 0, &mut room);
+        let extent =
+            extent.ok_or_else(|| format!("{name} has more than {MOST} fields with those of all in it"))?;
+        Ok(Self { name, schema, extent, made: None })
     }
 
     /// Takes note of how much room a message needs.
@@ -95,23 +105,26 @@ static NOTHING: Descriptor =
     Descriptor { name: "Nothing", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
 
 impl Extent {
-    fn of(schema: &Schema, index: usize) -> Self {
+    /// What a message needs that holds nothing; nothing when there are more fields than there is room for.
+    fn of(schema: &Schema, index: usize, room: &mut usize) -> Option<Self> {
         let record = &schema.records()[index];
-        let fields = record.names.iter().zip(&record.types).map(|(name, field)| {
+        let mut fields = Vec::new();
+        for (name, field) in record.names.iter().zip(&record.types) {
+            *room = room.checked_sub(1)?;
             let item = match field.item {
                 Item::Primitive(kind) => Self::Number(kind),
                 Item::Text => Self::Text(0),
-                Item::Record(index) => Self::of(schema, index),
+                Item::Record(index) => Self::of(schema, index, room)?,
             };
             let extent = match field.count {
                 Count::One => item,
                 Count::Fixed(count) => Self::Array(Box::new(item), count),
                 Count::Any => Self::Sequence(Box::new(item), 0),
             };
-            (name.clone(), extent)
-        });
+            fields.push((name.clone(), extent));
+        }
         let name = record.name.rsplit('/').next().unwrap_or_default().to_owned();
-        Self::Message(name, fields.collect())
+        Some(Self::Message(name, fields))
     }
 
     fn note(&mut self, value: &Value) {
