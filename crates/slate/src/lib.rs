@@ -56,4 +56,6 @@ mod documents {
     mod recording {}
     #[doc = include_str!("../../../book/src/23-bags.md")]
     mod bags {}
+    #[doc = include_str!("../../../book/src/24-replay.md")]
+    mod replay {}
 }

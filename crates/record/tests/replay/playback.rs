@@ -4,7 +4,7 @@ use slate_record::Recorder;
 use slate_record::replay::{Choice, Plan, Player};
 use slate_runtime::configuration::Record;
 
-use crate::support::{file, load, play, plugins, recorded, times, values};
+use crate::support::{file, load, play, plugins, record_on_the_wall_clock, recorded, times, values};
 
 #[test]
 fn every_value_is_played_with_its_number_and_its_time() {
@@ -80,4 +80,30 @@ fn what_is_played_at_the_end_is_what_was_there_at_the_end() {
     let (played, outcome, _) = play(&recorded("end.mcap"), Plan::default());
     assert!(played.is_whole && outcome.is_none());
     assert_eq!((played.cycles, played.time), (30, 290_000_000));
+}
+
+/// On the wall clock nobody knows the cycles, but every value is there, with its number and when it was written.
+#[test]
+fn a_run_on_the_wall_clock_is_played_too() {
+    let path = file("wall.mcap");
+    record_on_the_wall_clock(&path);
+    let wanted = values(&path, "/source/number");
+    assert!(wanted.len() >= 20);
+    let mut player = Player::open(&path, &plugins(), Plan::default()).unwrap();
+    let date = player.date().unwrap().duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos() as u64;
+    let mut agent = load(&player, None);
+    let mut seen = Vec::new();
+    player
+        .run_with(&mut agent, &AtomicBool::new(false), |agent| {
+            seen.extend(
+                agent.board().read("source/number").unwrap().map(|(_, stamp)| (stamp.sequence, stamp.time)),
+            );
+        })
+        .unwrap();
+    let (sequence, time, _) = wanted.last().unwrap();
+    assert_eq!(seen.last(), Some(&(u64::from(*sequence), time - date)));
+    let plan = Plan { modules: ["source".into()].into(), ..Plan::default() };
+    let outcome = play(&path, plan).1.unwrap();
+    let number = outcome.properties.iter().find(|own| own.url == "/source/number").unwrap();
+    assert_eq!(number.different, 0, "{outcome:?}");
 }

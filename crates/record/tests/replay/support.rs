@@ -10,7 +10,7 @@ use slate_record::Recorder;
 use slate_record::bag::{Channel, Compression, Header, Reader, Schema, Writer};
 use slate_record::replay::{Plan, PlayedRun, Player, Recomputation};
 use slate_runtime::configuration::{Database, Options as Layers};
-use slate_runtime::{Agent, Options, RecordedTimes};
+use slate_runtime::{Agent, Control, Cycle, Options, RecordedTimes};
 
 /// A number.
 #[interface]
@@ -256,4 +256,16 @@ pub fn foreign(name: &str, topics: &[Foreign<'_>]) -> PathBuf {
     }
     std::fs::write(&path, writer.finish().unwrap()).unwrap();
     path
+}
+
+/// Records some cycles of the robot on the wall clock.
+pub fn record_on_the_wall_clock(path: &Path) {
+    let database = Database::from_text("robot.toml", ROBOT, Layers::default()).unwrap();
+    let recorder = Recorder::new(database.current().record());
+    let options = Options { recording: Some(Arc::new(recorder.clone())), ..Options::default() };
+    let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+    recorder.begin(&agent, path);
+    let until = |cycle: &Cycle<'_>| if cycle.number < 30 { Control::Continue } else { Control::Stop };
+    agent.run(Box::new(until)).unwrap();
+    recorder.end(&mut agent).unwrap();
 }
