@@ -11,7 +11,7 @@ use crate::log::LogOptions;
 use crate::module::ModuleVerb;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
-use crate::replay::ReplayOptions;
+use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
@@ -33,8 +33,10 @@ pub enum Verb {
     Run(RunOptions),
     /// Runs many seeds of an example and reports how they went.
     Batch(BatchOptions),
-    /// Makes a recorded run again, and compares it with the recording.
+    /// Plays a recording in an agent, controls one that is played, or makes a recorded run again and compares.
     Replay(ReplayOptions),
+    /// Runs one module on a recording, and says what it writes, how long it takes, and how that compares.
+    Try(TryOptions),
     /// Writes a page about a run, with its pictures and tables.
     Report(ReportOptions),
     /// Lists the examples.
@@ -215,7 +217,7 @@ impl ModeName {
     }
 }
 
-fn parse_rate(text: &str) -> Result<Rate, String> {
+pub fn parse_rate(text: &str) -> Result<Rate, String> {
     match text {
         "max" => Ok(Rate::Max),
         "realtime" => Ok(Rate::REALTIME),

@@ -150,7 +150,7 @@ fn format_named(name: &str) -> Result<logs::Format, String> {
     })
 }
 
-fn nanoseconds(text: &str) -> Result<u64, String> {
+pub fn nanoseconds(text: &str) -> Result<u64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok((seconds * 1e9).round() as u64),
         _ => Err("expected seconds after the first message, at least 0".into()),

@@ -2,6 +2,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use slate::blackboard::nearest_names;
+use slate::record::replay::PlayError;
 use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
@@ -32,6 +33,8 @@ pub enum Failure {
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
     #[error("{0}")]
+    Play(PlayError),
+    #[error("{0}")]
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
     WallClock,
@@ -61,6 +64,8 @@ pub enum Failure {
     Memory(#[from] MemoryError),
     #[error("`{name}` can't be the name of a plugin: {reason}")]
     PluginName { name: String, reason: &'static str },
+    #[error("no recorded module and no type of modules is called `{module}`")]
+    NoModule { module: String, help: String },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
     #[error("`{to}` has no link")]
@@ -80,6 +85,16 @@ impl From<StartError> for Failure {
         match error {
             StartError::Configuration(report) => Self::Configuration(report),
             other => Self::Start(other),
+        }
+    }
+}
+
+impl From<PlayError> for Failure {
+    fn from(error: PlayError) -> Self {
+        match error {
+            PlayError::Bag(error) => Self::Bag(error),
+            PlayError::Configuration(report) => Self::Configuration(report),
+            other => Self::Play(other),
         }
     }
 }
@@ -170,6 +185,7 @@ impl Failure {
             Self::Agent(ClientError::Version { .. }) => "use the `slate` that runs the agent".into(),
             Self::Agent(_) => "look at the agent's log".into(),
             Self::Library(error) => error.help.clone(),
+            Self::NoModule { help, .. } => help.clone(),
             Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
             Self::NotLoaded { .. } => {
                 "`slate plugin list` shows those that are; of a list of plugins, name them one by one".into()

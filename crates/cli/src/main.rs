@@ -61,6 +61,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
     let well = match verb {
         Verb::Run(options) => return run::run(options),
         Verb::Replay(options) => return replay::replay(options),
+        Verb::Try(options) => return replay::try_module(options),
         Verb::Batch(options) => batch::batch(options),
         Verb::Examples => examples::list(),
         Verb::Plugin(verb) => plugin::plugin(verb),

@@ -37,7 +37,7 @@ pub use curves::plot;
 pub use diff::{Counts, Diff, Difference, diff};
 pub use error::Error;
 pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
-pub(crate) use reader::ChannelTopic;
+pub(crate) use reader::{ChannelTopic, Spot};
 pub use reader::{Attachment, Message, Reader};
 pub use record::{Channel, Header, Metadata, Schema};
 pub use repair::{Lost, Repaired, repair, repair_into};

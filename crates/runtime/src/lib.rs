@@ -17,6 +17,7 @@ mod link;
 pub mod log;
 mod main_loop;
 pub mod memory;
+pub mod playback;
 pub mod plugin;
 mod printable;
 pub mod recording;

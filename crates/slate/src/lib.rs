@@ -56,6 +56,8 @@ mod documents {
     mod recording {}
     #[doc = include_str!("../../../book/src/23-bags.md")]
     mod bags {}
+    #[doc = include_str!("../../../book/src/24-replay.md")]
+    mod replay {}
     #[doc = include_str!("../../../book/src/25-reports.md")]
     mod reports {}
 }

@@ -39,6 +39,8 @@ pub struct Reader<R> {
     /// The records of a chunk, or one that stands outside of chunks, and where the next of them begins.
     records: Vec<u8>,
     place: usize,
+    /// Where in the file these records are.
+    at: u64,
     body: Vec<u8>,
     counts: BTreeMap<u16, u64>,
     times: Option<(u64, u64)>,
@@ -70,6 +72,15 @@ pub(crate) struct ChannelTopic {
     pub schema: String,
     /// How many messages were returned so far.
     pub count: u64,
+}
+
+/// Where a message stands in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Spot {
+    /// The chunk, or the record outside of chunks.
+    at: u64,
+    start: u32,
+    end: u32,
 }
 
 /// A file in a file.
@@ -114,6 +125,7 @@ impl<R: Read + Seek> Reader<R> {
             definitions: Definitions::default(),
             records: Vec::new(),
             place: 0,
+            at: 0,
             body: Vec::new(),
             counts: BTreeMap::new(),
             times: None,
@@ -185,20 +197,54 @@ impl<R: Read + Seek> Reader<R> {
     /// When the file is damaged, or can't be read.
     pub fn next_message(&mut self) -> Result<Option<Message<'_>>, Error> {
         let Some((start, end)) = self.find()? else { return Ok(None) };
+        self.message(start, end).map(Some)
+    }
+
+    fn message(&self, start: usize, end: usize) -> Result<Message<'_>, Error> {
         // All of it was checked when it was read.
         let wrong = |what: String| self.source.damaged(self.next, what);
         let message = MessageRecord::parse(&self.records[start..end]).map_err(wrong)?;
         let Some(channel) = self.definitions.channels.get(&message.channel_id) else {
             return Err(wrong("a message has no channel".into()));
         };
-        Ok(Some(Message {
+        Ok(Message {
             channel,
             schema: self.definitions.schemas.get(&channel.schema_id),
             sequence: message.sequence,
             log_time: message.log_time,
             publish_time: message.publish_time,
             data: message.data.0,
-        }))
+        })
+    }
+
+    /// The next message, and where it stands.
+    pub(crate) fn next_spot(&mut self) -> Result<Option<(Spot, Message<'_>)>, Error> {
+        let Some((start, end)) = self.find()? else { return Ok(None) };
+        // A chunk is not longer than that.
+        let spot = Spot { at: self.at, start: start as u32, end: end as u32 };
+        Ok(Some((spot, self.message(start, end)?)))
+    }
+
+    /// A message that was read before, once all of the file was read.
+    pub(crate) fn message_at(&mut self, spot: Spot) -> Result<Message<'_>, Error> {
+        if self.at != spot.at || self.records.is_empty() {
+            self.records.clear();
+            self.source.seek(spot.at)?;
+            let frame = self.source.frame()?;
+            self.source.body(frame, &mut self.body)?;
+            self.at = frame.offset;
+            if frame.opcode == Chunk::OPCODE {
+                self.unpack(frame)?;
+            } else {
+                self.records.extend(frame.bytes());
+                self.records.extend(&self.body);
+            }
+        }
+        let (start, end) = (spot.start as usize, spot.end as usize);
+        if end > self.records.len() {
+            return Err(self.source.damaged(spot.at, "the file has become another one while it was read"));
+        }
+        self.message(start, end)
     }
 
     /// Where the next message is.
@@ -229,6 +275,7 @@ impl<R: Read + Seek> Reader<R> {
             self.source.seek(self.next)?;
             let frame = self.source.frame()?;
             self.next = frame.end();
+            self.at = frame.offset;
             match frame.opcode {
                 Schema::OPCODE | Channel::OPCODE | MessageRecord::OPCODE => {
                     self.source.body(frame, &mut self.body)?;
@@ -252,6 +299,17 @@ impl<R: Read + Seek> Reader<R> {
 
     fn read_chunk(&mut self, frame: Frame) -> Result<(), Error> {
         self.source.body(frame, &mut self.body)?;
+        let times = self.unpack(frame)?;
+        let content = self.content(frame)?;
+        if content.times != times {
+            let what = format!("messages are from {:?} and should be from {times:?}", content.times);
+            return Err(self.source.damaged(frame.offset, format!("in a chunk, {what}")));
+        }
+        self.read_indexes(frame, content)
+    }
+
+    /// Makes records of a chunk whose bytes were read, and says of which times they should be.
+    fn unpack(&mut self, frame: Frame) -> Result<(u64, u64), Error> {
         let chunk: Chunk = parse(&self.source, frame, &self.body)?;
         let damaged = |what: String| self.source.damaged(frame.offset, format!("in a chunk, {what}"));
         decompress(&chunk.compression, chunk.records, chunk.uncompressed_size, &mut self.records)
@@ -266,13 +324,7 @@ impl<R: Read + Seek> Reader<R> {
                 "the checksum of the records is {found:08x} and should be {said:08x}"
             )));
         }
-        let times = (chunk.message_start_time, chunk.message_end_time);
-        let content = self.content(frame)?;
-        if content.times != times {
-            let what = format!("messages are from {:?} and should be from {times:?}", content.times);
-            return Err(self.source.damaged(frame.offset, format!("in a chunk, {what}")));
-        }
-        self.read_indexes(frame, content)
+        Ok((chunk.message_start_time, chunk.message_end_time))
     }
 
     /// Checks the records that were read, and counts their messages.

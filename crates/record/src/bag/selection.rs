@@ -66,7 +66,7 @@ impl Selection {
     }
 
     /// All that is asked for is there.
-    pub(super) fn check<'a>(&self, path: &Path, topics: impl Iterator<Item = &'a str>) -> Result<(), Error> {
+    pub(crate) fn check<'a>(&self, path: &Path, topics: impl Iterator<Item = &'a str>) -> Result<(), Error> {
         let topics: Vec<_> = topics.collect();
         for meant in &self.topics {
             if !topics.iter().any(|topic| is_meant(meant, topic)) {

@@ -1,15 +1,28 @@
-//! Makes a recorded run again.
+//! Recorded runs, played and made again.
 //!
-//! A recording of a run in lockstep has all that is needed for it: the configuration, the seed, the changes that were made
-//! from outside, and every value that was written. [`Comparison`] makes the same run once more and compares each value.
+//! A [`Player`] plays a recording in an agent: it writes what was written, when it was, and tools see the robot as it was. Modules
+//! of the recorded agent, or new ones of theirs, may run on what is played.
+//!
+//! A recording of a run in lockstep has all that is needed to make it again: the configuration, the seed, the changes that
+//! were made from outside, and every value that was written. [`Comparison`] makes the same run once more and compares
+//! each value.
 
 mod compare;
 mod difference;
 mod expected;
 mod file;
+mod form;
+mod orders;
+mod player;
+mod recompute;
+mod reel;
 mod run;
+mod timeline;
 
 pub use compare::{Comparison, Verdict};
 pub use difference::Difference;
 pub use file::ReadError;
+pub use player::{Plan, PlayError, PlayedRun, Player, recorded_modules};
+pub use recompute::{Recomputation, Recomputed};
 pub use run::Run;
+pub use timeline::Choice;

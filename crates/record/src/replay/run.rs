@@ -1,12 +1,15 @@
 //! What a recording says of its run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use slate_blackboard::is_within;
 use slate_runtime::configuration::{Configuration, Database, Link, Report};
 use slate_runtime::recording::{Change, configuration};
 
 use super::file::{Item, ReadError, Source};
+use super::reel::Reel;
+use crate::bag::{Error, Metadata, Reader};
 use crate::recorder::{CHANGE, CONFIGURATION, DROPPED, read_change};
 
 type Texts = BTreeMap<String, String>;
@@ -17,6 +20,10 @@ pub struct Run {
     about: Texts,
     pub(super) plugins: Texts,
     pub(super) memories: Texts,
+    /// The types of its modules.
+    pub(super) modules: Texts,
+    /// The order in which they ran, stage by stage.
+    stages: Texts,
     text: Option<String>,
     /// What was changed from outside, each after the cycle of that number.
     pub(super) changes: Vec<(u64, Change)>,
@@ -62,6 +69,74 @@ impl Run {
         // Those of one cycle stay in their order.
         run.changes.sort_by_key(|(cycle, _)| *cycle);
         Ok(run)
+    }
+
+    /// As [`read`](Run::read), strictly; nothing when it is no recording of an agent.
+    pub(super) fn of(path: &Path) -> Result<Option<Self>, Error> {
+        let mut reader = Reader::open(path)?;
+        let mut run = Self::default();
+        for Metadata { name, metadata } in reader.metadata()? {
+            match name.as_str() {
+                "run" => run.about = metadata,
+                "modules" => run.modules = metadata,
+                "stages" => run.stages = metadata,
+                "plugins" => run.plugins = metadata,
+                "memories" => run.memories = metadata,
+                "end" => run.end = Some(metadata),
+                _ => {}
+            }
+        }
+        for number in 0..reader.attachments() {
+            let attachment = reader.attachment(number)?.filter(|attachment| attachment.name == CONFIGURATION);
+            let text = attachment.and_then(|attachment| String::from_utf8(attachment.data).ok());
+            run.text = text.or(run.text);
+        }
+        Ok((!run.about.is_empty() && run.text.is_some()).then_some(run))
+    }
+
+    /// What is added to the agent's time for that of the file, nanoseconds.
+    pub(super) fn epoch(&self) -> u64 {
+        self.about("epoch_ns").parse().unwrap_or_default()
+    }
+
+    /// Whether it was in lockstep.
+    pub(super) fn is_lockstep(&self) -> bool {
+        self.about("clock") == "lockstep"
+    }
+
+    /// Whether everything that was written is recorded, from the beginning.
+    pub(super) fn is_whole(&self) -> bool {
+        self.about("whole") == "true" && self.about("from_cycle") == "0"
+    }
+
+    /// Has modules run in the place of what is recorded of them, and see of the others what they saw then.
+    pub(super) fn replace(&self, reel: &mut Reel, configuration: &Configuration, modules: &BTreeSet<String>) {
+        let order: Vec<&str> = self.stages.values().flat_map(|stage| stage.split_whitespace()).collect();
+        let place = |module: &str| order.iter().position(|own| *own == module);
+        let owner = |path: &str| {
+            let owns =
+                |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
+            self.modules.keys().filter(owns).max_by_key(|name| name.len())
+        };
+        for (track, played) in reel.timeline.tracks.iter().zip(&mut reel.played) {
+            let gate = configuration.actuators().iter().find(|own| is_within(&track.path, &own.name.value));
+            // A gate is moved by those who command it.
+            let mut writers: BTreeSet<&str> = owner(&track.path).map(String::as_str).into_iter().collect();
+            let commands = gate.into_iter().flat_map(|gate| &gate.commands).map(|url| url.value.path_in(""));
+            let commands: Vec<String> = commands.collect();
+            if writers.is_empty() {
+                writers.extend(commands.iter().filter_map(|path| owner(path)).map(String::as_str));
+                writers
+                    .extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
+            }
+            if writers.iter().any(|writer| modules.contains(*writer)) {
+                *played = None;
+                continue;
+            }
+            let Some(last) = writers.iter().filter_map(|writer| place(writer)).max() else { continue };
+            let before = modules.iter().filter(|module| place(module).is_some_and(|own| own < last));
+            *played = Some(before.cloned().collect());
+        }
     }
 
     /// The agent.

@@ -7,7 +7,7 @@
 //! - [`standard`]: the message that ROS already has for it, such as `sensor_msgs/msg/LaserScan`, for the tools that know how to
 //!   draw it.
 //!
-//! A [`Schema`] reads messages that came from elsewhere.
+//! A [`Schema`] reads messages that came from elsewhere, and [`Described`] makes values of the blackboard from them.
 //!
 //! ```
 //! use slate_blackboard::interface::{Descriptor, Field, Kind, schema_hash};
@@ -33,6 +33,7 @@
 mod cdr;
 mod codec;
 mod definition;
+mod described;
 mod error;
 mod names;
 mod schema;
@@ -42,6 +43,7 @@ mod value;
 pub(crate) use cdr::Writer as CdrWriter;
 pub use codec::{decode, encode};
 pub use definition::{Definition, definition, definition_named};
+pub use described::Described;
 pub use error::Error;
 pub use schema::Schema;
 pub use standard::{Standard, standard};

@@ -5,7 +5,7 @@ use slate_record::ros::{Error, decode, definition, encode};
 
 use crate::interfaces::{Everything, all, value};
 
-fn any_interface() -> impl Strategy<Value = &'static Descriptor> {
+pub fn any_interface() -> impl Strategy<Value = &'static Descriptor> {
     let all = all();
     (0..all.len()).prop_map(move |i| all[i])
 }

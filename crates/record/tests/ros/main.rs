@@ -4,6 +4,7 @@
 
 mod codec;
 mod definition;
+mod described;
 mod interfaces;
 mod others;
 #[path = "../python/mod.rs"]

@@ -1,10 +1,12 @@
 //! Which plugins there are, and what they bring; and what is known of other agents.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
 use slate_module::{ModuleKind, Plugin};
 
+use crate::playback::Played;
 use crate::sharing::RemotePath;
 
 /// The plugins that are loaded, and kinds of modules whose plugin is known but not loaded.
@@ -16,6 +18,8 @@ pub(super) struct Catalogue {
     pub dormant: BTreeMap<String, String>,
     /// The properties of other agents that are on the board, by what links name.
     pub remote: BTreeMap<RemotePath, RemoteProperty>,
+    /// What is played from a recording.
+    pub played: Arc<[Played]>,
     /// Whether links may lead to other agents.
     pub shares: bool,
     /// What can carry their values; anything when there is nothing among them.

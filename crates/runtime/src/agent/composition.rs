@@ -22,6 +22,7 @@ use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
+use crate::playback::PlaybackControl;
 use crate::runner::{Condition, OwnSetup};
 use crate::snapshot::Keepsake;
 
@@ -81,6 +82,8 @@ pub(super) struct Composition {
     pub keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
     /// What takes snapshots by itself.
     pub watch: Option<Arc<Watch>>,
+    /// What the playback is controlled by, if a recording is played.
+    pub playback: Option<Arc<dyn PlaybackControl>>,
 }
 
 /// What an agent shall be made of.

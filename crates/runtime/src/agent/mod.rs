@@ -10,6 +10,7 @@ mod deepening;
 mod looping;
 mod memory;
 mod parameters;
+mod playing;
 mod relinking;
 mod settings;
 mod sharing;
@@ -36,6 +37,7 @@ use crate::log::{self, LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
+use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
@@ -45,6 +47,7 @@ pub(crate) use composer::{Property, WeakComposer};
 use composition::Composition;
 pub use looping::SystemClock;
 use memory::Memories;
+pub(crate) use parameters::enabled_descriptor;
 use settings::Settings;
 pub(crate) use sharing::Readers;
 use sharing::Remotes;
@@ -89,6 +92,8 @@ pub struct Options {
     pub sharing: Option<Box<dyn Sharing>>,
     /// What records the agent.
     pub recording: Option<Arc<dyn Recording>>,
+    /// What plays a recording in it: the time is as that says.
+    pub playback: Option<Box<dyn Playback>>,
 }
 
 impl Default for Options {
@@ -108,6 +113,7 @@ impl Default for Options {
             follows_files: true,
             sharing: None,
             recording: None,
+            playback: None,
         }
     }
 }
@@ -170,7 +176,8 @@ impl Agent {
             return Err(StartError::ThreadedMax);
         }
         let (memories, states) = Memories::read(configuration, options.keeps_memory)?;
-        let driven = configuration.time_source().is_some() || options.time_source.is_some();
+        let plays = options.playback.is_some();
+        let driven = configuration.time_source().is_some() || options.time_source.is_some() || plays;
         let lockstep = driven && options.mode == Mode::Staged;
         let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
         let clock = Arc::new(Clock::new(driven, options.calendar));
@@ -181,6 +188,8 @@ impl Agent {
             // First, so that it sees all that is ever written.
             board.tap_with(Arc::clone(recording) as _);
         }
+        let played: Arc<[_]> =
+            options.playback.as_ref().map_or_else(Vec::new, |playback| playback.properties()).into();
         let shared = Arc::new(Shared::new(Parameters {
             board: Arc::clone(&board),
             clock,
@@ -229,6 +238,7 @@ impl Agent {
         let composition = Composition {
             configuration: Arc::new(configuration.clone()),
             catalogue: Catalogue {
+                played: Arc::clone(&played),
                 shares: options.sharing.is_some(),
                 carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
                 has_jpeg: options.sharing.as_ref().is_some_and(|sharing| sharing.has_jpeg()),
@@ -251,6 +261,7 @@ impl Agent {
             remotes: Remotes::new(options.sharing),
             keepsakes: BTreeMap::new(),
             watch: None,
+            playback: None,
         };
         let composer = Composer::new(Arc::clone(&shared), composition);
         control.connect(composer.downgrade());
@@ -263,6 +274,9 @@ impl Agent {
         })?;
         memories
             .check(configuration, &restored, |module| composer.composition().present.contains_key(module))?;
+        if let Some(playback) = options.playback {
+            playing::begin(playback, &played, configuration, &shared)?;
+        }
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration)?;
         if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {

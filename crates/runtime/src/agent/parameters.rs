@@ -13,7 +13,7 @@ pub(crate) struct Enabled {
     pub value: Bool,
 }
 
-pub(super) fn enabled_descriptor() -> &'static Descriptor {
+pub(crate) fn enabled_descriptor() -> &'static Descriptor {
     Enabled::DESCRIPTOR
 }
 

@@ -155,6 +155,19 @@ impl Logger {
         }
     }
 
+    /// Logs a line that a module wrote at that time in a run that is recorded.
+    pub fn log_recorded(&self, module: &str, time: u64, level: Level, text: &str) {
+        let Some(messages) = self.messages.clone() else { return };
+        let name: Arc<str> = module.into();
+        let mut modules = self.modules();
+        let own = modules.levels.of(module);
+        let source =
+            modules.sources.entry(Arc::clone(&name)).or_insert_with(|| Arc::new(Source::new(&name, own)));
+        let log = ModuleLog::new(messages, Arc::clone(&self.counts), Arc::clone(source), true, None);
+        drop(modules);
+        log.write_at(time, level, text.as_bytes());
+    }
+
     /// Waits until the targets have what was logged so far, but not longer than `limit`. Repetitions and dropped
     /// lines are summed up.
     pub fn flush(&self, limit: Duration) {

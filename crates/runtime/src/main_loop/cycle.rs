@@ -179,6 +179,11 @@ fn time_of_next(shared: &Shared, last: Option<u64>) -> Option<u64> {
     if !shared.clock.is_driven() {
         return Some(planned);
     }
+    // SAFETY: this thread holds the token; a playback is watched as little as an observer, so it is not lost meanwhile.
+    if let Some(playback) = unsafe { shared.core() }.playback.as_mut() {
+        let time = playback.next(last, planned);
+        return Some(last.map_or(time, |last| if time < last { last } else { time }));
+    }
     match ask::<TimeRole, _>(shared, |source| source.next(last, planned)) {
         Asked::Answer(time) => match last {
             Some(last) if time < last => {
@@ -209,6 +214,10 @@ fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
     for seat in core.plan.early.iter().filter(|seat| seat.is_idle()) {
         // SAFETY: the seat is idle, and those of the plan belong to who has the token.
         unsafe { seat.runner() }.pin_early();
+    }
+    // What is of the last cycle is pinned, and what is of this one is there before its modules run.
+    if let Some(playback) = core.playback.as_mut() {
+        playback.write(time);
     }
     if let Some(start) = shared.cycle_start.as_ref().filter(|start| start.is_wanted()) {
         start.emit();

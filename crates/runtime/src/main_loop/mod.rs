@@ -35,6 +35,7 @@ use crate::aspects::SettingsControl;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
+use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::sharing::AfterTick;
 use crate::synchronization::{Emitter, Synchronization};
@@ -136,11 +137,26 @@ pub(crate) struct Core {
     policy: Option<Guest<dyn LoopPolicy>>,
     takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
+    /// What plays a recording, if anything does.
+    playback: Option<Box<dyn Playback>>,
     /// Those of them that did not return.
     absent: Vec<Absent>,
     /// Where the loop stands, for the thread that takes the token over.
     position: Position,
     notices: Notices,
+}
+
+impl Core {
+    /// Goes on from another time.
+    pub fn jump(&mut self, time: u64) {
+        self.time = Some(time);
+        self.pace.restart();
+    }
+
+    /// Goes at another rate from the next cycle on.
+    pub fn set_rate(&mut self, rate: Rate) {
+        self.pace.set_rate(rate);
+    }
 }
 
 /// Who says which stage comes next, of the program.
@@ -268,6 +284,7 @@ impl Shared {
             policy: None,
             takeover: None,
             time_source: time_source.map(|code| Guest { what: TIME_SOURCE, seat: None, code }),
+            playback: None,
             absent: Vec::new(),
             position: Position::default(),
             notices: Notices::default(),
@@ -355,6 +372,14 @@ impl Shared {
     pub fn watch_cycles(&self, look: AfterCycle) {
         // An agent sets it when it is loaded.
         let _ = self.after_cycle.set(look);
+    }
+
+    /// Lets a recording be played, from the next cycle on.
+    pub fn play(&self, playback: Option<Box<dyn Playback>>) {
+        self.take_token();
+        // SAFETY: the token was taken.
+        unsafe { self.core() }.playback = playback;
+        self.give_token_back();
     }
 
     /// Takes the token for a single cycle.

@@ -49,6 +49,12 @@ impl Pace {
         self.origin = None;
     }
 
+    /// Goes at another rate, from the next cycle on.
+    pub fn set_rate(&mut self, rate: Rate) {
+        self.rate = rate;
+        self.restart();
+    }
+
     /// Sleeps until the cycle of that virtual time begins.
     ///
     /// Beginnings lie on a fixed grid, so that periods do not drift; what was missed is left out, not caught up.

@@ -15,6 +15,7 @@ use super::protocol::{
     Switched, TraceEntry, UnloadedPlugin, VERSION,
 };
 use crate::configuration::SaveTo;
+use crate::playback::{Order, PlaybackStatus};
 
 /// How long an agent may take for its greeting.
 const GREETING: Duration = Duration::from_secs(5);
@@ -216,6 +217,11 @@ impl Client {
     /// Stops all actuators until `reset` and `arm`.
     pub fn stop(&mut self, reason: &str) -> Result<(), ClientError> {
         self.call(&Call::Stop { reason: reason.into() })
+    }
+
+    /// Controls the playback of a recording, and says how it stands then.
+    pub fn replay(&mut self, order: Order) -> Result<PlaybackStatus, ClientError> {
+        self.call(&Call::Replay { order })
     }
 
     /// Ends a stop of the actuators; false when none was stopped.

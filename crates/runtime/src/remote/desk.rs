@@ -128,6 +128,15 @@ impl Desk {
                 self.composer.stop_actuators(reason);
                 result(())
             }
+            Call::Replay { order } => {
+                let control = self.composer.playback().ok_or_else(|| {
+                    refusal(
+                        "the agent plays no recording",
+                        "start one that does: slate replay FILE; or name it with --agent",
+                    )
+                })?;
+                result(control.order(order).map_err(|(message, help)| refusal(message, &help))?)
+            }
             Call::Reset {} => {
                 let was_stopped = self.composer.actuators().iter().any(|(_, reason)| reason.is_some());
                 self.composer.reset();

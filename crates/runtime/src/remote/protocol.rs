@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::configuration::SaveTo;
+use crate::playback::Order;
 
 /// The version of this protocol; another one is another language.
 pub const VERSION: u32 = 1;
@@ -22,7 +23,7 @@ pub struct Greeting {
 }
 
 /// What an agent is asked.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "call", deny_unknown_fields)]
 pub enum Call {
     /// All plugins: a list of [`PluginEntry`].
@@ -211,6 +212,12 @@ pub enum Call {
         /// Why; it is kept and shown.
         #[serde(default)]
         reason: String,
+    },
+    /// Controls the playback of a recording: a [`PlaybackStatus`](crate::playback::PlaybackStatus).
+    #[serde(rename = "replay")]
+    Replay {
+        /// What it is to do.
+        order: Order,
     },
     /// Ends a stop of the actuators: false when none was stopped.
     #[serde(rename = "reset")]

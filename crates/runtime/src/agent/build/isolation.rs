@@ -27,7 +27,8 @@ impl Builder<'_, '_> {
             | Target::Absent(_)
             | Target::Implied(..)
             | Target::Remote(_)
-            | Target::Host(_) => None,
+            | Target::Host(_)
+            | Target::Played(_) => None,
         };
         let writer = writer.filter(|writer| self.is_isolated(*writer)).map(|writer| self.name(writer));
         let read = self.readers(target).any(|joint| self.is_isolated(joint.port.0));

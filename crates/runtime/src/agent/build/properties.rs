@@ -26,6 +26,7 @@ fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
 
 impl Builder<'_, '_> {
     pub(super) fn properties(&mut self, m: usize) -> Result<(), Failed> {
+        self.played(m)?;
         let ports = self.surveyed(m).description.ports.clone();
         for (p, port) in ports.iter().enumerate() {
             let path = format!("{}/{}", self.name(m), port.name);
@@ -81,6 +82,21 @@ impl Builder<'_, '_> {
             let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
             let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
             self.added(m, added)?;
+        }
+        Ok(())
+    }
+
+    /// What is played for the module: as much is kept of it as its readers need.
+    fn played(&mut self, m: usize) -> Result<(), Failed> {
+        let survey = self.survey;
+        for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
+            let Target::Played(index) = joint.target else { continue };
+            let played = &survey.played[index];
+            if self.standing(m, &played.path, played.descriptor)?.is_none() {
+                let (depth, budget) = self.demand(joint.target, &played.path);
+                let added = played.add(&self.ground.board, depth, budget);
+                self.added(m, added)?;
+            }
         }
         Ok(())
     }

@@ -98,7 +98,11 @@ impl Builder<'_, '_> {
             Target::Absent(absent) => Some(self.survey.absent[absent].module.clone()),
             // Whether its values come is known like the condition of a module.
             Target::Remote(remote) => Some(self.survey.remote[remote].path.to_string()),
-            Target::Port(..) | Target::Command(_) | Target::Implied(..) | Target::Host(_) => None,
+            Target::Port(..)
+            | Target::Command(_)
+            | Target::Implied(..)
+            | Target::Host(_)
+            | Target::Played(_) => None,
         };
         Some((property, writer))
     }
@@ -367,7 +371,7 @@ impl Builder<'_, '_> {
                 let wake = Some(Arc::clone(&self.ground.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
-            Target::Command(_) | Target::Implied(..) | Target::Host(_) => return None,
+            Target::Command(_) | Target::Implied(..) | Target::Host(_) | Target::Played(_) => return None,
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.wake_of(&receiver) })
     }

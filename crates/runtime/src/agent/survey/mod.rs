@@ -18,6 +18,7 @@ pub(super) use host::Host;
 use super::catalogue::{Catalogue, RemoteProperty};
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 use crate::link::{Filter, Place, Program};
+use crate::playback::Played;
 use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
 use crate::sharing::RemotePath;
@@ -88,6 +89,8 @@ pub(super) enum Target {
     Remote(usize),
     /// A property of the main loop or of the log.
     Host(Host),
+    /// A property that is played; an index of [`Survey::played`].
+    Played(usize),
 }
 
 /// What a link to another agent leads to.
@@ -160,6 +163,8 @@ pub(super) struct Survey<'a> {
     pub absent: Vec<Absent>,
     /// What links lead to of other agents.
     pub remote: Vec<Remote>,
+    /// What is played from a recording.
+    pub played: Arc<[Played]>,
     /// What can carry values of other agents; anything when there is nothing among them.
     pub carriers: BTreeSet<String>,
     /// Whether they can be compressed as JPEG.
@@ -212,6 +217,7 @@ impl<'a> Survey<'a> {
             Target::Absent(absent) => self.absent[absent].path.clone(),
             Target::Remote(remote) => self.remote[remote].place(),
             Target::Host(host) => host.path().into(),
+            Target::Played(played) => self.played[played].path.clone(),
         }
     }
 
@@ -340,6 +346,7 @@ pub(super) fn survey<'a>(
         modules,
         joints: Vec::new(),
         absent: Vec::new(),
+        played: Arc::clone(&catalogue.played),
         carriers: BTreeSet::new(),
         has_jpeg: false,
         remote: Vec::new(),

@@ -21,7 +21,9 @@ pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], t
             ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
         }
         // What tells of a module, or is set in it, is of no moment of a cycle.
-        Target::Implied(..) | Target::Absent(_) | Target::Remote(_) | Target::Host(_) => Vec::new(),
+        Target::Implied(..) | Target::Absent(_) | Target::Remote(_) | Target::Host(_) | Target::Played(_) => {
+            Vec::new()
+        }
     }
 }
 

@@ -39,6 +39,7 @@ fn interface_of(
         Target::Absent(_) => None,
         Target::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
         Target::Host(host) => Some(host.descriptor()),
+        Target::Played(played) => Some(survey.played[played].descriptor),
     }
 }
 
@@ -76,7 +77,7 @@ pub(super) fn fit<'a>(
         }
         // What it is there is known when it is.
         Target::Absent(_) | Target::Remote(_) => direction == Direction::Outbox,
-        Target::Command(_) | Target::Implied(..) | Target::Host(_) => false,
+        Target::Command(_) | Target::Implied(..) | Target::Host(_) | Target::Played(_) => false,
     };
     if (direction == Direction::Outbox) != is_inbox {
         return if is_inbox {
@@ -130,7 +131,8 @@ pub(super) fn fit<'a>(
     let is_whole = sink.field.is_empty() && from.is_empty() && sink.wire != Wire::Params;
     let known = interface.is_none_or(|interface| interface.hash == own.hash);
     // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
-    let is_apart = surveyed.module.isolated.value && matches!(target, Target::Remote(_) | Target::Host(_));
+    let is_apart = surveyed.module.isolated.value
+        && matches!(target, Target::Remote(_) | Target::Host(_) | Target::Played(_));
     let is_plain = is_whole
         && known
         && (filter.is_none() || direction == Direction::Queue)
@@ -209,7 +211,13 @@ pub(super) fn fit<'a>(
             }
         }
     };
-    let delayed = link.previous && is_earlier(configuration, survey, target, surveyed.stage);
+    let delayed = match target {
+        // All that is played of a cycle is written before its modules run.
+        Target::Played(played) => {
+            link.previous || survey.played[played].late_for.contains(&surveyed.module.name.value)
+        }
+        _ => link.previous && is_earlier(configuration, survey, target, surveyed.stage),
+    };
     Some(Joint {
         link,
         port: (sink.module, sink.wire),

@@ -135,6 +135,9 @@ impl<'s, 'a> Sources<'s, 'a> {
         if let Some(source) = self.actuator(path) {
             return Some(source);
         }
+        if let Some(source) = self.played(path) {
+            return Some(source);
+        }
         let Some((module, rest)) = split_module(self.modules(), path) else {
             if let Some(module) = owner(self.dormant, path) {
                 return Some(self.absent(module, path));
@@ -147,7 +150,8 @@ impl<'s, 'a> Sources<'s, 'a> {
             let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
             let is_hosts = path.starts_with("loop/") || path.starts_with("log/");
             let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
-            let names: Vec<_> = modules.chain(actuators).chain(hosts).collect();
+            let played = self.survey.played.iter().map(|played| played.path.as_str());
+            let names: Vec<_> = modules.chain(actuators).chain(hosts).chain(played).collect();
             let help = suggest(path, names.iter().copied());
             self.complaints.add(link.from.span, format!("nothing is called `/{path}`"), help);
             return None;
@@ -237,6 +241,14 @@ impl<'s, 'a> Sources<'s, 'a> {
             let (name, field) = split_port(&[], rest);
             (name == "command").then(|| Source { target: Target::Command(index), field: field.into() })
         })
+    }
+
+    /// What is played at a path, or at the beginning of one that leads to a field.
+    fn played(&self, path: &str) -> Option<Source> {
+        let mut played = self.survey.played.iter().enumerate();
+        let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
+        let field = path[played.path.len()..].trim_start_matches('/').into();
+        Some(Source { target: Target::Played(index), field })
     }
 
     fn absent(&mut self, module: &str, path: &str) -> Source {

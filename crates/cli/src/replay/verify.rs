@@ -1,8 +1,7 @@
-//! Runs that are made again from recordings.
+//! Runs that are made again from recordings, and compared.
 
-use std::path::PathBuf;
+use std::path::Path;
 
-use clap::Args;
 use slate::record::replay::{Comparison, Verdict};
 use slate::runtime::{Agent, Mode, Options, Rate};
 
@@ -10,19 +9,9 @@ use crate::examples;
 use crate::failure::Failure;
 use crate::output;
 
-#[derive(Debug, Args)]
-pub struct ReplayOptions {
-    /// A recording of a run in lockstep.
-    pub file: PathBuf,
-
-    /// Makes the run again and compares every value that it writes with the recorded one.
-    #[arg(long, required = true)]
-    pub verify: bool,
-}
-
 /// Makes a run again: 0 when it is identical, 1 when it is not, and 2 when that can't be said.
-pub fn replay(options: &ReplayOptions) -> Result<u8, Failure> {
-    let comparison = Comparison::open(&options.file)?;
+pub fn verify(file: &Path) -> Result<u8, Failure> {
+    let comparison = Comparison::open(file)?;
     let run = comparison.run();
     let not_covered = |reason: &str| {
         output::line(format_args!("not covered: {reason}"));

@@ -1,0 +1,163 @@
+//! A recording that is played.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde_json::json;
+use slate::record::Recorder;
+use slate::record::replay::{Difference, Plan, Player, Recomputation};
+use slate::runtime::recording::{Change, Recording};
+use slate::runtime::remote::Server;
+use slate::runtime::{Agent, Mode, Options, printable};
+
+use crate::examples;
+use crate::failure::Failure;
+use crate::output;
+
+/// Plays it: 0 at its end.
+pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
+    let plugins = examples::plugins();
+    let mut player = Player::open(file, &plugins, plan)?;
+    tell(&player);
+    let database = player.configuration()?;
+    let settings = database.current().record().clone();
+    let recorder = settings.enabled.then(|| Recorder::new(&settings));
+    let how = Options {
+        mode: Mode::Staged,
+        rate: player.rate(),
+        armed: player.is_armed(),
+        follows_files: false,
+        log: recorder.iter().map(Recorder::log_target).collect(),
+        recording: player.recording(recorder.clone().map(|recorder| Arc::new(recorder) as _)),
+        playback: Some(player.playback()),
+        calendar: player.date().map(|date| Arc::new(move || date) as _),
+        ..Options::default()
+    };
+    let mut agent = Agent::load_with(&database, &plugins, how)?;
+    if let Some(recorder) = &recorder {
+        let path = settings
+            .file
+            .as_ref()
+            .map_or_else(|| PathBuf::from("recomputed.mcap"), |file| file.value.clone());
+        recorder.begin(&agent, &path);
+        // A run on values of another one can't be made again from its configuration.
+        let what = format!("a playback of {}", printable(file));
+        recorder.changed(0, 0, &Change::Other { what });
+    }
+    agent.composer().control_playback(player.control());
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // The first Ctrl-C ends it in good order, the second one the process.
+    let handled = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = handled {
+        eprintln!("Ctrl-C will end the process at once: {error}");
+    }
+    let server = Server::open(&agent);
+    match &server {
+        Ok(server) => {
+            let (properties, time) = player.extent();
+            let seconds = time as f64 * 1e-9;
+            eprintln!("agent {} plays {properties} properties, {seconds:.3} s", server.name());
+        }
+        // It is played all the same.
+        Err(error) => eprintln!("{error}"),
+    }
+    let played = player.run(&mut agent, &stop)?;
+    drop(server);
+    let recorded = recorder.map(|recorder| recorder.end(&mut agent)).transpose()?;
+    let outcome = player.outcome()?;
+    match json {
+        true => output::json(&json!({
+            "values": played.values,
+            "cycles": played.cycles,
+            "time": played.time,
+            "ended": played.is_whole,
+            "recording": recorded.as_ref().map(|recorded| &recorded.file),
+            "misses": player.misses(),
+            "properties": outcome.as_ref().map(|outcome| &outcome.properties),
+            "first": outcome.as_ref().and_then(|outcome| outcome.first.as_ref()).map(first),
+        })),
+        false => {
+            let (values, cycles, seconds) = (played.values, played.cycles, played.time as f64 * 1e-9);
+            let end = if played.is_whole { "" } else { ", stopped" };
+            output::line(format_args!("{values} values in {cycles} cycles, up to {seconds:.3} s{end}"));
+            if let Some(recorded) = &recorded {
+                output::line(format_args!(
+                    "recording: {} ({} values)",
+                    printable(&recorded.file),
+                    recorded.values
+                ));
+            }
+            if let Some(outcome) = &outcome {
+                show(outcome);
+            }
+        }
+    }
+    Ok(outcome.map_or(0, |outcome| code(&outcome, player.misses())))
+}
+
+/// 0 when what was recomputed is what is recorded, 1 when it is not, and 2 when that says nothing, as the modules had not all
+/// that they had then.
+pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
+    match outcome.first {
+        None => 0,
+        Some(_) if misses.is_empty() => 1,
+        Some(_) => 2,
+    }
+}
+
+/// Says how what was recomputed compares.
+pub fn show(outcome: &Recomputation) {
+    let count = |count: u64, what: &str| if count > 0 { format!("{count} {what}") } else { String::new() };
+    let rows = outcome.properties.iter().map(|own| {
+        let cells = [
+            count(own.same, "the same"),
+            count(own.different, "different"),
+            count(own.only_recorded, "only recorded"),
+            count(own.only_recomputed, "only recomputed"),
+        ];
+        let cells: Vec<_> = cells.into_iter().filter(|cell| !cell.is_empty()).collect();
+        [own.url.clone(), cells.join(", ")]
+    });
+    output::columns(rows);
+    match &outcome.first {
+        Some(first) => output::line(first),
+        None if outcome.properties.iter().all(|own| own.same == 0) => {
+            output::line("nothing that the modules write is recorded");
+        }
+        None => output::line("identical"),
+    }
+}
+
+/// The first difference, for JSON.
+pub fn first(first: &Difference) -> serde_json::Value {
+    let Difference { time, url, field, recorded, replayed } = first;
+    json!({ "time": time, "url": url, "field": field, "recorded": recorded, "recomputed": replayed })
+}
+
+/// Says what is not played as it was.
+pub fn tell(player: &Player) {
+    for miss in player.misses() {
+        eprintln!("{}", output::harmless(format_args!("not as it was: {miss}")));
+    }
+    for (topic, why) in player.left_out() {
+        eprintln!("{}", output::harmless(format_args!("not played: {topic}: {why}")));
+    }
+    for (topic, remark) in player.remarks() {
+        eprintln!("{}", output::harmless(format_args!("{topic}: {remark}")));
+    }
+    for (topic, count) in player.backwards() {
+        let what = if count == 1 { "one value has a time" } else { "values have times" };
+        eprintln!(
+            "{}",
+            output::harmless(format_args!(
+                "{topic}: {count} {what} before that of the one before; they are played at that one's time"
+            ))
+        );
+    }
+}

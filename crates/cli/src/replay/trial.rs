@@ -1,0 +1,258 @@
+//! One module, tried on a recording.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+use serde_json::{Value, json};
+use slate::blackboard::interface;
+use slate::blackboard::nearest_names;
+use slate::module::Plugin;
+use slate::record::replay::{Plan, Player, recorded_modules};
+use slate::runtime::{Agent, Mode, Options, plugin, printable};
+
+use super::play;
+use crate::bag::nanoseconds;
+use crate::examples;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Args)]
+pub struct TryOptions {
+    /// A module of the recorded agent, such as `r2/planner`, or a type of modules, such as `pass_position`.
+    module: String,
+
+    /// The recording.
+    #[arg(long, value_name = "FILE")]
+    bag: PathBuf,
+
+    /// The library that the module's code is taken from.
+    #[arg(long, value_name = "FILE")]
+    library: Option<PathBuf>,
+
+    /// What an input reads, such as `position=/simulator/r2/position`; those of the recorded module read what they did unless
+    /// given. May be given several times.
+    #[arg(long, value_name = "INPUT=URL", value_parser = parse_link)]
+    link: Vec<(String, String)>,
+
+    /// Sets a value of the recorded configuration; may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<String>,
+
+    /// Where it begins, seconds after the first value.
+    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    start: Option<u64>,
+
+    /// Where it ends, seconds after the first value.
+    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    end: Option<u64>,
+
+    /// Prints what came of it as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_link(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((input, url)) if !input.is_empty() && url.len() > 1 && url.starts_with('/') => {
+            Ok((input.into(), url.into()))
+        }
+        _ => Err("expected an input and what it reads, such as scan=/r2/laser/scan".into()),
+    }
+}
+
+/// A module to be tried.
+struct Candidate {
+    name: String,
+    kind: String,
+    /// Whether it is one of the recorded agent.
+    is_recorded: bool,
+}
+
+/// Tries a module: 0 when it writes what is recorded of it, or nothing is, and has no fault; 1 when not; 2 when that can't be
+/// said.
+pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
+    let (mut plugins, mut sets) = (examples::plugins(), Vec::new());
+    let mut kinds: Vec<Plugin> = plugins.clone();
+    if let Some(file) = &options.library {
+        let file =
+            std::path::absolute(file).map_err(|source| Failure::File { path: file.clone(), source })?;
+        let (plugin, ..) = plugin::load(&file)?;
+        // It takes the place of one of that name.
+        plugins.retain(|other| other.name() != plugin.name());
+        sets.push(format!("plugins.{}.file={}", quoted(plugin.name()), quoted(&file.to_string_lossy())));
+        kinds.retain(|other| other.name() != plugin.name());
+        kinds.push(plugin);
+    }
+    let candidate = candidate(options, &kinds)?;
+    let Candidate { name, kind, is_recorded } = &candidate;
+    if !is_recorded {
+        sets.push(format!("modules.{}.plugin={}", quoted(name), quoted(kind)));
+    }
+    // A module with a deadline has each tick timed; no tick takes that long.
+    sets.push(format!("modules.{}.deadline=\"60s\"", quoted(name)));
+    sets.extend(options.link.iter().map(|(input, url)| {
+        let input = input.trim_start_matches('/');
+        format!("links.{}={}", quoted(&format!("{name}/{input}")), quoted(url))
+    }));
+    sets.push("log.targets.console=false".into());
+    sets.extend(options.set.iter().cloned());
+    let plan = Plan {
+        start: options.start,
+        end: options.end,
+        modules: BTreeSet::from([name.clone()]),
+        sets,
+        ..Plan::default()
+    };
+    let mut player = Player::open(&options.bag, &plugins, plan)?;
+    play::tell(&player);
+    let how = Options {
+        mode: Mode::Staged,
+        rate: player.rate(),
+        armed: player.is_armed(),
+        follows_files: false,
+        recording: player.recording(None),
+        playback: Some(player.playback()),
+        ..Options::default()
+    };
+    let mut agent = Agent::load_with(&player.configuration()?, &plugins, how)?;
+    let played = player.run(&mut agent, &AtomicBool::new(false))?;
+    agent.publish_timing();
+    let outcome = player.outcome()?.unwrap_or_default();
+    let ticks = Ticks::of(&agent, name);
+    let values = last_values(&agent, outcome.properties.iter().map(|own| own.url.as_str()));
+    let code = match () {
+        () if ticks.has_failed() => 1,
+        () if !is_recorded => 0,
+        () => play::code(&outcome, player.misses()),
+    };
+    if options.json {
+        output::json(&json!({
+            "module": name,
+            "type": kind,
+            "is_recorded": is_recorded,
+            "cycles": played.cycles,
+            "ticks": ticks.ticks,
+            "timed": ticks.timing.iter().copied().collect::<BTreeMap<_, _>>(),
+            "panics": ticks.panics,
+            "condition": ticks.condition,
+            "misses": player.misses(),
+            "properties": outcome.properties,
+            "values": values,
+            "first": outcome.first.as_ref().filter(|_| *is_recorded).map(play::first),
+        }));
+        return Ok(code);
+    }
+    let (cycles, seconds) = (played.cycles, played.time as f64 * 1e-9);
+    let file = printable(&options.bag);
+    output::line(format_args!("{name} ({kind}) on {file}: {cycles} cycles, up to {seconds:.3} s"));
+    output::line(&ticks);
+    if *is_recorded {
+        play::show(&outcome);
+    } else {
+        for own in &outcome.properties {
+            let last = values.get(&own.url).map(Value::to_string).unwrap_or_default();
+            output::line(format_args!("{}  {} values, at last {last}", own.url, own.only_recomputed));
+        }
+        if outcome.properties.is_empty() {
+            output::line("it wrote nothing");
+        }
+    }
+    Ok(code)
+}
+
+/// How its ticks went.
+struct Ticks {
+    ticks: u64,
+    panics: u64,
+    condition: &'static str,
+    /// Durations in nanoseconds.
+    timing: Vec<(&'static str, u64)>,
+}
+
+impl Ticks {
+    fn of(agent: &Agent, name: &str) -> Self {
+        let (ticks, _, panics) = agent.counts(name).unwrap_or_default();
+        let modules = agent.composer().modules();
+        let condition =
+            modules.iter().find(|module| module.name == name).map_or("", |module| module.condition);
+        let figure = |field: &'static str| {
+            let (value, _) = agent.board().read(&format!("{name}/histogram/{field}")).ok()??;
+            Some((field, u64::try_from(value.as_integer()?).ok()?))
+        };
+        let timing = ["p50", "p99", "max"].into_iter().filter_map(figure).collect();
+        Self { ticks, panics, condition, timing }
+    }
+
+    /// Whether a tick has failed.
+    fn has_failed(&self) -> bool {
+        self.panics > 0 || self.condition == "FAULTED"
+    }
+}
+
+impl std::fmt::Display for Ticks {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} ticks", self.ticks)?;
+        for (name, duration) in &self.timing {
+            write!(f, ", {name} {:.1} us", *duration as f64 * 1e-3)?;
+        }
+        match self.panics {
+            0 if self.has_failed() => write!(f, ", it has failed"),
+            0 => write!(f, ", no fault"),
+            1 => write!(f, ", one panic"),
+            panics => write!(f, ", {panics} panics"),
+        }
+    }
+}
+
+/// The last value of each property.
+fn last_values<'a>(agent: &Agent, urls: impl Iterator<Item = &'a str>) -> BTreeMap<String, Value> {
+    let read = |url: &str| {
+        let (value, _): (interface::Value, _) = agent.board().read(url.trim_start_matches('/')).ok()??;
+        Some((url.to_owned(), serde_json::to_value(value).ok()?))
+    };
+    urls.filter_map(read).collect()
+}
+
+/// The module that is meant.
+fn candidate(options: &TryOptions, plugins: &[Plugin]) -> Result<Candidate, Failure> {
+    let wanted = options.module.trim_start_matches('/');
+    let recorded = recorded_modules(&options.bag)?;
+    if let Some(kind) = recorded.get(wanted) {
+        return Ok(Candidate { name: wanted.into(), kind: kind.clone(), is_recorded: true });
+    }
+    let of_kind: Vec<&String> =
+        recorded.iter().filter(|(_, kind)| *kind == wanted).map(|(name, _)| name).collect();
+    match of_kind[..] {
+        [] => {}
+        // With links of its own it is none of the recorded ones.
+        _ if !options.link.is_empty() => {}
+        [name] => return Ok(Candidate { name: name.clone(), kind: wanted.into(), is_recorded: true }),
+        _ => {
+            let names: Vec<_> = of_kind.into_iter().map(String::as_str).collect();
+            return Err(Failure::NoModule {
+                module: wanted.into(),
+                help: format!("several recorded modules are of that type, name one: {}", names.join(", ")),
+            });
+        }
+    }
+    let kinds = || plugins.iter().flat_map(Plugin::kinds).map(slate::module::ModuleKind::name);
+    if kinds().any(|kind| kind == wanted) {
+        return Ok(Candidate { name: wanted.into(), kind: wanted.into(), is_recorded: false });
+    }
+    let names: Vec<&str> = recorded.keys().map(String::as_str).chain(kinds()).collect();
+    let near = nearest_names(wanted, names.iter().copied());
+    let help = match near.is_empty() {
+        true => {
+            format!("the recorded modules are: {}", recorded.keys().cloned().collect::<Vec<_>>().join(", "))
+        }
+        false => format!("did you mean {}?", near.join(" or ")),
+    };
+    Err(Failure::NoModule { module: wanted.into(), help })
+}
+
+fn quoted(text: &str) -> String {
+    // A text of TOML that has no line ends is one of JSON.
+    Value::from(text).to_string()
+}

@@ -1,0 +1,166 @@
+//! Recordings that are played, controlled from another shell, and given to single modules.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::{Running, exp1, folder, json, slate, text, wait_for};
+
+/// A recording of EXP1 in a folder.
+fn recorded(folder: &Path) -> PathBuf {
+    let (summary, _) = exp1(folder, &["--seed", "1", "--set", "record.enabled=true", "--out", "here"]);
+    assert!(summary["ticks"].as_u64().unwrap() > 100, "{summary}");
+    folder.join("here/run.mcap")
+}
+
+/// What the command prints when it ends with that code.
+fn printed(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = slate(folder, arguments);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {output:?}");
+    text(&output.stdout) + &text(&output.stderr)
+}
+
+#[test]
+fn a_playback_is_controlled_from_another_shell() {
+    let mut running = Running::new("replay");
+    recorded(running.folder());
+    running.start("exp1", &["replay", "here/run.mcap", "--pause"]);
+    let status = running.done(&["replay", "status"]);
+    assert!(
+        status.contains("0.000 s (of 0.000 s to ") && status.contains("in real time, paused"),
+        "{status}"
+    );
+    running.done(&["replay", "step", "2"]);
+    let read = |url: &str| {
+        let output = running.call(&["get", url, "--json"]);
+        json(&output)
+    };
+    let value = read("/simulator/r2/truth/x");
+    assert_eq!((value["sequence"].as_u64(), value["time"].as_u64()), (Some(2), Some(20_000_000)));
+    // What others find of an agent, they find of a recorded one.
+    assert!(running.done(&["list", "/simulator/r2/*"]).contains("/simulator/r2/sonar"));
+    let status = running.done(&["replay", "seek", "1.5"]);
+    assert!(status.contains(": 1.500 s"), "{status}");
+    assert_eq!(read("/simulator/r2/truth")["sequence"], 76);
+    running.done(&["replay", "loop", "1", "1.2"]);
+    running.done(&["replay", "rate", "max"]);
+    running.done(&["replay", "resume"]);
+    let status = |field: &str| json(&running.call(&["replay", "status", "--json"]))[field].clone();
+    let values = status("values").as_u64().unwrap();
+    wait_for("it goes in circles", || status("values").as_u64().unwrap() > values + 2000);
+    assert!((1_000_000_000..=1_200_000_000).contains(&status("time").as_u64().unwrap()));
+    running.fails(1, &["replay", "seek", "1000"], &["behind its end", "slate replay status"]);
+    running.done(&["replay", "pause"]);
+    assert_eq!(status("is_paused"), true);
+    running.done(&["replay", "loop"]);
+    running.done(&["replay", "resume"]);
+    let output = running.finish();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(text(&output.stdout).contains(" cycles, up to "), "{output:?}");
+    running.fails(2, &["replay", "status"], &["no agent runs here"]);
+}
+
+#[test]
+fn an_agent_that_plays_nothing_has_nothing_to_control() {
+    let mut running = Running::new("replay-none");
+    std::fs::write(
+        running.folder().join("robot.toml"),
+        format!(
+            "[agent]\nname = \"robot\"\n[time]\nsource = \"simulator\"\n[modules.simulator]\n{}",
+            common::WORLD
+        ),
+    )
+    .unwrap();
+    running.start("robot", &["run", "robot.toml", "--headless", "--rate", "1"]);
+    running.fails(1, &["replay", "pause"], &["plays no recording", "slate replay FILE"]);
+}
+
+#[test]
+fn recomputed_modules_write_what_is_recorded_or_the_difference_is_told() {
+    let folder = folder("recompute");
+    recorded(&folder);
+    let replay = ["replay", "here/run.mcap", "--rate", "max", "--recompute"];
+    let with = |more: &[&'static str]| [&replay[..], more].concat();
+    let said = printed(&folder, 0, &with(&["r2/knowledge,r2/pass_position,referee"]));
+    assert!(said.contains("/referee/metrics") && said.contains("identical"), "{said}");
+    // The whole loop from the sensors to the wheels, with the simulator from the file.
+    let whole = "r2/planner,r2/execute,r2/avoid_obstacle,r2/avoid_wall";
+    let said = printed(&folder, 0, &with(&[whole]));
+    assert!(said.contains("/r2/wheels/command") && !said.contains("not as it was"), "{said}");
+    let sets = ["referee", "--set", "modules.referee.params.tolerance=0.5", "--set", "record.enabled=true"];
+    let said = printed(&folder, 1, &with(&sets));
+    assert!(said.contains("first difference at ") && said.contains("recomputed.mcap"), "{said}");
+    let diff = printed(&folder, 1, &["bag", "diff", "here/run.mcap", "recomputed.mcap"]);
+    assert!(diff.contains("/referee/verdict"), "{diff}");
+    // It is no run that its configuration makes again.
+    let verified = printed(&folder, 2, &["replay", "--verify", "recomputed.mcap"]);
+    assert!(verified.contains("not covered") && verified.contains("a playback of"), "{verified}");
+    // Alone it misses the messages that others sent to it.
+    let said = printed(&folder, 2, &with(&["r2/execute"]));
+    assert!(said.contains("takes messages of r2/planner"), "{said}");
+    let said = printed(&folder, 2, &with(&["simulator"]));
+    assert!(said.contains("sets the time"), "{said}");
+    let said = printed(&folder, 2, &with(&["r2/plannr"]));
+    assert!(said.contains("is `r2/planner` meant?"), "{said}");
+}
+
+#[test]
+fn a_module_is_tried_on_a_recording() {
+    let folder = folder("try");
+    recorded(&folder);
+    let said = printed(&folder, 0, &["try", "r2/pass_position", "--bag", "here/run.mcap"]);
+    for words in [" ticks, p50 ", ", max ", "no fault", "/r2/pass_position/change", "identical"] {
+        assert!(said.contains(words), "{said}");
+    }
+    let sets = [
+        "try",
+        "pass_position",
+        "--bag",
+        "here/run.mcap",
+        "--set",
+        "modules.\"r2/pass_position\".params.step=0.3",
+    ];
+    assert!(printed(&folder, 1, &sets).contains("first difference"));
+    let link = [
+        "try",
+        "pass_position",
+        "--bag",
+        "here/run.mcap",
+        "--link",
+        "position=/simulator/r1/position",
+        "--json",
+    ];
+    let output = slate(&folder, &link);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let tried = json(&output);
+    assert_eq!((&tried["is_recorded"], &tried["panics"]), (&false.into(), &0.into()));
+    assert!(tried["values"]["/pass_position/change"]["x"].is_f64(), "{tried}");
+    assert!(tried["timed"]["p99"].as_u64().unwrap() >= tried["timed"]["p50"].as_u64().unwrap(), "{tried}");
+    let said = printed(&folder, 2, &["try", "pass_positoin", "--bag", "here/run.mcap"]);
+    assert!(said.contains("did you mean pass_position"), "{said}");
+    let said =
+        printed(&folder, 2, &["try", "pass_position", "--bag", "here/run.mcap", "--link", "positoin=/a/b"]);
+    assert!(said.contains("positoin"), "{said}");
+}
+
+#[test]
+fn what_can_not_be_played_is_refused_in_words() {
+    let folder = folder("replay-refused");
+    let file = recorded(&folder);
+    let bytes = std::fs::read(&file).unwrap();
+    std::fs::write(folder.join("cut.mcap"), &bytes[..bytes.len() / 2]).unwrap();
+    let said = printed(&folder, 2, &["replay", "cut.mcap"]);
+    assert!(said.contains("is damaged at byte") && said.contains("slate bag repair cut.mcap"), "{said}");
+    printed(&folder, 0, &["bag", "repair", "cut.mcap"]);
+    let said = printed(&folder, 0, &["replay", "cut.mcap", "--rate", "max"]);
+    assert!(said.contains(" cycles, up to "), "{said}");
+    let said = printed(&folder, 2, &["replay", "here/run.mcap", "--select", "/nothing"]);
+    assert!(said.contains("no topic `/nothing`"), "{said}");
+    let said = printed(&folder, 2, &["replay", "here/run.mcap", "--start", "1000"]);
+    assert!(said.contains("--start"), "{said}");
+    let said = printed(&folder, 2, &["replay", "here/run.mcap", "--map", "scan"]);
+    assert!(said.contains("/scan=/r2/laser/scan"), "{said}");
+    let said = printed(&folder, 2, &["replay", "none.mcap"]);
+    assert!(said.contains("none.mcap"), "{said}");
+}

@@ -1,0 +1,95 @@
+//! What the values of a channel are as values of the blackboard.
+
+use std::collections::BTreeMap;
+
+use slate_blackboard::interface::{Descriptor, Kind};
+
+use crate::bag::Message;
+use crate::ros::{self, Described, Schema};
+
+/// The interface of a channel: one that is known here, or what its definition in the file says.
+pub(super) struct Form {
+    pub descriptor: &'static Descriptor,
+    /// Items in the longest tail.
+    pub capacity: usize,
+    described: Option<Described>,
+    /// What is to be known of it.
+    pub remark: Option<String>,
+}
+
+/// Stands for an interface that is not made yet.
+static UNKNOWN: Descriptor =
+    Descriptor { name: "message", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
+
+impl Form {
+    /// Finds out what the values of a message's channel are; `known` are interfaces by their schemas.
+    pub fn of(message: &Message<'_>, known: &BTreeMap<u64, &'static Descriptor>) -> Result<Self, String> {
+        let channel = message.channel;
+        let wanted = message.schema.filter(|schema| schema.encoding == "ros2msg");
+        let Some(schema) = wanted.filter(|_| channel.message_encoding == "cdr") else {
+            let encoding = &channel.message_encoding;
+            return Err(format!(
+                "its messages are encoded as `{encoding}`; what is played is `cdr` with a definition as `ros2msg`"
+            ));
+        };
+        let said = channel.metadata.get("hash");
+        let own = said.and_then(|hash| known.get(&u64::from_str_radix(hash, 16).ok()?).copied());
+        // Other tools leave out what only Slate says.
+        let alike = || {
+            known.values().copied().find(|descriptor| {
+                let definition = ros::definition(descriptor);
+                definition.name == schema.name && definition.text.as_bytes() == &*schema.data
+            })
+        };
+        if let Some(descriptor) = own.or_else(|| said.is_none().then(alike).flatten()) {
+            return Ok(Self { descriptor, capacity: 0, described: None, remark: None });
+        }
+        let name = schema.name.rsplit('/').next().unwrap_or_default();
+        let other = known.values().find(|descriptor| said.is_some() && descriptor.name == name);
+        let remark = other.map(|other| {
+            format!(
+                "its interface {name} is {} in the recording and {:016x} here: it was recorded by another version, and is \
+                 played as the recording describes it",
+                said.map_or("", String::as_str),
+                other.hash
+            )
+        });
+        let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is no UTF-8")?;
+        let parsed = Schema::parse(&schema.name, text).map_err(|error| error.to_string())?;
+        // What its values need is known when all were seen.
+        let described = Some(Described::new(&schema.name, parsed)?);
+        Ok(Self { descriptor: &UNKNOWN, capacity: 0, described, remark })
+    }
+
+    /// Takes note of what a value needs.
+    pub fn note(&mut self, message: &[u8]) -> Result<(), ros::Error> {
+        if let Some(described) = &mut self.described {
+            return described.note(message);
+        }
+        let items = self.items(&self.decode(message)?);
+        self.capacity = self.capacity.max(items);
+        Ok(())
+    }
+
+    /// Once all values were noted.
+    pub fn finish(&mut self) -> Result<(), String> {
+        if let Some(described) = &mut self.described {
+            (self.descriptor, self.capacity) = described.interface()?;
+        }
+        Ok(())
+    }
+
+    /// The value of a message, as it lies in memory.
+    pub fn decode(&self, message: &[u8]) -> Result<Vec<u8>, ros::Error> {
+        match &self.described {
+            Some(described) => described.decode(message),
+            None => ros::decode(self.descriptor, message),
+        }
+    }
+
+    /// How many items its tail has.
+    pub fn items(&self, bytes: &[u8]) -> usize {
+        let item = self.descriptor.tail().map_or(0, Kind::size);
+        bytes.len().saturating_sub(self.descriptor.size).checked_div(item).unwrap_or(0)
+    }
+}

@@ -1,0 +1,285 @@
+//! What modules write that run on a recording, beside what is recorded of them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::Serialize;
+use slate_blackboard::channel::Tap;
+use slate_blackboard::{Access, Property, Stamp, Taps};
+use slate_runtime::configuration::Record;
+use slate_runtime::recording::{Change, Recording};
+
+use super::difference::{self, Difference};
+use super::reel::{Reel, SharedReel};
+use crate::bag::Error;
+use crate::recorder::{Channel, Drain, Hub, Sink};
+
+/// How what a property got compares with what is recorded of it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Recomputed {
+    /// The property.
+    pub url: String,
+    /// Values that are the same.
+    pub same: u64,
+    /// Values that are other ones.
+    pub different: u64,
+    /// Values that are recorded and were not written.
+    pub only_recorded: u64,
+    /// Values that were written and are not recorded.
+    pub only_recomputed: u64,
+}
+
+impl Recomputed {
+    /// Whether nothing differs.
+    pub fn is_same(&self) -> bool {
+        self.different + self.only_recorded + self.only_recomputed == 0
+    }
+}
+
+/// How a run on a recording compares with it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recomputation {
+    /// By property.
+    pub properties: Vec<Recomputed>,
+    /// The earliest difference.
+    pub first: Option<Difference>,
+}
+
+/// Sees what the modules of an agent write, and compares it.
+pub(super) struct Witness {
+    hub: Arc<Hub>,
+    drain: Drain,
+    comparer: Comparer,
+}
+
+struct Comparer {
+    reel: SharedReel,
+    /// Whether values of one time belong together; on the wall clock only their order says which do.
+    has_times: bool,
+    /// Whether everything that was written is recorded.
+    is_whole: bool,
+    /// The track of each property that is compared, and its next value.
+    tracks: BTreeMap<String, (usize, usize)>,
+    found: BTreeMap<String, Recomputed>,
+    first: Option<Difference>,
+    failure: Option<Error>,
+}
+
+impl Witness {
+    pub fn new(reel: &SharedReel, is_whole: bool) -> Self {
+        let mut tracks = BTreeMap::new();
+        let own = reel.get();
+        for (track, _) in own.played.iter().enumerate().filter(|(_, played)| played.is_none()) {
+            let next = own.timeline.place_after(track, own.begin.checked_sub(1));
+            tracks.insert(own.timeline.tracks[track].path.clone(), (track, next));
+        }
+        let comparer = Comparer {
+            reel: reel.clone(),
+            has_times: own.has_cycles,
+            is_whole,
+            tracks,
+            found: BTreeMap::new(),
+            first: None,
+            failure: None,
+        };
+        drop(own);
+        Self { hub: Hub::new(&Record::default()), drain: Drain::default(), comparer }
+    }
+
+    /// What an agent is loaded with whose values are seen.
+    pub fn recording(&self) -> Arc<dyn Recording> {
+        Arc::new(Eye(Arc::clone(&self.hub)))
+    }
+
+    /// Compares what was written so far.
+    pub fn look(&mut self) -> Result<(), Error> {
+        while self.drain.turn(&self.hub, &mut self.comparer) {}
+        self.comparer.failure.take().map_or(Ok(()), Err)
+    }
+
+    /// What came of it, when all was played until that time.
+    pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
+        self.look()?;
+        let comparer = &mut self.comparer;
+        let reel = comparer.reel.clone();
+        let mut reel = reel.get();
+        for (path, (track, next)) in comparer.tracks.clone() {
+            if reel.timeline.is_compared(track) {
+                // A property that nothing was written to is there too.
+                comparer.of(&path);
+                comparer.miss(&mut reel, &path, track, next, |time| time <= end)?;
+            }
+        }
+        Ok(Recomputation {
+            properties: comparer.found.values().cloned().collect(),
+            first: comparer.first.clone(),
+        })
+    }
+}
+
+/// Sees what the agent writes.
+struct Eye(Arc<Hub>);
+
+impl Taps for Eye {
+    fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
+        self.0.tap(property)
+    }
+}
+
+impl Recording for Eye {
+    fn changed(&self, _: u64, _: u64, _: &Change) {}
+}
+
+impl Comparer {
+    fn of(&mut self, path: &str) -> &mut Recomputed {
+        let new = || Recomputed { url: format!("/{path}"), ..Recomputed::default() };
+        self.found.entry(path.to_owned()).or_insert_with(new)
+    }
+
+    fn differs(&mut self, difference: Difference) {
+        if self.first.as_ref().is_none_or(|first| difference.time < first.time) {
+            self.first = Some(difference);
+        }
+    }
+
+    /// Passes over recorded values of such times, which were not written; returns the next one.
+    fn miss(
+        &mut self,
+        reel: &mut Reel,
+        path: &str,
+        track: usize,
+        mut next: usize,
+        is_missed: impl Fn(u64) -> bool,
+    ) -> Result<usize, Error> {
+        while let Some(place) = reel.timeline.place(track, next)
+            && let Some(time) = reel.timeline.time(place).filter(|time| is_missed(*time))
+        {
+            let sequence = reel.timeline.value(place)?.sequence;
+            self.of(path).only_recorded += 1;
+            self.differs(Difference {
+                time,
+                url: format!("/{path}"),
+                field: String::new(),
+                recorded: format!("value {sequence}"),
+                replayed: "no such value".into(),
+            });
+            next += 1;
+        }
+        Ok(next)
+    }
+
+    fn compare(&mut self, channel: &Channel, items: usize, stamp: Stamp, bytes: &[u8]) -> Result<(), Error> {
+        let path = channel.path.as_str();
+        let Some((track, next)) = self.tracks.get(path).copied() else {
+            if self.is_whole {
+                self.of(path).only_recomputed += 1;
+                self.differs(extra(path, stamp));
+            }
+            return Ok(());
+        };
+        let reel = self.reel.clone();
+        let mut reel = reel.get();
+        let has_times = self.has_times;
+        let mut next = self.miss(&mut reel, path, track, next, |time| has_times && time < stamp.time)?;
+        let place = reel.timeline.place(track, next);
+        let place = place.filter(|place| !has_times || reel.timeline.time(*place) == Some(stamp.time));
+        if let Some(place) = place {
+            next += 1;
+            let recorded = reel.timeline.value(place)?;
+            let form = &reel.timeline.tracks[track].form;
+            if form.descriptor.hash != channel.descriptor.hash {
+                self.of(path).different += 1;
+                self.differs(Difference {
+                    time: stamp.time,
+                    url: format!("/{path}"),
+                    field: String::new(),
+                    recorded: format!("{} of another version", form.descriptor.name),
+                    replayed: format!("{} {:016x}", channel.descriptor.name, channel.descriptor.hash),
+                });
+                self.tracks.insert(path.to_owned(), (track, next));
+                return Ok(());
+            }
+            let tail = channel.descriptor.tail().map_or(0, |kind| kind.size() * items);
+            let own = bytes.get(..channel.descriptor.size + tail).unwrap_or(bytes);
+            if recorded.bytes == own {
+                self.of(path).same += 1;
+            } else {
+                self.of(path).different += 1;
+                let (mut one, mut other) = (Vec::new(), Vec::new());
+                // Both were encoded or decoded before.
+                let _ = crate::ros::encode(channel.descriptor, &recorded.bytes, &mut one);
+                let _ = crate::ros::encode(channel.descriptor, own, &mut other);
+                let [field, recorded, replayed] = difference::field(channel.descriptor, &one, &other);
+                self.differs(Difference {
+                    time: stamp.time,
+                    url: format!("/{path}"),
+                    field,
+                    recorded,
+                    replayed,
+                });
+            }
+        } else {
+            self.of(path).only_recomputed += 1;
+            self.differs(extra(path, stamp));
+        }
+        self.tracks.insert(path.to_owned(), (track, next));
+        Ok(())
+    }
+}
+
+fn extra(path: &str, stamp: Stamp) -> Difference {
+    Difference {
+        time: stamp.time,
+        url: format!("/{path}"),
+        field: String::new(),
+        recorded: "no such value".into(),
+        replayed: format!("value {} at {:.3} s", stamp.sequence, stamp.time as f64 * 1e-9),
+    }
+}
+
+impl Sink for Comparer {
+    fn value(&mut self, channel: Option<&Channel>, _: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+        let Some(channel) = channel else { return };
+        // What is set is none of what is computed.
+        if !channel.repeats() || channel.access == Access::Setting || self.failure.is_some() {
+            return;
+        }
+        let is_played = {
+            let reel = self.reel.get();
+            let mut tracks = reel.timeline.tracks.iter().zip(&reel.played);
+            tracks.any(|(track, played)| played.is_some() && track.path == channel.path)
+        };
+        if !is_played {
+            self.failure = self.compare(channel, items, stamp, bytes).err();
+        }
+    }
+}
+
+/// Two that see the same agent.
+pub(super) struct Both(pub Arc<dyn Recording>, pub Arc<dyn Recording>);
+
+/// Two that see the same values.
+struct BothTaps(Arc<dyn Tap>, Arc<dyn Tap>);
+
+impl Tap for BothTaps {
+    fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
+        self.0.wrote(bytes, items, stamp);
+        self.1.wrote(bytes, items, stamp);
+    }
+}
+
+impl Taps for Both {
+    fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
+        match (self.0.tap(property), self.1.tap(property)) {
+            (Some(one), Some(other)) => Some(Arc::new(BothTaps(one, other))),
+            (one, other) => one.or(other),
+        }
+    }
+}
+
+impl Recording for Both {
+    fn changed(&self, cycle: u64, time: u64, change: &Change) {
+        self.0.changed(cycle, time, change);
+        self.1.changed(cycle, time, change);
+    }
+}

@@ -1,0 +1,179 @@
+//! What writes recorded values into an agent, and says what time it is.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use slate_blackboard::Property;
+use slate_blackboard::channel::{Frozen, FrozenValue, Writer};
+use slate_blackboard::{Stamp, interface::Descriptor};
+use slate_runtime::playback::{Playback, Played};
+
+use super::timeline::{Recorded, Timeline};
+use crate::bag::Error;
+
+/// A recording on its way into an agent.
+pub(super) struct Reel {
+    pub timeline: Timeline,
+    /// What is played: for each track, the modules that ran before it was written; nothing for one that is not.
+    pub played: Vec<Option<BTreeSet<String>>>,
+    /// What modules are linked to and is never written.
+    pub silent: Vec<(String, &'static Descriptor, usize)>,
+    /// By track.
+    writers: Vec<Option<(Arc<Property>, Writer)>>,
+    /// The next value.
+    pub next: usize,
+    /// Whether cycles are those of the recorded run; else they are on the grid of the period.
+    pub has_cycles: bool,
+    /// Whether a value was written in each of them; else there are also some on that grid between.
+    pub is_each_known: bool,
+    /// The time of the first cycle.
+    pub begin: u64,
+    /// Values that were written.
+    pub values: u64,
+    /// Why no more can be written.
+    failure: Option<Error>,
+}
+
+impl Reel {
+    /// `cycles` is nothing for a run that was not in lockstep, and how many it had, if that is known, for one that was.
+    pub fn new(timeline: Timeline, cycles: Option<Option<u64>>, begin: u64) -> Self {
+        let played = timeline.tracks.iter().map(|_| Some(BTreeSet::new())).collect();
+        Self {
+            played,
+            silent: Vec::new(),
+            writers: Vec::new(),
+            next: 0,
+            has_cycles: cycles.is_some(),
+            is_each_known: cycles.flatten() == Some(timeline.times.len() as u64),
+            begin,
+            values: 0,
+            failure: None,
+            timeline,
+        }
+    }
+
+    /// Says why it stopped, if it did.
+    pub fn check(&mut self) -> Result<(), Error> {
+        self.failure.take().map_or(Ok(()), Err)
+    }
+
+    /// Goes on from a time: each property has the last value that it had then.
+    pub fn jump(&mut self, time: u64) -> Result<(), Error> {
+        self.next = self.timeline.after(time);
+        for track in 0..self.writers.len() {
+            let Some((property, writer)) = &mut self.writers[track] else { continue };
+            let generation = writer.generation();
+            let value = self.timeline.last(track, time)?.map(|value| FrozenValue {
+                bytes: value.bytes,
+                items: value.items,
+                stamp: Stamp { sequence: value.sequence, time: value.time, generation },
+            });
+            self.values += u64::from(value.is_some());
+            let frozen = Frozen { generation, values: value.into_iter().collect() };
+            property.thaw(&frozen, Some(writer)).map_err(|error| Error::Unfit {
+                path: self.timeline.path().into(),
+                what: format!("{}: {error}", self.timeline.tracks[track].topic),
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The time of the next value that is played.
+    fn next_time(&self) -> Option<u64> {
+        self.timeline.time(self.next)
+    }
+
+    /// What follows a time: the next cycle that is known of, or the next value.
+    pub fn following(&self, time: u64) -> Option<u64> {
+        let times = &self.timeline.times;
+        match self.has_cycles {
+            true => times.get(times.partition_point(|own| *own <= time)).copied(),
+            false => self.next_time(),
+        }
+    }
+
+    fn write_to(&mut self, now: u64) -> Result<(), Error> {
+        while self.next_time().is_some_and(|time| time <= now) {
+            let place = self.next;
+            self.next += 1;
+            let track = self.timeline.track(place);
+            let Some((_, writer)) = self.writers.get_mut(track).and_then(Option::as_mut) else { continue };
+            let Recorded { bytes, items, sequence, time } = self.timeline.value(place)?;
+            let missed = sequence.saturating_sub(writer.last().sequence + 1);
+            if missed > 0 {
+                writer.skip(missed);
+            }
+            // Nobody holds a playback up: those who must see every value do so in lockstep.
+            let _ = writer.write(&bytes, items, time);
+            self.values += 1;
+        }
+        Ok(())
+    }
+}
+
+/// A reel, as the agent and whoever drives it have it.
+#[derive(Clone)]
+pub(super) struct SharedReel(Arc<Mutex<Reel>>);
+
+impl SharedReel {
+    pub fn new(reel: Reel) -> Self {
+        Self(Arc::new(Mutex::new(reel)))
+    }
+
+    pub fn get(&self) -> MutexGuard<'_, Reel> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Playback for SharedReel {
+    fn properties(&self) -> Vec<Played> {
+        let reel = self.get();
+        let tracks = reel.timeline.tracks.iter().zip(&reel.played).filter_map(|(track, late_for)| {
+            Some(Played {
+                path: track.path.clone(),
+                doc: format!("Played from {} of a recording.", track.topic),
+                descriptor: track.form.descriptor,
+                capacity: track.form.capacity,
+                late_for: late_for.clone()?,
+            })
+        });
+        let silent = reel.silent.iter().map(|(path, descriptor, capacity)| Played {
+            path: path.clone(),
+            doc: "Never written in the recorded run.".into(),
+            descriptor,
+            capacity: *capacity,
+            late_for: BTreeSet::new(),
+        });
+        tracks.chain(silent).collect()
+    }
+
+    fn begin(&mut self, properties: &[Arc<Property>]) {
+        let mut reel = self.get();
+        let mut properties = properties.iter();
+        let is_played: Vec<bool> = reel.played.iter().map(Option::is_some).collect();
+        let writer =
+            |property: &Arc<Property>| Some((Arc::clone(property), property.channel()?.writer().ok()?));
+        // What is not written for lack of a writer can't be: each was just put on the board for this.
+        reel.writers = is_played
+            .into_iter()
+            .map(|is| if is { properties.next().and_then(writer) } else { None })
+            .collect();
+    }
+
+    fn next(&mut self, last: Option<u64>, planned: u64) -> u64 {
+        let reel = self.get();
+        let Some(last) = last else { return reel.begin };
+        match reel.following(last) {
+            Some(next) if reel.is_each_known => next,
+            Some(next) if reel.has_cycles => next.min(planned),
+            _ => planned,
+        }
+    }
+
+    fn write(&mut self, now: u64) {
+        let mut reel = self.get();
+        if reel.failure.is_none() {
+            reel.failure = reel.write_to(now).err();
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! All that a recording has, in the order of time.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use slate_blackboard::Url;
+use slate_blackboard::interface::Descriptor;
+use slate_module::Level;
+use slate_runtime::recording::Change;
+
+use super::form::Form;
+use crate::bag::{Error, Message, Reader, Selection, Spot};
+use crate::recorder::{CHANGE, read_change};
+use crate::ros;
+
+/// Which part of a recording is played, and where.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// The topics that are played, or patterns such as `/r2/*`; all if there are none.
+    pub select: Vec<String>,
+    /// The topics among them that are not.
+    pub exclude: Vec<String>,
+    /// Topics that are played at other paths, such as `/scan` at `/r2/laser/scan`.
+    pub map: BTreeMap<String, String>,
+}
+
+impl Choice {
+    /// Whether everything is played where it was.
+    pub(super) fn is_all(&self) -> bool {
+        self.select.is_empty() && self.exclude.is_empty() && self.map.is_empty()
+    }
+}
+
+/// A recorded property.
+pub(super) struct Track {
+    pub topic: String,
+    /// Without a leading slash.
+    pub path: String,
+    pub form: Form,
+    /// Whether a run of the same writes the same values.
+    is_compared: bool,
+    /// Whether the numbers of the recording count its values.
+    is_counted: bool,
+    last_sequence: u64,
+    /// The latest time so far.
+    latest: u64,
+    /// Values with a time before that of one before them.
+    pub backwards: u64,
+    /// Its values in the order of time, by their places among all.
+    values: Vec<u32>,
+}
+
+/// A value, and when it is played: when it was written, but not before the one before it.
+struct Entry {
+    time: u64,
+    track: u16,
+    spot: Spot,
+}
+
+/// The topic and the type of a recorded log.
+const LOG: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");
+
+/// A line of the log.
+pub(super) struct LogLine {
+    pub time: u64,
+    pub level: Level,
+    pub module: String,
+    pub text: String,
+}
+
+/// The values of a recording in the order of time.
+pub(super) struct Timeline {
+    reader: Reader<BufReader<File>>,
+    pub tracks: Vec<Track>,
+    entries: Vec<Entry>,
+    pub lines: Vec<LogLine>,
+    /// The times at which any property of an agent was written, also of those that are not played.
+    pub times: Vec<u64>,
+    span: Option<(u64, u64)>,
+    /// What was changed from outside while it was recorded, each after the cycle of that number.
+    pub changes: Vec<(u64, Change)>,
+    /// Topics that are not played, and why.
+    pub left_out: Vec<(String, String)>,
+}
+
+/// A value that is read.
+pub(super) struct Recorded {
+    pub bytes: Vec<u8>,
+    pub items: usize,
+    pub sequence: u64,
+    /// The agent's time of the write.
+    pub time: u64,
+}
+
+/// Times of one recording as those of its agent: nanoseconds after this.
+pub(super) type Epoch = u64;
+
+/// What becomes of a channel of the file.
+enum Fate {
+    Played(usize),
+    Log(ros::Schema),
+    Changes,
+    LeftOut,
+}
+
+impl Timeline {
+    /// When the first value of a file was recorded.
+    pub fn first_time(path: &Path) -> Result<u64, Error> {
+        let mut reader = Reader::open(path)?;
+        let said = reader.start();
+        said.map_or_else(|| Ok(reader.next_message()?.map_or(0, |message| message.log_time)), Ok)
+    }
+
+    /// Reads all of a recording; it is whole, and each of its values is one of its type.
+    pub fn read(
+        path: &Path,
+        epoch: Epoch,
+        choice: &Choice,
+        known: &BTreeMap<u64, &'static Descriptor>,
+    ) -> Result<Self, Error> {
+        let mut timeline = Self {
+            reader: Reader::open(path)?,
+            tracks: Vec::new(),
+            entries: Vec::new(),
+            lines: Vec::new(),
+            times: Vec::new(),
+            span: None,
+            changes: Vec::new(),
+            left_out: Vec::new(),
+        };
+        let mut fates: BTreeMap<u16, Fate> = BTreeMap::new();
+        let select = Selection::new(&choice.select);
+        let exclude = Some(&choice.exclude).filter(|exclude| !exclude.is_empty()).map(Selection::new);
+        let is_chosen =
+            |topic: &str| select.has(topic) && exclude.as_ref().is_none_or(|exclude| !exclude.has(topic));
+        let unfit = |what: String| Error::Unfit { path: path.into(), what };
+        while let Some((spot, message)) = timeline.reader.next_spot()? {
+            let id = message.channel.id;
+            if !fates.contains_key(&id) {
+                let is_chosen = is_chosen(&message.channel.topic);
+                let fate = fate(&mut timeline.tracks, &message, is_chosen, choice, known);
+                let fate = fate.unwrap_or_else(|why| {
+                    timeline.left_out.extend(why.map(|why| (message.channel.topic.clone(), why)));
+                    Fate::LeftOut
+                });
+                fates.insert(id, fate);
+            }
+            let time = message.log_time.saturating_sub(epoch);
+            let (from, to) = timeline.span.unwrap_or((time, time));
+            timeline.span = Some((from.min(time), to.max(time)));
+            if message.channel.metadata.contains_key("access") && timeline.times.last() != Some(&time) {
+                timeline.times.push(time);
+            }
+            match &fates[&id] {
+                Fate::Played(track) => {
+                    let own = &mut timeline.tracks[*track];
+                    let number = own.values.len() as u64 + 1;
+                    own.form.note(message.data).map_err(|error| {
+                        let name = own.form.descriptor.name;
+                        unfit(format!("value {number} of {} is no {name}: {error}", own.topic))
+                    })?;
+                    let sequence = u64::from(message.sequence);
+                    own.is_counted &= sequence > own.last_sequence;
+                    own.last_sequence = sequence;
+                    own.backwards += u64::from(time < own.latest);
+                    own.latest = own.latest.max(time);
+                    // Their places are given when they are in order.
+                    own.values.push(0);
+                    let time = own.latest;
+                    let entry = Entry { time, track: *track as u16, spot };
+                    timeline.entries.push(entry);
+                }
+                Fate::Log(schema) => {
+                    let line = schema.decode(message.data).ok();
+                    timeline.lines.extend(line.and_then(|line| log_line(&line, time)));
+                }
+                Fate::Changes => timeline.changes.extend(read_change(message.data)),
+                Fate::LeftOut => {}
+            }
+        }
+        let topics: BTreeSet<_> = timeline.reader.channels().map(|channel| channel.topic.clone()).collect();
+        let topics = || topics.iter().map(String::as_str);
+        select.check(path, topics())?;
+        exclude.map_or(Ok(()), |exclude| exclude.check(path, topics()))?;
+        Selection::new(choice.map.keys()).check(path, topics())?;
+        if timeline.entries.len() > u32::MAX as usize {
+            return Err(unfit(
+                "it has more values than can be played: play a part of it with --select".into(),
+            ));
+        }
+        check_writers(&timeline.tracks).map_err(unfit)?;
+        for track in &mut timeline.tracks {
+            track.form.finish().map_err(|error| {
+                let topic = &track.topic;
+                Error::Unfit {
+                    path: path.into(),
+                    what: format!("{topic}: {error}; leave it out with --exclude"),
+                }
+            })?;
+        }
+        timeline.sort();
+        Ok(timeline)
+    }
+
+    fn sort(&mut self) {
+        // Values of one time stay in the order of the file.
+        self.entries.sort_by_key(|entry| entry.time);
+        self.times.sort_unstable();
+        self.times.dedup();
+        self.lines.sort_by_key(|line| line.time);
+        self.changes.sort_by_key(|(cycle, _)| *cycle);
+        self.tracks.iter_mut().for_each(|track| track.values.clear());
+        for (place, entry) in self.entries.iter().enumerate() {
+            self.tracks[usize::from(entry.track)].values.push(place as u32);
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        self.reader.path()
+    }
+
+    /// When a value is played.
+    pub fn time(&self, place: usize) -> Option<u64> {
+        self.entries.get(place).map(|entry| entry.time)
+    }
+
+    /// Whose value it is.
+    pub fn track(&self, place: usize) -> usize {
+        self.entries.get(place).map_or(usize::MAX, |entry| usize::from(entry.track))
+    }
+
+    /// The first and the last time of the file, if there is anything to play.
+    pub fn span(&self) -> Option<(u64, u64)> {
+        self.span.filter(|_| !self.entries.is_empty())
+    }
+
+    /// The place of the first value after a time.
+    pub fn after(&self, time: u64) -> usize {
+        self.entries.partition_point(|entry| entry.time <= time)
+    }
+
+    /// The place of a track's value of that number, from 0.
+    pub fn place(&self, track: usize, number: usize) -> Option<usize> {
+        self.tracks[track].values.get(number).map(|place| *place as usize)
+    }
+
+    /// The number of a track's first value after a time; without a time, of its first one.
+    pub fn place_after(&self, track: usize, time: Option<u64>) -> usize {
+        let is_before = |place: &u32| time.is_some_and(|time| self.entries[*place as usize].time <= time);
+        self.tracks[track].values.partition_point(is_before)
+    }
+
+    /// Whether a second run writes the same values of it.
+    pub fn is_compared(&self, track: usize) -> bool {
+        self.tracks[track].is_compared
+    }
+
+    /// The last value of a track until a time.
+    pub fn last(&mut self, track: usize, time: u64) -> Result<Option<Recorded>, Error> {
+        let values = &self.tracks[track].values;
+        let count = values.partition_point(|place| self.entries[*place as usize].time <= time);
+        let place = count.checked_sub(1).map(|last| values[last] as usize);
+        place.map(|place| self.value(place)).transpose()
+    }
+
+    /// The value at a place.
+    pub fn value(&mut self, place: usize) -> Result<Recorded, Error> {
+        let Entry { time, track, spot } = self.entries[place];
+        let track = usize::from(track);
+        let message = self.reader.message_at(spot)?;
+        let own = &self.tracks[track];
+        let bytes = own.form.decode(message.data);
+        let sequence = match own.is_counted {
+            true => u64::from(message.sequence),
+            false => own.values.partition_point(|own| (*own as usize) < place) as u64 + 1,
+        };
+        let bytes = bytes.map_err(|error| Error::Unfit {
+            path: self.reader.path().into(),
+            what: format!("a value of {} can't be read: {error}", own.topic),
+        })?;
+        let items = own.form.items(&bytes);
+        Ok(Recorded { items, bytes, sequence, time })
+    }
+}
+
+/// What becomes of a message's channel; why it is left out, unless that goes without saying.
+fn fate(
+    tracks: &mut Vec<Track>,
+    message: &Message<'_>,
+    is_chosen: bool,
+    choice: &Choice,
+    known: &BTreeMap<u64, &'static Descriptor>,
+) -> Result<Fate, Option<String>> {
+    let topic = &message.channel.topic;
+    if *topic == CHANGE.name {
+        return Ok(Fate::Changes);
+    }
+    if !is_chosen {
+        return Err(None);
+    }
+    let schema = message.schema.filter(|schema| *topic == LOG.0 && schema.name == LOG.1);
+    if let Some(schema) = schema {
+        let text = std::str::from_utf8(&schema.data).unwrap_or_default();
+        return ros::Schema::parse(&schema.name, text)
+            .map(Fate::Log)
+            .map_err(|error| Some(error.to_string()));
+    }
+    let path = choice.map.get(topic).unwrap_or(topic).trim_start_matches('/');
+    // An agent that plays tells these of itself.
+    if ["loop", "log", "record"].iter().any(|own| slate_blackboard::is_within(path, own)) {
+        return Err(None);
+    }
+    if let Err(error) = Url::parse(&format!("/{path}")) {
+        return Err(Some(format!("{error}: play it elsewhere with --map '{topic}=/a/path'")));
+    }
+    let form = Form::of(message, known).map_err(Some)?;
+    let says = |key: &str, value: &str| message.channel.metadata.get(key).is_some_and(|said| said == value);
+    tracks.push(Track {
+        topic: topic.clone(),
+        path: path.into(),
+        form,
+        is_compared: says("repeats", "true") && says("access", "output"),
+        is_counted: true,
+        last_sequence: 0,
+        latest: 0,
+        backwards: 0,
+        values: Vec::new(),
+    });
+    // There are not more channels than that.
+    Ok(Fate::Played(tracks.len() - 1))
+}
+
+/// A property has one writer.
+fn check_writers(tracks: &[Track]) -> Result<(), String> {
+    let mut places: BTreeMap<&str, &Track> = BTreeMap::new();
+    for track in tracks {
+        let Some(other) = places.insert(&track.path, track) else { continue };
+        let what = match other.topic == track.topic {
+            true => format!("{} has two writers in it, as after a merge of two recordings", track.topic),
+            false => format!("{} and {} are both to be played at /{}", other.topic, track.topic, track.path),
+        };
+        return Err(format!(
+            "{what}, and a property has one: play another part of it with --select or --exclude, elsewhere with --map, or \
+             filter the files before they are merged"
+        ));
+    }
+    Ok(())
+}
+
+fn log_line(line: &ros::Value, time: u64) -> Option<LogLine> {
+    let level = match line.get("level")?.as_integer()? {
+        40.. => Level::Error,
+        30.. => Level::Warn,
+        20.. => Level::Info,
+        _ => Level::Debug,
+    };
+    let text = |name| Some(line.get(name)?.as_str()?.to_owned());
+    Some(LogLine { time, level, module: text("name")?, text: text("msg")? })
+}

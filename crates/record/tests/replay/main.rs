@@ -1,0 +1,8 @@
+//! Recordings that are played, and modules that run on them.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod files;
+mod orders;
+mod playback;
+mod recompute;
+mod support;

@@ -1,0 +1,83 @@
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use slate_record::replay::{Plan, Player};
+use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
+
+use crate::support::{load, plugins, recorded};
+
+const MS: u64 = 1_000_000;
+
+/// Ends a playback, also when what is asked of it is not so.
+struct End<'a>(&'a AtomicBool);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_playback_steps_seeks_and_goes_in_circles() {
+    let path = recorded("orders.mcap");
+    let plan = Plan { is_paused: true, ..Plan::default() };
+    let mut player = Player::open(&path, &plugins(), plan).unwrap();
+    let (mut agent, control, stop) = (load(&player, None), player.control(), AtomicBool::new(false));
+    let board = std::sync::Arc::clone(agent.board());
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let _end = End(&stop);
+            let order = |order| -> PlaybackStatus { control.order(order).unwrap() };
+            let read =
+                |path: &str| board.read(path).unwrap().map(|(value, stamp)| (value.as_f64().unwrap(), stamp));
+            assert!(order(Order::Status).is_paused);
+            assert_eq!(read("source/number/value"), None);
+            assert_eq!(order(Order::Step(3)).time, 20 * MS);
+            assert_eq!(read("source/number/value").unwrap().0, 3.0);
+            // Each property has the last value that it had then.
+            assert_eq!(order(Order::Seek(255 * MS)).time, 255 * MS);
+            let (value, stamp) = read("late/number/value").unwrap();
+            assert_eq!((value, stamp.sequence, stamp.time), (26.0, 7, 250 * MS));
+            assert_eq!(order(Order::Step(1)).time, 260 * MS);
+            assert_eq!(read("late/number/value").unwrap().1.sequence, 8);
+            // One that had none yet has none.
+            order(Order::Seek(100 * MS));
+            assert_eq!(read("late/number/value"), None);
+            assert_eq!(read("source/number/value").unwrap().0, 11.0);
+            assert!(control.order(Order::Seek(291 * MS)).unwrap_err().0.contains("0.290 s"));
+            assert!(control.order(Order::Rate(Some(-1.0))).is_err());
+            assert!(control.order(Order::Loop(Some(LoopSection { from: 5, to: 5 }))).is_err());
+            let section = LoopSection { from: 100 * MS, to: 120 * MS };
+            assert_eq!(order(Order::Loop(Some(section))).section, Some(section));
+            let before = order(Order::Resume).values;
+            while order(Order::Status).values < before + 1000 {
+                assert!((100 * MS..=120 * MS).contains(&order(Order::Status).time));
+            }
+            assert_eq!(order(Order::Pause).rate, None);
+            assert_eq!(order(Order::Rate(Some(2.0))).rate, Some(2.0));
+            assert_eq!(order(Order::Loop(None)).section, None);
+            // Steps end with the recording.
+            assert_eq!(order(Order::Step(1000)).time, 290 * MS);
+        });
+        player.run(&mut agent, &stop).unwrap();
+    });
+    drop(player);
+    assert!(control.order(Order::Status).unwrap_err().0.contains("ended"));
+}
+
+#[test]
+fn to_modules_time_never_goes_back() {
+    let path = recorded("forward.mcap");
+    let plan = Plan { is_paused: true, modules: ["back".into()].into(), ..Plan::default() };
+    let mut player = Player::open(&path, &plugins(), plan).unwrap();
+    let (mut agent, control, stop) = (load(&player, None), player.control(), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let _end = End(&stop);
+            assert!(control.order(Order::Seek(0)).unwrap_err().0.contains("never goes back"));
+            assert_eq!(control.order(Order::Step(2)).unwrap().modules, ["back"]);
+        });
+        player.run(&mut agent, &stop).unwrap();
+    });
+    assert_eq!(player.outcome().unwrap().unwrap().first, None);
+    assert!(!agent.jump(0));
+}

@@ -1,0 +1,109 @@
+use std::sync::atomic::AtomicBool;
+
+use slate_record::Recorder;
+use slate_record::replay::{Choice, Plan, Player};
+use slate_runtime::configuration::Record;
+
+use crate::support::{file, load, play, plugins, record_on_the_wall_clock, recorded, times, values};
+
+#[test]
+fn every_value_is_played_with_its_number_and_its_time() {
+    let (path, again) = (recorded("values.mcap"), file("values-again.mcap"));
+    let mut player = Player::open(&path, &plugins(), Plan::default()).unwrap();
+    assert!(player.left_out().is_empty() && player.remarks().is_empty() && player.backwards().is_empty());
+    let recorder = Recorder::new(&Record { enabled: true, ..Record::default() });
+    let mut agent = load(&player, Some(&recorder));
+    recorder.begin(&agent, &again);
+    let played = player.run(&mut agent, &AtomicBool::new(false)).unwrap();
+    recorder.end(&mut agent).unwrap();
+    assert!(played.is_whole);
+    for topic in
+        ["/source/number", "/late/number", "/front/sum", "/back/sum", "/gatherer/count", "/front/params"]
+    {
+        let wanted = values(&path, topic);
+        assert!(!wanted.is_empty(), "{topic}");
+        assert_eq!(values(&again, topic), wanted, "{topic}");
+    }
+    assert_eq!(agent.modules(), Vec::<String>::new());
+}
+
+#[test]
+fn the_cycles_are_those_of_the_recorded_run() {
+    let path = recorded("cycles.mcap");
+    let cycles = || {
+        let mut player = Player::open(&path, &plugins(), Plan::default()).unwrap();
+        let (mut agent, mut cycles) = (load(&player, None), Vec::new());
+        player.run_with(&mut agent, &AtomicBool::new(false), |agent| cycles.push(agent.now())).unwrap();
+        cycles
+    };
+    assert_eq!(cycles(), times());
+    assert_eq!(cycles(), cycles());
+}
+
+#[test]
+fn a_part_is_played_from_its_start_to_its_end() {
+    let path = recorded("part.mcap");
+    let plan = Plan { start: Some(95_000_000), end: Some(200_000_000), ..Plan::default() };
+    let mut player = Player::open(&path, &plugins(), plan).unwrap();
+    let (mut agent, mut seen) = (load(&player, None), Vec::new());
+    let number = |agent: &slate_runtime::Agent| agent.board().read("source/number/value").unwrap().unwrap();
+    let look = |agent: &mut slate_runtime::Agent| {
+        let (value, stamp) = number(agent);
+        seen.push((agent.now(), value.as_f64().unwrap(), stamp.sequence));
+    };
+    player.run_with(&mut agent, &AtomicBool::new(false), look).unwrap();
+    // It begins with the last value before.
+    assert_eq!(seen.first(), Some(&(90_000_000, 10.0, 10)));
+    assert_eq!(seen[1], (100_000_000, 11.0, 11));
+    assert_eq!(seen.last(), Some(&(200_000_000, 21.0, 21)));
+}
+
+#[test]
+fn topics_are_chosen_and_played_elsewhere() {
+    let path = recorded("chosen.mcap");
+    let choice = Choice {
+        select: vec!["/source/*".into(), "/back/sum".into()],
+        exclude: vec!["/*/timing".into()],
+        map: [("/back/sum".into(), "/other/place".into())].into(),
+    };
+    let player = Player::open(&path, &plugins(), Plan { choice, ..Plan::default() }).unwrap();
+    let agent = load(&player, None);
+    let paths: Vec<_> =
+        agent.board().properties().iter().map(|property| property.path().to_owned()).collect();
+    let has = |path: &str| paths.iter().any(|own| own == path);
+    assert!(has("source/number") && has("other/place"), "{paths:?}");
+    assert!(!has("back/sum") && !has("front/sum") && !has("source/timing"), "{paths:?}");
+}
+
+#[test]
+fn what_is_played_at_the_end_is_what_was_there_at_the_end() {
+    let (played, outcome, _) = play(&recorded("end.mcap"), Plan::default());
+    assert!(played.is_whole && outcome.is_none());
+    assert_eq!((played.cycles, played.time), (30, 290_000_000));
+}
+
+/// On the wall clock nobody knows the cycles, but every value is there, with its number and when it was written.
+#[test]
+fn a_run_on_the_wall_clock_is_played_too() {
+    let path = file("wall.mcap");
+    record_on_the_wall_clock(&path);
+    let wanted = values(&path, "/source/number");
+    assert!(wanted.len() >= 20);
+    let mut player = Player::open(&path, &plugins(), Plan::default()).unwrap();
+    let date = player.date().unwrap().duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos() as u64;
+    let mut agent = load(&player, None);
+    let mut seen = Vec::new();
+    player
+        .run_with(&mut agent, &AtomicBool::new(false), |agent| {
+            seen.extend(
+                agent.board().read("source/number").unwrap().map(|(_, stamp)| (stamp.sequence, stamp.time)),
+            );
+        })
+        .unwrap();
+    let (sequence, time, _) = wanted.last().unwrap();
+    assert_eq!(seen.last(), Some(&(u64::from(*sequence), time - date)));
+    let plan = Plan { modules: ["source".into()].into(), ..Plan::default() };
+    let outcome = play(&path, plan).1.unwrap();
+    let number = outcome.properties.iter().find(|own| own.url == "/source/number").unwrap();
+    assert_eq!(number.different, 0, "{outcome:?}");
+}

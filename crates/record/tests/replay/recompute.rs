@@ -1,0 +1,108 @@
+use std::collections::BTreeSet;
+use std::sync::atomic::AtomicBool;
+
+use slate_record::Recorder;
+use slate_record::bag::{Counts, diff};
+use slate_record::replay::{Choice, Plan, Player};
+use slate_runtime::configuration::Record;
+
+use crate::support::{ROBOT, file, load, play, plugins, record, recorded};
+
+fn plan(modules: &[&str]) -> Plan {
+    Plan { modules: modules.iter().map(|name| (*name).to_owned()).collect(), ..Plan::default() }
+}
+
+/// Each depends on what it saw when: a value of the wrong cycle would be another sum.
+#[test]
+fn modules_that_run_on_a_recording_write_what_is_recorded() {
+    let path = recorded("same.mcap");
+    for modules in [
+        &["front"][..],
+        &["back"],
+        &["gatherer"],
+        &["late"],
+        &["front", "back"],
+        &["source", "back", "gatherer"],
+        &["source", "late", "front", "back", "gatherer"],
+    ] {
+        let (_, outcome, player) = play(&path, plan(modules));
+        let outcome = outcome.unwrap();
+        assert_eq!(outcome.first, None, "{modules:?}");
+        assert!(player.misses().is_empty());
+        let compared: BTreeSet<_> =
+            outcome.properties.iter().map(|own| own.url.split('/').nth(1).unwrap()).collect();
+        assert_eq!(compared, modules.iter().copied().collect(), "{outcome:?}");
+        let all: u64 =
+            outcome.properties.iter().filter(|own| !own.url.ends_with("state")).map(|own| own.same).sum();
+        assert!(all >= 10 * modules.len() as u64, "{outcome:?}");
+    }
+}
+
+#[test]
+fn another_parameter_gives_another_value_and_the_first_one_is_told() {
+    let path = recorded("other.mcap");
+    let plan = Plan { sets: vec!["modules.back.params.gain=3.0".into()], ..plan(&["back"]) };
+    let (_, outcome, _) = play(&path, plan);
+    let first = outcome.unwrap().first.unwrap();
+    assert_eq!((first.time, first.url.as_str(), first.field.as_str()), (0, "/back/sum", "value"));
+    assert_ne!(first.recorded, first.replayed);
+}
+
+#[test]
+fn what_was_changed_while_it_was_recorded_is_changed_again() {
+    let path = file("changed.mcap");
+    record(&path, ROBOT, |agent, cycle| {
+        let database = agent.database().unwrap();
+        match cycle {
+            9 => drop(database.set(&[("modules.back.params.gain", "5.0")]).unwrap()),
+            12 => drop(database.set(&[("modules.front.params.gain", "7.0")]).unwrap()),
+            _ => {}
+        }
+    });
+    for modules in [&["back"][..], &["front"], &["front", "back"]] {
+        assert_eq!(play(&path, plan(modules)).1.unwrap().first, None, "{modules:?}");
+    }
+}
+
+#[test]
+fn what_was_recomputed_is_recorded_beside_what_was_played() {
+    let (path, again) = (recorded("before.mcap"), file("after.mcap"));
+    let plan = Plan { sets: vec!["modules.back.params.gain=3.0".into()], ..plan(&["back"]) };
+    let mut player = Player::open(&path, &plugins(), plan).unwrap();
+    let recorder = Recorder::new(&Record { enabled: true, ..Record::default() });
+    let mut agent = load(&player, Some(&recorder));
+    recorder.begin(&agent, &again);
+    player.run(&mut agent, &AtomicBool::new(false)).unwrap();
+    recorder.end(&mut agent).unwrap();
+    let diff = diff(&path, &again).unwrap();
+    let counts = |topic: &str| -> &Counts { &diff.topics[topic] };
+    assert_eq!(counts("/front/sum").different + counts("/front/sum").only_a, 0);
+    assert_eq!(counts("/back/sum").different, 30);
+}
+
+#[test]
+fn a_part_that_is_not_recorded_is_not_compared() {
+    let path = file("partly.mcap");
+    let text = format!("{ROBOT}select = [\"/source/**\", \"/front/**\", \"/late/**\"]\n");
+    record(&path, &text, |_, _| {});
+    let (_, outcome, player) = play(&path, plan(&["back"]));
+    assert_eq!(outcome.unwrap().first, None);
+    // It has all that it reads; the other one does not.
+    assert!(player.misses().is_empty());
+    let front = Player::open(&path, &plugins(), plan(&["front"])).unwrap();
+    assert_eq!(
+        front.misses(),
+        Vec::<String>::new(),
+        "an output of which nothing is recorded stays without a value"
+    );
+}
+
+#[test]
+fn a_module_that_the_recorded_agent_has_not_is_refused_by_name() {
+    let path = recorded("names.mcap");
+    let error = Player::open(&path, &plugins(), plan(&["bakc"])).unwrap_err().to_string();
+    assert!(error.contains("no module `bakc`") && error.contains("`back`"), "{error}");
+    let choice = Choice { exclude: vec!["/source/number".into()], ..Choice::default() };
+    let without = Player::open(&path, &plugins(), Plan { choice, ..plan(&["back"]) }).unwrap();
+    drop(load(&without, None));
+}

@@ -1,0 +1,82 @@
+//! An agent in which a recording is played.
+
+use std::sync::Arc;
+
+use slate_blackboard::channel::Budget;
+
+use super::{Agent, Composer};
+use crate::configuration::{Configuration, Diagnostic, Report};
+use crate::main_loop::{Rate, Shared};
+use crate::playback::{Playback, PlaybackControl, Played};
+
+/// Readers of what no module is linked to from the start.
+const READERS: Budget = Budget { latest: 16, queues: 4, window: 16 };
+/// How many values are kept of it for queues that are linked later, and the most bytes that this may take.
+const DEPTH: usize = 32;
+const BYTES: usize = 64 << 10;
+
+/// Puts on the board what no module is linked to, and lets the playback have all of it.
+pub(super) fn begin(
+    mut playback: Box<dyn Playback>,
+    played: &[Played],
+    configuration: &Configuration,
+    shared: &Shared,
+) -> Result<(), Report> {
+    let mut properties = Vec::new();
+    for played in played {
+        let there = shared.board.properties().into_iter().find(|property| property.path() == played.path);
+        if let Some(property) = there.filter(|property| !property.has_writer()) {
+            properties.push(property);
+            continue;
+        }
+        let bytes = played.descriptor.shape(played.capacity).bytes(played.capacity).max(1);
+        let added = played.add(&shared.board, (BYTES / bytes).clamp(1, DEPTH), READERS);
+        properties.push(added.map_err(|error| {
+            let message = format!("what is recorded can't be played beside the agent's own: {error}");
+            let help = format!("leave it out: --exclude /{}", played.path);
+            let name = configuration.agent_name();
+            Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), Some(help)))
+        })?);
+    }
+    playback.begin(&properties);
+    shared.play(Some(playback));
+    Ok(())
+}
+
+impl Agent {
+    /// Goes on from another time, which may be before the present one, with the next [step](Agent::step). It is for an
+    /// agent in which a recording is played and no module runs: to modules time never goes back. False, and nothing is
+    /// changed, on the system's clock and where modules run.
+    pub fn jump(&mut self, time: u64) -> bool {
+        let is_empty = self.composer.composition().present.is_empty();
+        if !self.shared.lockstep || !is_empty {
+            return false;
+        }
+        self.shared.take_token();
+        // SAFETY: the token was taken.
+        unsafe { self.shared.core() }.jump(time);
+        self.shared.clock.set(time);
+        self.shared.give_token_back();
+        true
+    }
+
+    /// Lets time go at another rate from the next cycle on; what passed since the last one was no lateness.
+    pub fn set_rate(&mut self, rate: Rate) {
+        self.shared.take_token();
+        // SAFETY: the token was taken.
+        unsafe { self.shared.core() }.set_rate(rate);
+        self.shared.give_token_back();
+    }
+}
+
+impl Composer {
+    /// Lets tools control a playback, which the application makes the cycles of.
+    pub fn control_playback(&self, control: Arc<dyn PlaybackControl>) {
+        self.composition().playback = Some(control);
+    }
+
+    /// What the playback is controlled by, if the agent plays a recording.
+    pub fn playback(&self) -> Option<Arc<dyn PlaybackControl>> {
+        self.composition().playback.clone()
+    }
+}

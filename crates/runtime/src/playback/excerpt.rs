@@ -1,0 +1,245 @@
+//! The part of a configuration that is left when most modules are replaced by what was recorded of them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::{is_within, nearest_names};
+use slate_module::{Description, Direction, Plugin};
+use toml_edit::Key;
+
+use super::descriptions;
+use crate::configuration::{Configuration, Link, Setting};
+use crate::sharing::RemotePath;
+
+/// What is left of a configuration when only some of its modules run.
+#[derive(Clone, Debug, Default)]
+pub struct Excerpt {
+    /// The configuration, for [`configuration`](crate::recording::configuration).
+    pub text: String,
+    /// What modules are linked to and nothing was written to: path, interface, and room in the tail.
+    pub silent: Vec<(String, &'static Descriptor, usize)>,
+    /// What the modules miss that they had in the recorded run, in words.
+    pub misses: Vec<String>,
+}
+
+/// Leaves nothing of a configuration but those modules: their links to others lead to what is `recorded`, at the paths
+/// where it was. Gates stay that one of the modules commands.
+///
+/// # Errors
+/// What is no module, or can't be left alone.
+pub fn excerpt(
+    configuration: &Configuration,
+    plugins: &[Plugin],
+    modules: &BTreeSet<String>,
+    recorded: &BTreeSet<String>,
+) -> Result<Excerpt, String> {
+    let names: Vec<&str> = configuration.modules().iter().map(|module| module.name.value.as_str()).collect();
+    for module in modules {
+        if !names.contains(&module.as_str()) {
+            let near = nearest_names(module, names.iter().copied());
+            let near = if near.is_empty() { &names.join("`, `") } else { &near.join("` or `") };
+            return Err(format!("the recorded agent has no module `{module}`: is `{near}` meant?"));
+        }
+        if configuration.time_source().is_some_and(|source| source.value == *module) {
+            return Err(format!(
+                "`{module}` sets the time of the recorded agent, which is that of the recording now: leave it out"
+            ));
+        }
+    }
+    let mut cutter = Cutter {
+        configuration,
+        names,
+        modules,
+        recorded,
+        descriptions: descriptions(plugins, configuration),
+        result: Excerpt::default(),
+    };
+    cutter.cut();
+    Ok(cutter.result)
+}
+
+struct Cutter<'a> {
+    configuration: &'a Configuration,
+    names: Vec<&'a str>,
+    modules: &'a BTreeSet<String>,
+    recorded: &'a BTreeSet<String>,
+    descriptions: BTreeMap<String, Description>,
+    result: Excerpt,
+}
+
+/// What a link of a module that stays becomes.
+enum Source {
+    /// It leads there.
+    Path(String),
+    /// There is nothing any more.
+    Nothing,
+}
+
+impl Cutter<'_> {
+    fn cut(&mut self) {
+        let mut lines = vec![format!("agent.name = {}", quoted(self.configuration.agent_name()))];
+        let sources: BTreeMap<_, _> = self
+            .configuration
+            .links()
+            .iter()
+            .filter(|link| self.stays(&link.to.value))
+            .map(|link| (link.to.value.clone(), link))
+            .collect();
+        let sources: BTreeMap<_, _> = sources.into_iter().map(|(to, link)| (to, self.source(link))).collect();
+        for setting in self.configuration.settings("").unwrap_or_default() {
+            let Ok(keys) = Key::parse(&setting.path) else { continue };
+            let path: Vec<&str> = keys.iter().map(Key::get).collect();
+            lines.extend(self.line(&setting, &path, &sources));
+        }
+        for module in self.configuration.modules() {
+            let name = &module.name.value;
+            if self.modules.contains(name) {
+                lines.push(format!("modules.{}.plugin = {}", quoted(name), quoted(&module.plugin.value)));
+                self.miss_messages(name);
+            }
+        }
+        lines.push(String::new());
+        self.result.text = lines.join("\n");
+    }
+
+    /// The line of a setting, if it stays.
+    fn line(&self, setting: &Setting, path: &[&str], sources: &BTreeMap<String, Source>) -> Option<String> {
+        let whole = || Some(format!("{} = {}", setting.path, setting.value));
+        match path {
+            ["agent", "name"] | ["time" | "mission" | "report" | "share" | "snapshot" | "agents", ..] => None,
+            ["plugins", ..] if self.modules.is_empty() => None,
+            // The type is said below, also when nothing else is.
+            ["modules", _] | ["modules", _, "plugin"] => None,
+            ["modules", name, ..] => self.modules.contains(*name).then(whole).flatten(),
+            ["links", to, rest @ ..] => match (sources.get(*to)?, rest) {
+                (Source::Nothing, _) => None,
+                (Source::Path(from), [] | ["from"]) => Some(format!("{} = {}", setting.path, quoted(from))),
+                // They are about the way to another agent.
+                (_, ["carrier" | "mode" | "rate" | "interval" | "compression", ..]) => None,
+                _ => whole(),
+            },
+            ["actuators", name, rest @ ..] => {
+                let (commands, modules) = self.commanders(name)?;
+                match rest {
+                    ["command" | "commands", ..] if commands.is_empty() => None,
+                    ["command" | "commands", ..] => {
+                        Some(format!("actuators.{}.commands = [{}]", quoted(name), commands.join(", ")))
+                    }
+                    ["modules", ..] => {
+                        Some(format!("actuators.{}.modules = [{}]", quoted(name), modules.join(", ")))
+                    }
+                    _ => whole(),
+                }
+            }
+            _ => whole(),
+        }
+    }
+
+    /// What commands an actuator and stays, if anything does.
+    fn commanders(&self, actuator: &str) -> Option<(Vec<String>, Vec<String>)> {
+        let mut actuators = self.configuration.actuators().iter();
+        let actuator = actuators.find(|own| own.name.value == actuator)?;
+        let commands = actuator.commands.iter().map(|url| url.value.path_in(""));
+        let commands: Vec<_> =
+            commands.filter(|path| self.stays(path)).map(|path| quoted(&format!("/{path}"))).collect();
+        let modules =
+            actuator.modules.iter().map(|name| &name.value).filter(|name| self.modules.contains(*name));
+        let modules: Vec<_> = modules.map(|name| quoted(name)).collect();
+        (!commands.is_empty() || !modules.is_empty()).then_some((commands, modules))
+    }
+
+    /// The module that a path begins with: the longest name.
+    fn owner(&self, path: &str) -> Option<&str> {
+        let owns = |name: &&&str| path.strip_prefix(**name).is_some_and(|rest| rest.starts_with('/'));
+        self.names.iter().filter(owns).max_by_key(|name| name.len()).copied()
+    }
+
+    fn stays(&self, path: &str) -> bool {
+        self.owner(path).is_some_and(|owner| self.modules.contains(owner))
+    }
+
+    /// The port that a path leads to, as far as it is known.
+    fn port(&self, path: &str) -> Option<(&Description, usize)> {
+        let owner = self.owner(path)?;
+        let description = self.descriptions.get(owner)?;
+        let rest = path.get(owner.len() + 1..)?;
+        let ports = description.ports.iter().enumerate().filter(|(_, port)| is_within(rest, &port.name));
+        let (port, _) = ports.max_by_key(|(_, port)| port.name.len())?;
+        Some((description, port))
+    }
+
+    fn source(&mut self, link: &Link) -> Source {
+        let own = self.configuration.agent_name();
+        let path = link.from.value.path_in("");
+        let other = link.from.value.agent().filter(|agent| *agent != own);
+        let mut path = match other {
+            Some(agent) => RemotePath { agent: agent.into(), path }.place(),
+            None => path,
+        };
+        // An input is another name of what it is linked to.
+        for _ in 0..self.configuration.links().len() {
+            if self.stays(&path) || self.is_recorded(&path) {
+                break;
+            }
+            let mut links = self.configuration.links().iter();
+            let Some(next) = links.find(|link| is_within(&path, &link.to.value)) else { break };
+            path = format!("{}{}", next.from.value.path_in(""), &path[next.to.value.len()..]);
+        }
+        let is_host = ["loop", "log"].iter().any(|host| is_within(&path, host));
+        let is_gate = |actuator: &crate::configuration::Actuator| {
+            is_within(&path, &actuator.name.value) && self.commanders(&actuator.name.value).is_some()
+        };
+        let is_there = is_host || self.stays(&path) || self.configuration.actuators().iter().any(is_gate);
+        if is_there || self.is_recorded(&path) {
+            return Source::Path(format!("/{path}"));
+        }
+        let to = &link.to.value;
+        let inbox = self.port(to).is_some_and(|(own, port)| own.ports[port].direction == Direction::Outbox);
+        if inbox {
+            // Nobody is there to take it.
+            return Source::Nothing;
+        }
+        let Some((description, port)) = self.port(&path) else {
+            self.result.misses.push(format!("{to} reads /{path}, of which nothing is recorded"));
+            return Source::Nothing;
+        };
+        let port = &description.ports[port];
+        let owner = self.owner(&path).unwrap_or_default();
+        let silent = (format!("{owner}/{}", port.name), port.descriptor, port.capacity);
+        if !self.result.silent.iter().any(|(path, ..)| *path == silent.0) {
+            self.result.silent.push(silent);
+        }
+        Source::Path(format!("/{path}"))
+    }
+
+    fn is_recorded(&self, path: &str) -> bool {
+        self.recorded.iter().any(|recorded| is_within(path, recorded))
+    }
+
+    /// Messages that others sent to a module are not recorded.
+    fn miss_messages(&mut self, module: &str) {
+        let Some(description) = self.descriptions.get(module) else { return };
+        let inboxes = description.ports.iter().filter(|port| port.direction == Direction::Inbox);
+        let mut missed = Vec::new();
+        for inbox in inboxes {
+            let path = format!("{module}/{}", inbox.name);
+            let to_it = self.configuration.links().iter().filter(|link| link.from.value.path_in("") == path);
+            let senders: BTreeSet<_> = to_it
+                .filter_map(|link| self.owner(&link.to.value))
+                .filter(|sender| !self.modules.contains(*sender))
+                .collect();
+            if !senders.is_empty() {
+                let senders: Vec<_> = senders.into_iter().collect();
+                missed.push(format!(
+                    "{path} takes messages of {}, which a recording does not have",
+                    senders.join(" and ")
+                ));
+            }
+        }
+        self.result.misses.extend(missed);
+    }
+}
+
+fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}

@@ -1,0 +1,123 @@
+//! The seam to what plays a recording: it says what time it is, and writes properties in the place of modules.
+
+mod control;
+mod excerpt;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_blackboard::channel::Budget;
+use slate_blackboard::interface::{Descriptor, Interface, Value};
+use slate_blackboard::{Access, Board, BoardError, Property, Store};
+use slate_module::{Description, Plugin};
+use slate_safety::GateState;
+
+use crate::configuration::{Configuration, Module};
+use crate::log::{LogCounts, LogLine};
+use crate::main_loop::LoopState;
+use crate::runner::{ModuleState, ModuleTiming, OwnSetup, describe};
+use crate::timing::TimingHistogram;
+pub use control::{LoopSection, Order, PlaybackControl, PlaybackStatus};
+pub use excerpt::{Excerpt, excerpt};
+
+/// A property that is played.
+#[derive(Clone, Debug)]
+pub struct Played {
+    /// Its path, without a leading slash.
+    pub path: String,
+    /// What its values mean.
+    pub doc: String,
+    /// Its interface.
+    pub descriptor: &'static Descriptor,
+    /// Room in the tail, for interfaces with one.
+    pub capacity: usize,
+    /// The modules that ran before it was written in a cycle: they see the value of the cycle before.
+    pub late_for: BTreeSet<String>,
+}
+
+impl Played {
+    /// Puts it on the board.
+    pub(crate) fn add(
+        &self,
+        board: &Board,
+        depth: usize,
+        budget: Budget,
+    ) -> Result<Arc<Property>, BoardError> {
+        let store = Store { capacity: self.capacity, depth, budget };
+        // Nobody but who plays it writes it, also what was a setting.
+        board.add_channel(&self.path, &self.doc, self.descriptor, store, Access::Output)
+    }
+}
+
+/// Plays a recording in an agent, which is in lockstep with it: an application gives it to the agent that it
+/// [loads](crate::Options::playback). Modules are linked to what it plays as to the outputs of others.
+///
+/// It is asked on the loop's thread and, like an observer, not watched. The time goes as it says.
+pub trait Playback: Send {
+    /// What it plays.
+    fn properties(&self) -> Vec<Played>;
+
+    /// These are the properties, in the same order. Once, before anything is played.
+    fn begin(&mut self, properties: &[Arc<Property>]);
+
+    /// The time of the next cycle, as a [`TimeSource`](crate::TimeSource) says it.
+    fn next(&mut self, last: Option<u64>, planned: u64) -> u64;
+
+    /// Writes what was written until that time, before the modules of a cycle run.
+    fn write(&mut self, now: u64);
+}
+
+/// The interfaces that are known here, by their schemas: those of the agent itself, and those of the plugins' modules, as a
+/// configuration sets them up if there is one.
+pub fn interfaces(
+    plugins: &[Plugin],
+    configuration: Option<&Configuration>,
+) -> BTreeMap<u64, &'static Descriptor> {
+    let own = [
+        ModuleState::DESCRIPTOR,
+        ModuleTiming::DESCRIPTOR,
+        TimingHistogram::DESCRIPTOR,
+        LoopState::DESCRIPTOR,
+        LogLine::DESCRIPTOR,
+        LogCounts::DESCRIPTOR,
+        crate::agent::enabled_descriptor(),
+        GateState::DESCRIPTOR,
+    ];
+    let mut known: BTreeMap<_, _> = own.into_iter().map(|descriptor| (descriptor.hash, descriptor)).collect();
+    let mut learn = |description: &Description| {
+        let ports = description.ports.iter().map(|port| port.descriptor);
+        known.extend(ports.chain([description.params]).map(|descriptor| (descriptor.hash, descriptor)));
+    };
+    if let Some(configuration) = configuration {
+        descriptions(plugins, configuration).values().for_each(&mut learn);
+    }
+    for kind in plugins.iter().flat_map(Plugin::kinds) {
+        let setup = OwnSetup { name: kind.name().into(), seed: 0, period: 0, section: None };
+        // One that can't do without its section is known by its configuration or not at all.
+        if let Ok(description) = describe(kind, &setup, DESCRIPTION) {
+            learn(&description);
+        }
+    }
+    known
+}
+
+/// What the modules of a configuration are, as far as the plugins have them.
+fn descriptions(plugins: &[Plugin], configuration: &Configuration) -> BTreeMap<String, Description> {
+    let described = |module: &Module| {
+        let kinds = plugins.iter().flat_map(Plugin::kinds);
+        let kind = kinds.into_iter().find(|kind| kind.name() == module.plugin.value)?;
+        let section = Some(kind.section()).filter(|section| !section.is_empty());
+        let setup = OwnSetup {
+            name: module.name.value.as_str().into(),
+            seed: configuration.seed().value,
+            period: configuration.period().value,
+            section: section.and_then(|name| configuration.table(name)).map(Value::from),
+        };
+        Some((module.name.value.clone(), describe(kind, &setup, DESCRIPTION).ok()?))
+    };
+    configuration.modules().iter().filter_map(described).collect()
+}
+
+/// How long a module's description may take.
+const DESCRIPTION: Duration = Duration::from_secs(5);
