@@ -11,6 +11,7 @@ use crate::log::LogOptions;
 use crate::module::ModuleVerb;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
+use crate::record::RecordVerb;
 use crate::replay::ReplayOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::trace::TraceOptions;
@@ -32,6 +33,9 @@ pub enum Verb {
     Run(RunOptions),
     /// Runs many seeds of an example and reports how they went.
     Batch(BatchOptions),
+    /// Records a running agent, and saves its last seconds.
+    #[command(subcommand)]
+    Record(RecordVerb),
     /// Makes a recorded run again, and compares it with the recording.
     Replay(ReplayOptions),
     /// Lists the examples.

@@ -19,6 +19,7 @@ mod output;
 mod peers;
 mod plugin;
 mod property;
+mod record;
 mod replay;
 mod run;
 mod scene;
@@ -73,6 +74,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Bag(verb) => bag::bag(verb),
+        Verb::Record(verb) => record::record(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

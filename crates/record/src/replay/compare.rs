@@ -56,7 +56,9 @@ impl Comparison {
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let run = Run::read(path)?;
         let expected = Expected::new(Source::open(path)?);
-        Ok(Self { run, hub: Hub::new(&Record::default()), expected })
+        let hub = Hub::new(Record::default().buffer);
+        hub.want(0, Box::new(|_| true));
+        Ok(Self { run, hub, expected })
     }
 
     /// What the recording says of its run.

@@ -23,7 +23,7 @@ use super::memory::States;
 use crate::log::Levels;
 use crate::main_loop::Shared;
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
-use crate::recording::Change;
+use crate::recording::{Change, Recording};
 pub use error::PluginError;
 use gather::Gathered;
 pub(crate) use links::Property;
@@ -104,10 +104,16 @@ pub(super) struct Origin {
 
 /// A composer that does not keep its agent.
 #[derive(Clone, Default)]
-pub(crate) struct WeakComposer {
+pub struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
     overview: Weak<Mutex<Overview>>,
+}
+
+impl std::fmt::Debug for WeakComposer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WeakComposer").finish_non_exhaustive()
+    }
 }
 
 impl WeakComposer {
@@ -122,7 +128,8 @@ impl WeakComposer {
 }
 
 impl Composer {
-    pub(super) fn downgrade(&self) -> WeakComposer {
+    /// This composer, for somebody who does not keep the agent.
+    pub fn downgrade(&self) -> WeakComposer {
         WeakComposer {
             shared: Arc::downgrade(&self.shared),
             composition: Arc::downgrade(&self.composition),
@@ -345,6 +352,11 @@ impl Composer {
         let composition = self.composition();
         let parameters = &composition.present.get(module)?.description.parameters;
         parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
+    }
+
+    /// What records the agent, if anything does.
+    pub(crate) fn recording(&self) -> Option<&dyn Recording> {
+        self.shared.recording.as_deref()
     }
 
     /// Everything that the robot knows.
