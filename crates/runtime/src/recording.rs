@@ -167,6 +167,32 @@ pub enum Change {
         /// A hash over it.
         hash: u64,
     },
+    /// A plugin of the configuration was loaded, or a library.
+    Load {
+        /// A plugin or a list of plugins of the configuration; empty for a library.
+        name: String,
+        /// The library, by its absolute path.
+        file: Option<PathBuf>,
+        /// The sum of the hashes over the libraries of all plugins that came.
+        hash: u64,
+    },
+    /// A plugin, or those of a list, were unloaded.
+    Unload {
+        /// Its name.
+        name: String,
+    },
+    /// All actuators were stopped.
+    Stop {
+        /// Why.
+        reason: String,
+    },
+    /// The stop of the actuators was ended.
+    Reset,
+    /// Commands were let through to the actuators, or to one.
+    Arm {
+        /// Its name.
+        actuator: Option<String>,
+    },
     /// Something that can't be made again from a recording.
     Other {
         /// What, in words.

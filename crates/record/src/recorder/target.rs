@@ -72,8 +72,9 @@ pub(super) struct Target {
     selection: RecordSelection,
     /// By channel: which values go into the file, if any do; nothing of one that was not looked at yet.
     filters: Vec<Option<Option<Filter>>>,
-    /// By channel: the number of the newest value when it began, which stands in the file already.
-    newest: BTreeMap<u32, u64>,
+    /// By channel: the number of the newest value when it began, which stands in the file already, and of the first one that
+    /// came then; 0 before.
+    newest: BTreeMap<u32, (u64, u64)>,
     /// By channel: values that were dropped before it began, and those of which it saw later that they are missing.
     before: Vec<u64>,
     missed: BTreeMap<u32, u64>,
@@ -106,7 +107,7 @@ impl Target {
             let Some(channel) = channels.get(*id as usize) else { continue };
             // Where no reader can be had, what comes next is the first.
             let Ok(Some((bytes, items, stamp))) = property.newest() else { continue };
-            self.newest.insert(*id, stamp.sequence);
+            self.newest.insert(*id, (stamp.sequence, 0));
             if self.takes(channel, *id, stamp.time, &bytes) {
                 self.file.value_from_before(channel, *id, items, (stamp, now), &bytes);
             }
@@ -127,15 +128,17 @@ impl Target {
 
     pub fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         if let Some(channel) = channel {
-            if let Some(newest) = self.newest.remove(&id) {
-                if stamp.sequence <= newest {
+            if let Some((newest, first)) = self.newest.get_mut(&id) {
+                if stamp.sequence <= *newest {
                     // It, or a newer one, was the first in the file.
-                    self.newest.insert(id, newest);
                     return;
                 }
-                let missed = stamp.sequence - newest - 1;
-                if missed > 0 {
-                    self.missed.insert(id, missed);
+                // Of two threads that write it, the later value may come before the earlier.
+                if *first == 0 {
+                    *first = stamp.sequence;
+                    self.missed.insert(id, stamp.sequence - *newest - 1);
+                } else if stamp.sequence < *first {
+                    self.missed.entry(id).and_modify(|missed| *missed = missed.saturating_sub(1));
                 }
             }
             if !self.takes(channel, id, stamp.time, bytes) {

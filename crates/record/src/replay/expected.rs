@@ -59,7 +59,10 @@ impl Expected {
                     let (sequence, time) = (header.sequence, header.log_time);
                     self.read_to = self.read_to.max(time);
                     let waiting = self.waiting.entry(path.clone()).or_default();
-                    waiting.push_back(Wanted { sequence, time, message, until: self.read_to });
+                    // Two threads may have written it, such as the loop and who stops an actuator.
+                    let behind = waiting.iter().rev().take_while(|other| other.sequence > sequence).count();
+                    let place = waiting.len() - behind;
+                    waiting.insert(place, Wanted { sequence, time, message, until: self.read_to });
                     return Ok(true);
                 }
                 Some(_) => {}
@@ -68,14 +71,19 @@ impl Expected {
         Ok(false)
     }
 
-    /// The next value of a property that was written at that time; nothing if none is recorded.
-    pub fn next(&mut self, path: &str, time: u64) -> Result<Option<Wanted>, ReadError> {
+    /// The value of that number of a property, which was written at that time; if there is none, the next one, and
+    /// nothing if none is recorded.
+    pub fn next(&mut self, path: &str, time: u64, sequence: u32) -> Result<Option<Wanted>, ReadError> {
         loop {
-            if let Some(wanted) = self.waiting.get_mut(path).and_then(VecDeque::pop_front) {
-                return Ok(Some(wanted));
-            }
-            if self.read_to > time.saturating_add(SLACK) || !self.read()? {
-                return Ok(None);
+            let waiting = self.waiting.get_mut(path);
+            let is_next = |waiting: &VecDeque<Wanted>| {
+                waiting.front().is_some_and(|wanted| wanted.sequence <= sequence)
+            };
+            if waiting.is_some_and(|waiting| is_next(waiting))
+                || self.read_to > time.saturating_add(SLACK)
+                || !self.read()?
+            {
+                return Ok(self.waiting.get_mut(path).and_then(VecDeque::pop_front));
             }
         }
     }

@@ -193,7 +193,7 @@ impl Composer {
     /// # Errors
     /// What does not fit; nothing is loaded then.
     pub fn load(&self, name: &str) -> Result<Loaded, PluginError> {
-        self.bring(|gathered| gathered.named_afresh(name))
+        self.bring(name, None, |gathered| gathered.named_afresh(name))
     }
 
     /// Loads a plugin's library, as [`load`](Composer::load) does.
@@ -201,17 +201,19 @@ impl Composer {
     /// # Errors
     /// What does not fit; nothing is loaded then.
     pub fn load_library(&self, file: &Path) -> Result<Loaded, PluginError> {
-        self.bring(|gathered| gathered.library(file, None))
+        let path = std::path::absolute(file).unwrap_or_else(|_| file.into());
+        self.bring("", Some(path), |gathered| gathered.library(file, None))
     }
 
     fn bring(
         &self,
+        name: &str,
+        file: Option<PathBuf>,
         gather: impl FnOnce(&mut Gathered<'_>) -> Result<(), PluginError>,
     ) -> Result<Loaded, PluginError> {
         let mut composition = self.composition();
         let mut gathered = Gathered::new(&composition);
         gather(&mut gathered)?;
-        self.tell_recording("the load of a plugin");
         let (catalogue, origins, came) = gathered.done();
         let mut target = composition.target(|present| *present = catalogue);
         for (plugin, kind) in
@@ -228,7 +230,10 @@ impl Composer {
                 target.configuration = Arc::new(with);
             }
         }
-        let changed = composition.change(target, &self.shared, &BTreeMap::new())?;
+        let codes = came.iter().filter_map(|plugin| plugin.kinds().iter().find_map(plugin::code_of));
+        let load = Change::Load { name: name.into(), file, hash: codes.fold(0, u64::wrapping_add) };
+        let changed =
+            self.make_recorded(vec![load], || composition.change(target, &self.shared, &BTreeMap::new()))?;
         composition.origins = origins;
         let file = |name: &str| composition.origins.get(name).map(|origin| origin.file.clone());
         let plugins: Vec<_> = came.iter().map(|plugin| (plugin.name().into(), file(plugin.name()))).collect();
@@ -272,19 +277,23 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
-        self.tell_recording("the unload of a plugin");
-        self.ask(&composition, &leaving)?;
-        let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
-        target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
-        // Before anything is ended for it.
-        composition.check(&target)?;
-        let _closed = self.end_threads(&composition, &leaving)?;
-        // New code beside a module ends with it.
-        for name in &names {
-            self.end_trial(&mut composition, name);
-        }
-        // What left is dropped before the libraries are looked at.
-        drop(composition.change(target, &self.shared, &BTreeMap::new())?);
+        let unload = Change::Unload { name: name.into() };
+        let _closed = self.make_recorded(vec![unload], || -> Result<_, PluginError> {
+            self.ask(&composition, &leaving)?;
+            let mut target =
+                composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
+            target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
+            // Before anything is ended for it.
+            composition.check(&target)?;
+            let closed = self.end_threads(&composition, &leaving)?;
+            // New code beside a module ends with it.
+            for name in &names {
+                self.end_trial(&mut composition, name);
+            }
+            // What left is dropped before the libraries are looked at.
+            drop(composition.change(target, &self.shared, &BTreeMap::new())?);
+            Ok(closed)
+        })?;
         let residence = |name: String| {
             let origin = composition.origins.remove(&name);
             let state = origin.map_or("linked in", |origin| origin.residence.describe());
