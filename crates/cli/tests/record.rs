@@ -320,6 +320,30 @@ fn a_full_disk_ends_the_recording_and_not_the_run() {
 }
 
 #[test]
+fn a_file_that_may_not_grow_ends_the_recording_with_what_it_has_and_not_the_run() {
+    let folder = folder("record-limit");
+    let (without, _) = exp1(&folder, &["--seed", "7", "--out", "there"]);
+    // A limit of the size of files, which fails like a disk that is full.
+    let run = "trap '' XFSZ; ulimit -f 600; exec \"$@\"";
+    let arguments = ["run", "exp1", "--headless", "--json", "--seed", "7", "--out", "here"];
+    let output = std::process::Command::new("sh")
+        .args(["-c", run, "sh", env!("CARGO_BIN_EXE_slate")])
+        .args([&arguments[..], &ON].concat())
+        .current_dir(&folder)
+        .output()
+        .unwrap();
+    let said = text(&output.stderr);
+    assert!(said.contains("the recording here/run.mcap ends here, and the agent goes on without"), "{said}");
+    assert_eq!(said.matches("ends here").count(), 1, "it is said once: {said}");
+    assert_eq!(common::json(&output)["digest"], without["digest"]);
+    assert_eq!(output.status.code(), Some(2), "what was asked for is not there");
+    assert!(slate(&folder, &["bag", "repair", "here/run.mcap"]).status.success());
+    let (said, code) = verify(&folder, "here/run.mcap");
+    assert!(said.contains("identical, ") && said.contains("cut off"), "{said}");
+    assert_eq!(code, Some(0));
+}
+
+#[test]
 fn a_file_that_is_no_recording_is_refused_in_words() {
     let folder = folder("record-none");
     std::fs::write(folder.join("none.mcap"), "no recording").unwrap();

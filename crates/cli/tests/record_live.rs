@@ -254,7 +254,7 @@ fn a_trigger_saves_the_last_seconds_but_not_again_and_again() {
 }
 
 #[test]
-fn a_reflex_and_a_fault_are_triggers_too() {
+fn a_reflex_is_a_trigger_too() {
     let mut running = Running::new("live-triggers");
     let all = ["--set", r#"record.flight.trigger=["fault", "reflex"]"#, "--set", "world.layout=\"authors\""];
     running.start("exp1", &[&RUN[..], &FLIGHT, &all].concat());

@@ -172,7 +172,8 @@ fn ticks(long: bool) {
 /// Images on the wall clock, more than 200 MB/s.
 fn images(long: bool) {
     let cycles = if long { 10_000 } else { 1250 };
-    let text = "loop.period = \"4ms\"\n[log.targets]\nconsole = false\n[modules.camera]\n[record]\nenabled = true\n";
+    let text =
+        "loop.period = \"4ms\"\n[log.targets]\nconsole = false\n[modules.camera]\n[record]\nenabled = true\n";
     let folder = folder();
     let database = Database::from_text("bench.toml", text, Layers::default()).unwrap();
     let recorder = Recorder::new(database.current().record());
@@ -225,7 +226,8 @@ fn beginnings() {
             for number in 0..20 {
                 std::thread::sleep(Duration::from_millis(20));
                 let file = folder.join(format!("{number}.mcap"));
-                own.start(&composer, &file, &slate_runtime::configuration::RecordSelection::default()).unwrap();
+                own.start(&composer, &file, &slate_runtime::configuration::RecordSelection::default())
+                    .unwrap();
                 std::thread::sleep(Duration::from_millis(20));
                 own.stop(&composer, None).unwrap();
             }

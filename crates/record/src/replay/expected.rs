@@ -59,10 +59,7 @@ impl Expected {
                     let (sequence, time) = (header.sequence, header.log_time);
                     self.read_to = self.read_to.max(time);
                     let waiting = self.waiting.entry(path.clone()).or_default();
-                    // Two threads may have written it, such as the loop and who stops an actuator.
-                    let behind = waiting.iter().rev().take_while(|other| other.sequence > sequence).count();
-                    let place = waiting.len() - behind;
-                    waiting.insert(place, Wanted { sequence, time, message, until: self.read_to });
+                    waiting.push_back(Wanted { sequence, time, message, until: self.read_to });
                     return Ok(true);
                 }
                 Some(_) => {}
@@ -72,17 +69,19 @@ impl Expected {
     }
 
     /// The value of that number of a property, which was written at that time; if there is none, the next one, and
-    /// nothing if none is recorded.
+    /// nothing if none is recorded. It need not be the next one: two threads may have written, such as the loop and who
+    /// stops an actuator.
     pub fn next(&mut self, path: &str, time: u64, sequence: u32) -> Result<Option<Wanted>, ReadError> {
+        let mut looked = 0;
         loop {
-            let waiting = self.waiting.get_mut(path);
-            let is_next = |waiting: &VecDeque<Wanted>| {
-                waiting.front().is_some_and(|wanted| wanted.sequence <= sequence)
-            };
-            if waiting.is_some_and(|waiting| is_next(waiting))
-                || self.read_to > time.saturating_add(SLACK)
-                || !self.read()?
-            {
+            if let Some(waiting) = self.waiting.get_mut(path) {
+                let mut news = waiting.iter().skip(looked);
+                if let Some(place) = news.position(|own| own.sequence == sequence && own.time == time) {
+                    return Ok(waiting.remove(looked + place));
+                }
+                looked = waiting.len();
+            }
+            if self.read_to > time.saturating_add(SLACK) || !self.read()? {
                 return Ok(self.waiting.get_mut(path).and_then(VecDeque::pop_front));
             }
         }

@@ -69,6 +69,13 @@ fn by_module<R>(change: impl FnOnce() -> R) -> R {
 }
 
 impl Composer {
+    /// Makes a change that a module has asked for, but at a moment that depends on the wall clock: what records the agent is
+    /// told that the run can't be made again.
+    pub(crate) fn make_for_module<R>(&self, what: &str, make: impl FnOnce() -> R) -> R {
+        self.tell_recording(what);
+        by_module(make)
+    }
+
     /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
     /// again.
     pub(super) fn make_recorded<R, E>(
