@@ -48,7 +48,7 @@ const IMAGE: usize = 640 * 480 * 3;
 
 #[ports]
 pub struct CameraIo {
-    #[capacity(IMAGE)]
+    #[capacity(921600)]
     image: Output<Image>,
 }
 
@@ -85,7 +85,7 @@ fn caterpillar() -> String {
 fn agent(text: &str, lockstep: bool, recorder: Option<&Recorder>) -> Agent {
     let database = Database::from_text("bench.toml", text, Layers::default()).unwrap();
     let options = Options {
-        rate: Rate::REALTIME,
+        rate: if lockstep { Rate::Max } else { Rate::REALTIME },
         time_source: lockstep.then(|| Box::new(RecordedTimes::new(Vec::new())) as _),
         recording: recorder.map(|recorder| Arc::new(recorder.clone()) as Arc<dyn Recording>),
         log: recorder.iter().map(|recorder| recorder.log_target()).collect(),
