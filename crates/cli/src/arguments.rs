@@ -11,6 +11,7 @@ use crate::log::LogOptions;
 use crate::module::ModuleVerb;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
+use crate::record::RecordVerb;
 use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
 use crate::snapshot::SnapshotVerb;
@@ -33,6 +34,9 @@ pub enum Verb {
     Run(RunOptions),
     /// Runs many seeds of an example and reports how they went.
     Batch(BatchOptions),
+    /// Records a running agent, and saves its last seconds.
+    #[command(subcommand)]
+    Record(RecordVerb),
     /// Plays a recording in an agent, controls one that is played, or makes a recorded run again and compares.
     Replay(ReplayOptions),
     /// Runs one module on a recording, and says what it writes, how long it takes, and how that compares.

@@ -19,6 +19,7 @@ mod output;
 mod peers;
 mod plugin;
 mod property;
+mod record;
 mod replay;
 mod report;
 mod run;
@@ -76,6 +77,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Bag(verb) => bag::bag(verb),
         Verb::Report(options) => report::report(options),
+        Verb::Record(verb) => record::record(verb),
         Verb::Config(verb) => config::config(verb),
         Verb::Stop { reason, agent } => stop::stop(agent, reason),
         Verb::Reset(agent) => stop::reset(agent),

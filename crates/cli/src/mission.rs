@@ -71,8 +71,7 @@ impl Mission {
     /// Loads an application; nothing is started when anything does not fit.
     pub fn load(application: Application, how: How) -> Result<Self, Failure> {
         let configuration = &application.configuration;
-        let recorder = Some(configuration.record()).filter(|record| record.enabled && how.follows);
-        let recorder = recorder.map(Recorder::new);
+        let recorder = how.follows.then(|| Recorder::on_demand(configuration.record()));
         let log = how.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).collect();
         let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
         let options = Options {
@@ -107,12 +106,12 @@ impl Mission {
         })
     }
 
-    /// Begins to record, if the configuration says so: into the file that it names, or else into one of that folder.
+    /// Begins to record, if the configuration says so, and lets tools do it; what has no file of its own goes into that
+    /// folder.
     pub fn record(&self, folder: &Path) {
-        let Some(recorder) = &self.recorder else { return };
-        let file = self.application.configuration.record().file.as_ref();
-        let file = file.map_or_else(|| folder.join("run.mcap"), |file| file.value.clone());
-        recorder.begin(&self.agent, &file);
+        if let Some(recorder) = &self.recorder {
+            recorder.attach(&self.agent, folder);
+        }
     }
 
     /// Goes on from a snapshot, with the settings that the application was loaded with.
@@ -136,7 +135,7 @@ impl Mission {
         let end = self.agent.run(Box::new(observer))?;
         let wall_time = start.elapsed();
         let (cycles, now) = self.course.cycles();
-        let recorded = self.recorder.as_ref().map(|recorder| recorder.end(&mut self.agent));
+        let recorded = self.recorder.as_ref().and_then(|recorder| recorder.finish(&mut self.agent));
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let (outcome, message) = self.judge(&end);
         let mut judged = self.observation.metrics().into_iter();

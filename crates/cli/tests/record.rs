@@ -156,7 +156,7 @@ fn only_what_is_selected_is_recorded_and_that_is_not_enough_to_make_the_run_agai
         assert!(is_own || topic.starts_with("/r2/") && !topic.ends_with("/timing"), "{topic}");
     }
     let (said, code) = verify(&folder, "here/run.mcap");
-    assert!(said.contains("not covered: only a part of the properties is recorded"), "{said}");
+    assert!(said.contains("not covered: only a part of the values is recorded"), "{said}");
     assert_eq!(code, Some(2));
 }
 
@@ -200,15 +200,57 @@ fn what_is_changed_during_the_run_is_changed_again() {
     assert_eq!(code, Some(0));
 }
 
-#[test]
-fn what_a_person_did_with_the_actuators_is_not_covered() {
-    let mut running = Running::new("record-stop");
+/// Records a run that goes on while something is done to it, and makes it again.
+fn done_again(name: &str, commands: &[&[&str]]) {
+    let mut running = Running::new(name);
     let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
     running.start("exp1", &[&run[..], &ON, &LONG].concat());
-    running.done(&["stop"]);
+    for command in commands {
+        running.done(command);
+    }
+    let output = running.finish();
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{output:?}");
+    let file = std::fs::read(running.folder().join("here/run.mcap")).unwrap();
+    let changes = messages(&file).into_iter().filter(|message| message.channel.topic == "/record/change");
+    assert_eq!(changes.count(), commands.len());
+    let (said, code) = verify(running.folder(), "here/run.mcap");
+    assert!(said.starts_with("identical, "), "{said}");
+    assert_eq!(code, Some(0));
+}
+
+#[test]
+fn what_a_person_did_with_the_actuators_is_done_again() {
+    let again: [&[&str]; 5] = [&["stop", "a cable"], &["reset"], &["arm"], &["stop"], &["reset"]];
+    done_again("record-stop", &again);
+}
+
+#[test]
+fn one_actuator_that_is_armed_is_armed_again() {
+    done_again("record-arm", &[&["stop"], &["reset"], &["arm", "r2/wheels"]]);
+}
+
+#[test]
+fn plugins_that_left_and_came_during_the_run_do_so_again() {
+    let library = library("libslate_wheeled.so");
+    let again: [&[&str]; 4] = [
+        &["plugin", "unload", "slate-wheeled"],
+        &["plugin", "load", "slate-wheeled"],
+        &["plugin", "unload", "slate-wheeled"],
+        &["plugin", "load", &library],
+    ];
+    done_again("record-plugins", &again);
+}
+
+#[test]
+fn what_can_not_be_made_again_is_not_covered() {
+    let mut running = Running::new("record-other");
+    let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
+    running.start("exp1", &[&run[..], &ON, &LONG].concat());
+    running.done(&["snapshot", "save", "here.snapshot"]);
+    running.done(&["snapshot", "load", "here.snapshot"]);
     running.finish();
     let (said, code) = verify(running.folder(), "here/run.mcap");
-    assert!(said.contains("not covered: after cycle") && said.contains("a stop of the actuators"), "{said}");
+    assert!(said.contains("not covered: after cycle") && said.contains("going on from a snapshot"), "{said}");
     assert_eq!(code, Some(2));
 }
 
@@ -275,6 +317,30 @@ fn a_full_disk_ends_the_recording_and_not_the_run() {
         assert_eq!(common::json(&output)["digest"], without["digest"]);
         assert_eq!(output.status.code(), Some(2), "what was asked for is not there");
     }
+}
+
+#[test]
+fn a_file_that_may_not_grow_ends_the_recording_with_what_it_has_and_not_the_run() {
+    let folder = folder("record-limit");
+    let (without, _) = exp1(&folder, &["--seed", "7", "--out", "there"]);
+    // A limit of the size of files, which fails like a disk that is full.
+    let run = "trap '' XFSZ; ulimit -f 600; exec \"$@\"";
+    let arguments = ["run", "exp1", "--headless", "--json", "--seed", "7", "--out", "here"];
+    let output = std::process::Command::new("sh")
+        .args(["-c", run, "sh", env!("CARGO_BIN_EXE_slate")])
+        .args([&arguments[..], &ON].concat())
+        .current_dir(&folder)
+        .output()
+        .unwrap();
+    let said = text(&output.stderr);
+    assert!(said.contains("the recording here/run.mcap ends here, and the agent goes on without"), "{said}");
+    assert_eq!(said.matches("ends here").count(), 1, "it is said once: {said}");
+    assert_eq!(common::json(&output)["digest"], without["digest"]);
+    assert_eq!(output.status.code(), Some(2), "what was asked for is not there");
+    assert!(slate(&folder, &["bag", "repair", "here/run.mcap"]).status.success());
+    let (said, code) = verify(&folder, "here/run.mcap");
+    assert!(said.contains("identical, ") && said.contains("cut off"), "{said}");
+    assert_eq!(code, Some(0));
 }
 
 #[test]

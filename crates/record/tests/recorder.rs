@@ -10,7 +10,7 @@ use mcap::MessageStream;
 use slate_blackboard::interface::Value;
 use slate_module::Plugin;
 use slate_module::prelude::*;
-use slate_record::Recorder;
+use slate_record::{Recorder, bag};
 use slate_runtime::configuration::{Database, Options as Layers};
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Control, Options, RecordedTimes};
@@ -35,6 +35,8 @@ pub struct CounterIo {
 pub struct CounterParams {
     #[param(default = 1.0, doc = "how far it counts at once")]
     step: f64,
+    #[param(default = 1e9, doc = "the number at which it panics")]
+    limit: f64,
 }
 
 /// Counts.
@@ -48,6 +50,7 @@ impl Module for Counter {
 
     fn tick(state: &mut f64, io: &CounterIo, params: &CounterParams, _: &Tick) -> Outcome {
         *state += params.step;
+        assert!(*state < params.limit, "it can't count that far");
         io.number.set(Number { value: *state, others: [0.0; 16] });
         Outcome::Ok
     }
@@ -222,6 +225,114 @@ fn every_write_is_recorded_also_several_in_one_cycle_and_those_before_the_file_i
     let file = bytes.0.lock().unwrap().clone();
     assert_eq!(numbers(&file, "/counter/params"), (1..=7).collect::<Vec<_>>());
     assert_eq!(numbers(&file, "/counter/number"), [1, 2]);
+}
+
+/// Panics when so many bytes are there.
+struct Broken(Bytes, usize);
+
+impl Write for Broken {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        assert!(self.0.0.lock().unwrap().len() < self.1, "a disk that is no disk");
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_thread_that_dies_ends_the_recording_with_one_line_and_the_agent_goes_on() {
+    let (mut without, _, _) = agent(LOCKSTEP, "");
+    let (mut agent, recorder, log) = agent(LOCKSTEP, "chunk = \"1KiB\"\nbuffer = \"1KiB\"");
+    let bytes = Bytes::default();
+    recorder.begin_with(&agent, Path::new("here"), Box::new(Broken(bytes.clone(), 20_000)));
+    for _ in 0..2000 {
+        assert!(agent.step() && without.step());
+    }
+    assert_eq!(agent.digest(), without.digest());
+    let error = recorder.end(&mut agent).unwrap_err().to_string();
+    assert!(
+        error.contains("the recording here has not all of the run: ") && error.contains("panicked"),
+        "{error}"
+    );
+    agent.logger().flush(std::time::Duration::from_secs(10));
+    let lines = log.lines();
+    let said = lines.iter().filter(|line| line.text.contains("the recorder has panicked")).count();
+    assert_eq!(said, 1, "{lines:?}");
+    let (state, _) = agent.board().read("record/state").unwrap().unwrap();
+    assert_eq!(state.get("is_on"), Some(&Value::Bool(false)));
+    let file = bytes.0.lock().unwrap().clone();
+    let options = mcap::read::Options::IgnoreEndMagic.into();
+    let there = MessageStream::new_with_options(&file, options).unwrap().filter(Result::is_ok).count();
+    assert!(there > 50, "{there}");
+}
+
+/// A recording of a run, as it is on the disk.
+fn reference() -> Vec<u8> {
+    let (mut agent, recorder, _) = agent(LOCKSTEP, "chunk = \"2KiB\"");
+    let bytes = Bytes::default();
+    recorder.begin_with(&agent, Path::new("here"), Box::new(bytes.clone()));
+    (0..200).for_each(|_| assert!(agent.step()));
+    recorder.end(&mut agent).unwrap();
+    let file = bytes.0.lock().unwrap().clone();
+    file
+}
+
+/// A message: its topic, number and time, and its bytes.
+type Message = (String, u32, u64, Vec<u8>);
+
+/// All messages of a file; an error when anything of it is damaged.
+fn read(file: &[u8]) -> Result<Vec<Message>, bag::Error> {
+    let mut reader = bag::Reader::new(io::Cursor::new(file), "here")?;
+    let mut all = Vec::new();
+    while let Some(message) = reader.next_message()? {
+        let (topic, data) = (message.channel.topic.clone(), message.data.to_vec());
+        all.push((topic, message.sequence, message.log_time, data));
+    }
+    Ok(all)
+}
+
+#[test]
+fn a_recording_that_was_cut_or_damaged_anywhere_is_an_error_and_never_silently_wrong() {
+    let file = reference();
+    let whole = read(&file).unwrap();
+    assert!(whole.len() > 200);
+    // A sample: all places are tried with the smaller files of the tests of `bag`.
+    for place in (0..file.len()).step_by(97) {
+        assert!(read(&file[..place]).is_err(), "cut at {place}");
+        let mut flipped = file.clone();
+        flipped[place] ^= 1 << (place % 8);
+        match read(&flipped) {
+            Err(error) => assert!(error.to_string().contains("here"), "{error}"),
+            Ok(all) => assert!(all == whole, "bit {} of byte {place} changes what is read", place % 8),
+        }
+    }
+}
+
+#[test]
+fn a_fault_saves_what_was_before_it_and_a_run_without_one_saves_nothing() {
+    let extra = "flight = { keep = \"100ms\", trigger = [\"fault\"] }";
+    for (limit, name) in [(1e9, "without"), (400.0, "with")] {
+        let (mut agent, recorder, _) = agent(LOCKSTEP, extra);
+        agent.board().write("counter/params/limit", &Value::Float(limit), 0).unwrap();
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-fault").join(name);
+        let _ = std::fs::remove_dir_all(&folder);
+        recorder.attach(&agent, &folder);
+        (0..410).for_each(|_| assert!(agent.step()));
+        recorder.end(&mut agent).unwrap();
+        let saved = folder.join("flight-fault-1.mcap");
+        assert_eq!(saved.exists(), limit < 1e9);
+        if !saved.exists() {
+            continue;
+        }
+        let all = read(&std::fs::read(saved).unwrap()).unwrap();
+        let own = all.iter().filter(|(topic, ..)| topic == "/counter/number");
+        let numbers: Vec<_> = own.map(|(_, number, ..)| *number).collect();
+        assert!(numbers.contains(&399) && numbers[0] > 1, "{numbers:?}");
+        assert!(all.iter().any(|(topic, ..)| topic == "/counter/params"), "which was set long before");
+        assert!(!folder.join("flight-fault-2.mcap").exists(), "it panics on, but that is no news for 10 s");
+    }
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub mod timing;
 
 pub use agent::{
     Agent, Composer, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus,
-    Reload, StartError, Stopper, SystemClock,
+    Reload, StartError, Stopper, SystemClock, WeakComposer,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{

@@ -1,7 +1,7 @@
 //! The properties that are recorded.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use slate_blackboard::channel::Tap;
 use slate_blackboard::interface::Descriptor;
@@ -17,8 +17,10 @@ pub(crate) struct Channel {
     pub path: String,
     pub descriptor: &'static Descriptor,
     pub access: Access,
-    /// Values that are not in the file.
+    /// Values that could not be handed over.
     pub dropped: Arc<AtomicU64>,
+    /// Whether anybody wants values.
+    pub wanted: Arc<AtomicBool>,
 }
 
 impl Channel {
@@ -28,6 +30,7 @@ impl Channel {
             descriptor: property.descriptor(),
             access: property.access(),
             dropped: Arc::default(),
+            wanted: Arc::default(),
         }
     }
 
@@ -55,11 +58,14 @@ pub(super) struct PropertyTap {
     pub hub: Arc<Hub>,
     pub id: u32,
     pub dropped: Arc<AtomicU64>,
+    pub wanted: Arc<AtomicBool>,
 }
 
 impl Tap for PropertyTap {
     fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
-        if !self.hub.push(self.id, items as u32, stamp.sequence, stamp.time, bytes) {
+        if self.wanted.load(Ordering::Relaxed)
+            && !self.hub.push(self.id, items as u32, stamp.sequence, stamp.time, bytes)
+        {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }

@@ -5,19 +5,16 @@ use std::io::{BufWriter, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::channels::Channel;
+use super::lines::{OTHERS, Sink};
+use super::messages::{self, TOPICS, Topic};
+use super::run::Preface;
+use crate::ros;
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Attachment, WriteOptions};
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, Stamp};
-use slate_runtime::Agent;
-use slate_runtime::configuration::Record;
-
-use super::channels::Channel;
-use super::lines::{OTHERS, Sink};
-use super::messages::{self, TOPICS, Topic};
-use super::run;
-use crate::ros;
 
 /// What a file is written through; it counts its bytes.
 struct Counted {
@@ -64,7 +61,7 @@ pub(super) struct File {
 
 impl File {
     /// Writes what is known before the run.
-    pub fn create(writer: Box<dyn Write + Send>, settings: &Record, agent: &Agent) -> Result<Self, String> {
+    pub fn create(writer: Box<dyn Write + Send>, preface: Preface, chunk: u64) -> Result<Self, String> {
         let counted = Counted { writer: BufWriter::with_capacity(BUFFER, writer), bytes: Arc::default() };
         let bytes = Arc::clone(&counted.bytes);
         let options = WriteOptions::new()
@@ -79,8 +76,8 @@ impl File {
             writer: options.create(NoSeek::new(counted)).map_err(text)?,
             channels: Vec::new(),
             others: BTreeMap::new(),
-            epoch: run::epoch(agent),
-            chunk: settings.chunk,
+            epoch: preface.epoch,
+            chunk,
             open: 0,
             scratch: Vec::new(),
             values: 0,
@@ -89,10 +86,10 @@ impl File {
             failure: None,
             told: BTreeMap::new(),
         };
-        for (name, metadata) in run::metadata(agent, settings) {
+        for (name, metadata) in preface.metadata {
             file.metadata(name, metadata).map_err(text)?;
         }
-        for (name, media_type, data) in run::attachments(agent) {
+        for (name, media_type, data) in preface.attachments {
             let attachment = Attachment {
                 log_time: file.epoch,
                 create_time: file.epoch,
@@ -142,28 +139,32 @@ impl File {
         Ok(id)
     }
 
-    fn write(&mut self, channel_id: u16, sequence: u64, time: u64, bytes: &[u8]) -> Result<(), String> {
-        let time = self.epoch.saturating_add(time);
+    fn write(&mut self, channel_id: u16, stamp: Stamp, time: u64, bytes: &[u8]) -> Result<(), String> {
         // The format counts in 32 bits.
-        let header =
-            MessageHeader { channel_id, sequence: sequence as u32, log_time: time, publish_time: time };
+        let header = MessageHeader {
+            channel_id,
+            sequence: stamp.sequence as u32,
+            log_time: self.epoch.saturating_add(time),
+            publish_time: self.epoch.saturating_add(stamp.time),
+        };
         self.writer.write_to_known_channel(&header, bytes).map_err(text)?;
         self.open += HEAD + bytes.len() as u64;
         if self.open >= self.chunk { self.close_piece() } else { Ok(()) }
     }
 
+    /// A value that stands in the file at a time, which is that of its stamp or a later one.
     fn put(
         &mut self,
         channel: Option<&Channel>,
         id: u32,
         items: usize,
-        stamp: Stamp,
+        (stamp, time): (Stamp, u64),
         bytes: &[u8],
     ) -> Result<(), String> {
         let Some(channel) = channel else {
             let Some(topic) = TOPICS.iter().find(|topic| topic.id == id) else { return Ok(()) };
             let own = self.other(topic).map_err(text)?;
-            return self.write(own, stamp.sequence, stamp.time, bytes);
+            return self.write(own, stamp, time, bytes);
         };
         let index = id as usize;
         if self.channels.len() <= index {
@@ -179,7 +180,7 @@ impl File {
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.clear();
         let encoded = channel.encode(items, bytes, &mut scratch).map_err(|error| error.to_string());
-        let written = encoded.and_then(|()| self.write(own, stamp.sequence, stamp.time, &scratch));
+        let written = encoded.and_then(|()| self.write(own, stamp, time, &scratch));
         self.scratch = scratch;
         self.values += 1;
         self.urgent |= channel.descriptor.name == "ModuleState" && stamp.sequence > 1;
@@ -201,22 +202,34 @@ impl File {
         self.urgent
     }
 
-    /// Says how many values of which channels were dropped, where that is news. Returns how many it is in all.
-    pub fn tell_drops(&mut self, channels: &[Channel], time: u64) -> u64 {
-        let mut all = 0;
-        for channel in channels {
-            let count = channel.dropped.load(Ordering::Relaxed);
-            all += count;
-            if count == 0 || self.told.get(&channel.path) == Some(&count) || self.failure.is_some() {
-                continue;
-            }
-            self.told.insert(channel.path.clone(), count);
-            let message = messages::dropped(&format!("/{}", channel.path), count);
-            let id = self.other(&messages::DROPPED).map_err(text);
-            let written = id.and_then(|id| self.write(id, 0, time, &message));
+    /// Says how many values of a property were dropped until then, where that is news.
+    pub fn tell_drops(&mut self, path: &str, count: u64, time: u64) {
+        if count == 0 || self.told.get(path) == Some(&count) || self.failure.is_some() {
+            return;
+        }
+        self.told.insert(path.to_owned(), count);
+        let message = messages::dropped(&format!("/{path}"), count);
+        let id = self.other(&messages::DROPPED).map_err(text);
+        let written = id.and_then(|id| {
+            let stamp = Stamp { time, ..Stamp::default() };
+            self.write(id, stamp, time, &message)
+        });
+        self.note(written);
+    }
+
+    /// A value that was there before the file, at the time at which that begins.
+    pub fn value_from_before(
+        &mut self,
+        channel: &Channel,
+        id: u32,
+        items: usize,
+        (stamp, begin): (Stamp, u64),
+        bytes: &[u8],
+    ) {
+        if self.failure.is_none() {
+            let written = self.put(Some(channel), id, items, (stamp, begin.max(stamp.time)), bytes);
             self.note(written);
         }
-        all
     }
 
     /// Remembers why nothing can be written any more.
@@ -226,11 +239,11 @@ impl File {
         }
     }
 
-    /// Writes what is known after the run, and the index.
-    pub fn end(&mut self, end: BTreeMap<String, String>) -> Result<(), String> {
+    /// Writes what is known at the end, under that name, and the index.
+    pub fn end(&mut self, name: &str, end: BTreeMap<String, String>) -> Result<(), String> {
         let drops = self.told.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
         self.metadata("dropped", drops).map_err(text)?;
-        self.metadata("end", end).map_err(text)?;
+        self.metadata(name, end).map_err(text)?;
         self.writer.finish().map(drop).map_err(text)
     }
 
@@ -244,7 +257,7 @@ impl Sink for File {
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         debug_assert!(channel.is_some() || id >= OTHERS);
         if self.failure.is_none() {
-            let written = self.put(channel, id, items, stamp, bytes);
+            let written = self.put(channel, id, items, (stamp, stamp.time), bytes);
             self.note(written);
         }
     }

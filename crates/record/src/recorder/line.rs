@@ -18,7 +18,7 @@ pub(super) struct Head {
 pub(super) const HEAD: usize = 28;
 
 impl Head {
-    fn to_bytes(self) -> [u8; HEAD] {
+    pub fn to_bytes(self) -> [u8; HEAD] {
         let mut bytes = [0; HEAD];
         bytes[..4].copy_from_slice(&self.id.to_le_bytes());
         bytes[4..8].copy_from_slice(&self.items.to_le_bytes());
@@ -28,7 +28,7 @@ impl Head {
         bytes
     }
 
-    fn from_bytes(bytes: &[u8; HEAD]) -> Self {
+    pub fn from_bytes(bytes: &[u8; HEAD]) -> Self {
         let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         let long = |at: usize| u64::from(word(at)) | u64::from(word(at + 4)) << 32;
         Self { id: word(0), items: word(4), length: word(8), sequence: long(12), time: long(20) }
@@ -40,6 +40,22 @@ pub(super) fn line(capacity: usize) -> (Inlet, Outlet) {
     let (producer, consumer) = RingBuffer::new(capacity);
     (Inlet { producer }, Outlet { consumer, head: None })
 }
+
+/// A ring of so many bytes whose memory is there, so that the first values in it cost no more than those after.
+pub(super) fn warm_line(capacity: usize) -> (Inlet, Outlet) {
+    let (mut producer, mut consumer) = RingBuffer::new(capacity);
+    for place in (0..capacity).step_by(PAGE) {
+        // There is room, as it is empty and has as many places.
+        let _ = producer.push_entire_slice(&[0; PAGE][..PAGE.min(capacity - place)]);
+    }
+    while let Some(waiting) = Some(consumer.slots()).filter(|waiting| *waiting > 0) {
+        let _ = consumer.pop_entire_slice(&mut [0; PAGE][..PAGE.min(waiting)]);
+    }
+    (Inlet { producer }, Outlet { consumer, head: None })
+}
+
+/// Bytes of a page of memory.
+const PAGE: usize = 4096;
 
 /// The end of a thread that writes values.
 pub(super) struct Inlet {

@@ -1,26 +1,26 @@
 //! Where the values of all threads come together.
 
 use std::cell::RefCell;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering, fence};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{Thread, ThreadId};
 
 use slate_blackboard::channel::Tap;
-use slate_blackboard::{Pattern, Property, Stamp};
-use slate_runtime::configuration::Record;
+use slate_blackboard::{Property, Stamp};
 
 use super::channels::{Channel, PropertyTap};
-use super::line::{HEAD, Head, Inlet, Outlet, line};
+use super::line::{HEAD, Head, Inlet, Outlet, line, warm_line};
 
 /// What every value of an agent goes through.
 pub(crate) struct Hub {
     number: u64,
-    select: Vec<Pattern>,
-    exclude: Vec<Pattern>,
     /// Bytes that a thread may be ahead.
     buffer: usize,
     /// Whether values are taken.
     is_on: AtomicBool,
+    /// Whether anybody wants what is no property.
+    listens: AtomicBool,
     /// Whether whoever writes waits for a full line.
     waits: AtomicBool,
     /// The bytes of the largest value.
@@ -28,11 +28,18 @@ pub(crate) struct Hub {
     /// Set when what is there shall be in the file at once.
     pub urgent: AtomicBool,
     channels: Mutex<Vec<Channel>>,
+    /// Who wants which values, by number.
+    wants: Mutex<BTreeMap<u64, Want>>,
     /// Lines that nobody takes values out of yet.
     fresh: Mutex<Vec<(ThreadId, Outlet)>>,
+    /// Lines for threads that have none, so that they need not make one in the middle of a tick.
+    spares: Mutex<Vec<(Inlet, Outlet)>>,
     /// Who takes values out; nobody before the beginning.
     reader: OnceLock<Thread>,
 }
+
+/// Whether somebody wants the values of a property.
+pub(crate) type Want = Box<dyn Fn(&Channel) -> bool + Send>;
 
 /// Where values go that come from the lines.
 pub(crate) trait Sink: Send {
@@ -62,39 +69,84 @@ thread_local! {
 /// Counts recorders, so that a thread which writes for several agents knows them apart.
 static NUMBERS: AtomicU64 = AtomicU64::new(0);
 
+/// How many lines are kept for threads that have none: the loop's, the one of its timing, and another.
+const SPARES: usize = 3;
+
 impl Hub {
-    pub fn new(settings: &Record) -> Arc<Self> {
+    /// Nobody wants anything yet; each thread that writes values may be ahead by so many bytes.
+    pub fn new(buffer: u64) -> Arc<Self> {
         Arc::new(Self {
             number: NUMBERS.fetch_add(1, Ordering::Relaxed),
-            select: settings.select.clone(),
-            exclude: settings.exclude.clone(),
-            buffer: usize::try_from(settings.buffer).unwrap_or(LARGEST),
+            buffer: usize::try_from(buffer).unwrap_or(LARGEST),
             is_on: AtomicBool::new(true),
+            listens: AtomicBool::new(false),
             waits: AtomicBool::new(false),
             largest: AtomicUsize::new(0),
             urgent: AtomicBool::new(false),
             channels: Mutex::default(),
+            wants: Mutex::default(),
             fresh: Mutex::default(),
+            spares: Mutex::default(),
             reader: OnceLock::new(),
         })
     }
 
-    /// What sees the values of a property, if it is recorded.
+    /// What sees the values of a property.
     pub fn tap(self: &Arc<Self>, property: &Property) -> Option<Arc<dyn Tap>> {
-        let path = property.path();
-        let among = |patterns: &[Pattern]| patterns.iter().any(|pattern| pattern.matches(path));
         // What the recorder says of itself would make it say more.
-        if !among(&self.select) || among(&self.exclude) || path.starts_with("record/") {
+        if property.path().starts_with("record/") {
             return None;
         }
         let shape = property.channel()?.shape();
         self.largest.fetch_max(shape.bytes(shape.capacity), Ordering::Relaxed);
         let channel = Channel::of(property);
-        let dropped = Arc::clone(&channel.dropped);
+        let (dropped, wanted) = (Arc::clone(&channel.dropped), Arc::clone(&channel.wanted));
+        // Held until it is among the channels, so that no want misses it.
+        let wants = self.wants();
+        wanted.store(wants.values().any(|wants| wants(&channel)), Ordering::Relaxed);
         let mut channels = self.channels();
         let id = u32::try_from(channels.len()).ok().filter(|id| *id < OTHERS)?;
         channels.push(channel);
-        Some(Arc::new(PropertyTap { hub: Arc::clone(self), id, dropped }))
+        Some(Arc::new(PropertyTap { hub: Arc::clone(self), id, dropped, wanted }))
+    }
+
+    /// Somebody of that number wants values from now on.
+    pub fn want(&self, number: u64, want: Want) {
+        let mut wants = self.wants();
+        wants.insert(number, want);
+        self.ask(&wants);
+        // Who reads what is there now, and then takes what comes, misses nothing.
+        fence(Ordering::SeqCst);
+    }
+
+    /// And no longer.
+    pub fn want_no_more(&self, number: u64) {
+        let mut wants = self.wants();
+        wants.remove(&number);
+        self.ask(&wants);
+    }
+
+    fn ask(&self, wants: &BTreeMap<u64, Want>) {
+        for channel in &*self.channels() {
+            channel.wanted.store(wants.values().any(|wants| wants(channel)), Ordering::Relaxed);
+        }
+        self.listens.store(!wants.is_empty(), Ordering::Relaxed);
+    }
+
+    fn wants(&self) -> MutexGuard<'_, BTreeMap<u64, Want>> {
+        self.wants.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes lines for threads that have none.
+    pub fn make_spares(&self) {
+        let capacity = self.least(0);
+        let missing = SPARES.saturating_sub(self.spares().len());
+        let made: Vec<_> = (0..missing).map(|_| warm_line(capacity)).collect();
+        self.spares().extend(made);
+    }
+
+    fn spares(&self) -> MutexGuard<'_, Vec<(Inlet, Outlet)>> {
+        self.spares.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// From now on `reader` takes values out of the lines.
@@ -169,10 +221,18 @@ impl Hub {
         }
     }
 
+    /// The bytes of a line that is for values of so many and more.
+    fn least(&self, needed: usize) -> usize {
+        let largest = self.largest.load(Ordering::Relaxed).saturating_mul(2);
+        needed.max(self.buffer).max(largest).min(LARGEST)
+    }
+
     /// A line of this thread, for values of so many bytes and more.
     fn new_line(&self, needed: usize) -> Own {
-        let largest = self.largest.load(Ordering::Relaxed).saturating_mul(2);
-        let (inlet, outlet) = line(needed.max(self.buffer).max(largest).min(LARGEST));
+        let capacity = self.least(needed);
+        let spare = self.spares.try_lock().ok().and_then(|mut spares| spares.pop());
+        let spare = spare.filter(|(inlet, _)| inlet.capacity() >= capacity);
+        let (inlet, outlet) = spare.unwrap_or_else(|| line(capacity));
         let mut fresh = self.fresh.lock().unwrap_or_else(PoisonError::into_inner);
         fresh.push((std::thread::current().id(), outlet));
         Own { hub: self.number, inlet }
@@ -180,12 +240,19 @@ impl Hub {
 
     /// Hands something over that is encoded already.
     pub fn push_whole(&self, id: u32, time: u64, bytes: &[u8]) {
-        self.push(id, 0, 0, time, bytes);
+        if self.listens.load(Ordering::Relaxed) {
+            self.push(id, 0, 0, time, bytes);
+        }
     }
 
     /// Has what is there in the file at once.
     pub fn hurry(&self) {
         self.urgent.store(true, Ordering::Release);
+        self.wake();
+    }
+
+    /// Wakes who takes values out.
+    pub fn wake(&self) {
         if let Some(reader) = self.reader.get() {
             reader.unpark();
         }

@@ -1,5 +1,7 @@
 //! What a recording has beside values of properties, as messages of ROS 2.
 
+use std::path::PathBuf;
+
 use slate_module::Level;
 use slate_runtime::log::Record as Line;
 use slate_runtime::recording::Change;
@@ -49,16 +51,18 @@ pub(crate) const CHANGE: Topic = Topic {
     definition: "\
 # The agent's cycle after which it was made.
 uint64 cycle
-# The path of a setting; empty for what can't be made again.
+# The path of a setting, if it is one.
 string setting
 # Whether it was given a value; else it is as the files say it.
 bool has_value
-# As TOML, or what was done, in words.
+# As TOML; or why there was a stop, which actuator was armed, or what was done that can't be made again.
 string value
-# A plugin that was reloaded, the library, and a hash over that.
+# A plugin that was reloaded, loaded or unloaded, the library, and a hash over that.
 string plugin
 string file
 uint64 hash
+# What was done if it is no setting and no reload: load, unload, stop, reset, arm.
+string action
 ",
 };
 
@@ -103,21 +107,49 @@ const SECOND: u64 = 1_000_000_000;
 pub(super) fn change(cycle: u64, change: &Change) -> Vec<u8> {
     let mut message = Message::new();
     message.number(&cycle.to_le_bytes());
-    let (path, value, [plugin, file], hash) = match change {
-        Change::Setting { path, value } => (path.as_str(), value.as_deref(), ["", ""].map(String::from), 0),
+    let mut told = Told::default();
+    let text = |file: &PathBuf| file.to_string_lossy().into_owned();
+    match change {
+        Change::Setting { path, value } => (told.path, told.value) = (path.clone(), value.clone()),
         Change::Reload { plugin, file, hash } => {
-            ("", None, [plugin.clone(), file.to_string_lossy().into_owned()], *hash)
+            (told.plugin, told.file, told.hash) = (plugin.clone(), text(file), *hash);
         }
-        Change::Other { what } => ("", Some(what.as_str()), ["", ""].map(String::from), 0),
-    };
-    message.text(path);
-    message.number(&[u8::from(value.is_some())]);
-    message.text(value.unwrap_or_default());
-    message.text(&plugin);
-    message.text(&file);
-    message.number(&hash.to_le_bytes());
+        Change::Load { name, file, hash } => {
+            (told.action, told.plugin, told.hash) = (LOAD, name.clone(), *hash);
+            told.file = file.as_ref().map(text).unwrap_or_default();
+        }
+        Change::Unload { name } => (told.action, told.plugin) = (UNLOAD, name.clone()),
+        Change::Stop { reason } => (told.action, told.value) = (STOP, Some(reason.clone())),
+        Change::Reset => told.action = RESET,
+        Change::Arm { actuator } => (told.action, told.value) = (ARM, actuator.clone()),
+        Change::Other { what } => told.value = Some(what.clone()),
+    }
+    message.text(&told.path);
+    message.number(&[u8::from(told.value.is_some())]);
+    message.text(&told.value.unwrap_or_default());
+    message.text(&told.plugin);
+    message.text(&told.file);
+    message.number(&told.hash.to_le_bytes());
+    message.text(told.action);
     message.0
 }
+
+/// The fields of a change.
+#[derive(Default)]
+struct Told {
+    path: String,
+    value: Option<String>,
+    plugin: String,
+    file: String,
+    hash: u64,
+    action: &'static str,
+}
+
+const LOAD: &str = "load";
+const UNLOAD: &str = "unload";
+const STOP: &str = "stop";
+const RESET: &str = "reset";
+const ARM: &str = "arm";
 
 /// The cycle and the change of a message.
 pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
@@ -126,11 +158,20 @@ pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
     let text = |name: &str| Some(change.get(name)?.as_str()?.to_owned());
     let number = |name: &str| u64::try_from(change.get(name)?.as_integer()?).ok();
     let value = if change.get("has_value")?.as_bool()? { Some(text("value")?) } else { None };
-    let (path, plugin) = (text("setting")?, text("plugin")?);
-    let own = match (path.is_empty(), plugin.is_empty()) {
-        (false, _) => Change::Setting { path, value },
-        (_, false) => Change::Reload { plugin, file: text("file")?.into(), hash: number("hash")? },
-        _ => Change::Other { what: value.unwrap_or_default() },
+    let (path, plugin, file, hash) = (text("setting")?, text("plugin")?, text("file")?, number("hash")?);
+    let own = match (text("action")?.as_str(), path.is_empty(), plugin.is_empty()) {
+        (LOAD, ..) => {
+            let file = Some(PathBuf::from(file)).filter(|file| !file.as_os_str().is_empty());
+            Change::Load { name: plugin, file, hash }
+        }
+        (UNLOAD, ..) => Change::Unload { name: plugin },
+        (STOP, ..) => Change::Stop { reason: value.unwrap_or_default() },
+        (RESET, ..) => Change::Reset,
+        (ARM, ..) => Change::Arm { actuator: value },
+        ("", false, _) => Change::Setting { path, value },
+        ("", _, false) => Change::Reload { plugin, file: file.into(), hash },
+        ("", ..) => Change::Other { what: value.unwrap_or_default() },
+        _ => return None,
     };
     Some((number("cycle")?, own))
 }

@@ -1,18 +1,25 @@
 //! Records an agent into an MCAP file.
 
 mod channels;
+mod control;
 mod file;
+mod flight;
+mod host;
 mod line;
 mod lines;
 mod log;
 mod messages;
 mod run;
+mod save;
+mod selection;
 mod state;
+mod target;
 mod thread;
+mod trigger;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use slate_blackboard::channel::Tap;
 use slate_blackboard::{Property, Taps};
@@ -20,7 +27,7 @@ use slate_module::Level;
 use slate_runtime::Agent;
 use slate_runtime::configuration::Record;
 use slate_runtime::log::LogTarget;
-use slate_runtime::recording::{Change, Recording};
+use slate_runtime::recording::{Change, Recording, RecordingControl};
 
 pub(crate) use channels::Channel;
 pub(crate) use lines::{Drain, Hub, Sink};
@@ -29,11 +36,17 @@ pub(crate) use run::CONFIGURATION;
 pub use state::RecordState;
 
 use file::File;
+use host::Host;
+use run::Preface;
+use save::Saves;
 use state::Shown;
-use thread::Thread;
+use target::{Progress, Target};
+use thread::{Beginning, Shared, Thread, locked};
+use trigger::Triggers;
 
 /// Records an agent: every value that is written to the properties that are selected, the log, what is changed from
-/// outside, and what is needed to make the same run again.
+/// outside, and what is needed to make the same run again. Tools begin and end further recordings while it runs, and what
+/// was written in the last seconds can be in memory, to be saved when something has happened.
 ///
 /// An agent is loaded with it ([`Options::recording`](slate_runtime::Options::recording), and
 /// [`log_target`](Recorder::log_target) among its log targets), so that nothing is missed; then
@@ -54,11 +67,25 @@ impl std::fmt::Debug for Recorder {
     }
 }
 
+/// Who wants values: the recording of the configuration, the last seconds, and from then on those of tools.
+const FIRST: u64 = 0;
+const FLIGHT: u64 = 1;
+const TOOLS: u64 = 2;
+
 struct State {
     settings: Record,
+    /// Once it has begun.
+    host: Option<Arc<Host>>,
     thread: Option<Thread>,
-    /// Why it has not begun.
-    failure: Option<RecordError>,
+    saves: Option<Arc<Saves>>,
+    /// How many recordings tools have begun.
+    count: u64,
+    /// Where it is shown how it goes, until the thread has it.
+    shown: Option<Shown>,
+    /// The first recording, while it goes on.
+    first: Option<Arc<Progress>>,
+    /// What came of it, when that is known before the end.
+    outcome: Option<Result<Recorded, RecordError>>,
 }
 
 /// Why nothing is recorded.
@@ -91,10 +118,44 @@ pub struct Recorded {
 }
 
 impl Recorder {
-    /// A recorder with the settings of a configuration; it records nothing before an agent is loaded with it.
+    /// A recorder with the settings of a configuration, which records from the load of an agent on.
     pub fn new(settings: &Record) -> Self {
-        let state = State { settings: settings.clone(), thread: None, failure: None };
-        Self { hub: Hub::new(settings), state: Arc::new(Mutex::new(state)) }
+        let recorder = Self::on_demand(settings);
+        recorder.want_first();
+        recorder
+    }
+
+    /// As [`new`](Recorder::new), but without a recording of its own unless the settings say so: for
+    /// [`attach`](Recorder::attach).
+    pub fn on_demand(settings: &Record) -> Self {
+        let hub = Hub::new(settings.buffer);
+        if settings.flight.enabled {
+            let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
+            let wants = move |channel: &Channel| {
+                selection::selects(&selection, &channel.path) || Triggers::listen_to(&triggers, channel)
+            };
+            hub.want(FLIGHT, Box::new(wants));
+        }
+        let state = State {
+            settings: settings.clone(),
+            host: None,
+            thread: None,
+            saves: None,
+            count: 0,
+            shown: None,
+            first: None,
+            outcome: None,
+        };
+        let recorder = Self { hub, state: Arc::new(Mutex::new(state)) };
+        if settings.enabled {
+            recorder.want_first();
+        }
+        recorder
+    }
+
+    fn want_first(&self) {
+        let selection = self.state().settings.selection.clone();
+        self.hub.want(FIRST, Box::new(move |channel| selection::selects(&selection, &channel.path)));
     }
 
     /// What an agent gets among its log targets, so that the log is in the file.
@@ -102,68 +163,161 @@ impl Recorder {
         Box::new(log::Lines::new(&self.hub))
     }
 
+    /// Does what the configuration says for an agent that was loaded with this recorder, and what tools ask for. What has
+    /// no file of its own there goes into that folder.
+    pub fn attach(&self, agent: &Agent, folder: &Path) {
+        let settings = self.state().settings.clone();
+        if settings.enabled {
+            let file = settings.file.map_or_else(|| folder.join("run.mcap"), |file| file.value);
+            self.begin_in(agent, &file, folder);
+        } else {
+            self.launch(agent, Host::of(agent), folder, Vec::new());
+        }
+    }
+
     /// Opens the file for an agent that was loaded with this recorder. What it wrote until now goes into it too.
     ///
     /// An agent does not stand still because it can't be recorded: its log says so, and [`end`](Recorder::end).
     pub fn begin(&self, agent: &Agent, path: &Path) {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let file = folder.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::File::create(path));
+        self.begin_in(agent, path, path.parent().unwrap_or(Path::new("")));
+    }
+
+    fn begin_in(&self, agent: &Agent, path: &Path, folder: &Path) {
+        let own = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let file = own.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::File::create(path));
         match file {
-            Ok(file) => self.begin_with(agent, path, Box::new(file)),
-            Err(error) => self.fail(agent, path, error.to_string()),
+            Ok(file) => self.begin_into(agent, path, folder, Box::new(file)),
+            Err(error) => self.fail(agent, path, folder, error.to_string()),
         }
     }
 
     /// As [`begin`](Recorder::begin), into something else than a file; `path` is what messages call it.
     pub fn begin_with(&self, agent: &Agent, path: &Path, writer: Box<dyn Write + Send>) {
+        self.begin_into(agent, path, path.parent().unwrap_or(Path::new("")), writer);
+    }
+
+    fn begin_into(&self, agent: &Agent, path: &Path, folder: &Path, writer: Box<dyn Write + Send>) {
+        let settings = self.state().settings.clone();
+        let is_whole = selection::is_whole(&settings.selection);
+        let host = Host::of(agent);
+        let preface = Preface::new(&host, &agent.composer(), is_whole, true);
+        match File::create(writer, preface, settings.chunk) {
+            Ok(file) => {
+                let progress = Progress::new(FIRST, path, agent.now());
+                self.state().first = Some(Arc::clone(&progress));
+                let target = Target::new(file, settings.selection, settings.within, progress);
+                self.show(agent.board());
+                self.launch(agent, host, folder, vec![target]);
+            }
+            Err(reason) => self.fail(agent, path, folder, reason),
+        }
+    }
+
+    /// Starts the thread, which does all the rest.
+    fn launch(&self, agent: &Agent, host: Host, folder: &Path, targets: Vec<Target>) {
         let mut state = self.state();
         if state.thread.is_some() {
             return;
         }
-        let begun = File::create(writer, &state.settings, agent).and_then(|file| {
-            Thread::start(&self.hub, file, agent, path, state.settings.within)
-                .map_err(|error| error.to_string())
-        });
-        match begun {
+        let host = Arc::new(host);
+        let saves = Saves::new(&host, folder, state.settings.chunk);
+        let shared = Arc::<Shared>::default();
+        *locked(&shared.recordings) = targets.iter().map(|target| Arc::clone(&target.progress)).collect();
+        *locked(&shared.shown) = state.shown.take();
+        let flight = state.settings.flight.clone();
+        let (hub, own) = (Arc::clone(&self.hub), Arc::clone(&saves));
+        let beginning = Beginning { hub, host: Arc::clone(&host), shared, targets, flight, saves: own };
+        match Thread::start(beginning) {
             Ok(thread) => {
                 if let Some(reader) = thread.handle() {
                     self.hub.begin(agent.is_lockstep(), reader);
                 }
-                state.thread = Some(thread);
+                (state.host, state.saves, state.thread) = (Some(host), Some(saves), Some(thread));
             }
-            Err(reason) => {
-                drop(state);
-                self.fail(agent, path, reason);
+            Err(error) => {
+                self.hub.stop();
+                let text = format!("nothing is recorded, as a thread can't be started: {error}");
+                agent.logger().log(agent.now(), Level::Error, &text);
+                if let Some(first) = state.first.take() {
+                    let error = RecordError::Write { path: first.path.clone(), reason: error.to_string() };
+                    state.outcome = Some(Err(error));
+                }
             }
         }
     }
 
-    fn fail(&self, agent: &Agent, path: &Path, reason: String) {
-        self.hub.stop();
+    /// Shows from now on how it goes.
+    fn show(&self, board: &Arc<slate_blackboard::Board>) {
+        let mut state = self.state();
+        match &state.thread {
+            None if state.shown.is_none() => state.shown = Shown::new(board),
+            Some(thread) if locked(&thread.shared.shown).is_none() => {
+                *locked(&thread.shared.shown) = Shown::new(board);
+            }
+            _ => {}
+        }
+    }
+
+    fn fail(&self, agent: &Agent, path: &Path, folder: &Path, reason: String) {
+        self.hub.want_no_more(FIRST);
         let error = RecordError::Write { path: path.to_owned(), reason };
         agent.logger().log(agent.now(), Level::Error, &error.to_string());
-        if let Some(mut shown) = Shown::new(agent.board()) {
-            shown.write(false, 0, 0, 0, agent.now());
+        self.show(agent.board());
+        {
+            let mut state = self.state();
+            if let Some(shown) = &mut state.shown {
+                shown.write(false, &[], agent.now());
+            }
+            state.outcome = Some(Err(error));
         }
-        self.state().failure = Some(error);
+        self.launch(agent, Host::of(agent), folder, Vec::new());
     }
 
-    /// Closes the file after a run of the agent.
+    /// Closes the file after a run of the agent, and those of tools.
     ///
     /// # Errors
-    /// When something of it could not be written.
+    /// When something of it could not be written, or there was none.
     pub fn end(&self, agent: &mut Agent) -> Result<Recorded, RecordError> {
-        self.hub.stop();
-        let mut state = self.state();
-        if let Some(failure) = state.failure.take() {
-            return Err(failure);
+        self.finish(agent).unwrap_or(Err(RecordError::Order))
+    }
+
+    /// As [`end`](Recorder::end), and nothing when there was no recording but those of tools.
+    pub fn finish(&self, agent: &mut Agent) -> Option<Result<Recorded, RecordError>> {
+        let (thread, saves, first) = {
+            let mut state = self.state();
+            (state.thread.take(), state.saves.take(), state.first.take())
+        };
+        let channels = |hub: &Hub| hub.channels().clone();
+        let mut outcome = None;
+        if let Some(mut thread) = thread {
+            let time = agent.now();
+            let digest = agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
+            let cycles = agent.composer().cycles().to_string();
+            for mut target in thread.end() {
+                let end = vec![("digest", digest.clone()), ("cycles", cycles.clone())];
+                let ended = target.end(&channels(&self.hub), time, end);
+                let path = target.progress.path.clone();
+                let ended = ended.map_err(|reason| RecordError::Write { path, reason });
+                match ended {
+                    ended if target.number == FIRST => outcome = Some(ended),
+                    Ok(recorded) => agent.logger().log(time, Level::Info, &control::told(&recorded)),
+                    Err(error) => agent.logger().log(time, Level::Error, &error.to_string()),
+                }
+            }
         }
-        let thread = state.thread.take().ok_or(RecordError::Order)?;
-        thread.end(agent)
+        if let Some(saves) = saves {
+            saves.wait();
+        }
+        let path = |first: &Progress| first.path.clone();
+        let lost = |first: Arc<Progress>| {
+            let reason = first.failure().unwrap_or_else(|| "it has ended before the run".into());
+            Err(RecordError::Write { path: path(&first), reason })
+        };
+        outcome.or_else(|| self.state().outcome.take()).or_else(|| first.map(lost))
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.state)
     }
 }
 
@@ -177,5 +331,9 @@ impl Recording for Recorder {
     fn changed(&self, cycle: u64, time: u64, change: &Change) {
         self.hub.push_whole(messages::CHANGE.id, time, &messages::change(cycle, change));
         self.hub.hurry();
+    }
+
+    fn control(&self) -> Option<&dyn RecordingControl> {
+        Some(self)
     }
 }

@@ -4,18 +4,21 @@ use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::{Access, Board, Store};
 use slate_module::{Bool, interface};
+use slate_runtime::recording::RecordingEntry;
 
-/// How the recording goes: `/record/state`, written ten times a second.
+use super::target::Progress;
+
+/// How recordings go: `/record/state`, written ten times a second. All of the run are counted together.
 #[interface]
 pub struct RecordState {
-    /// Values that were handed over to the file.
+    /// Values that were handed over to files.
     pub values: u64,
     /// Values that are missing there, as nobody may wait for a slow disk.
     pub dropped: u64,
-    /// Bytes of the file.
+    /// Bytes of the files.
     #[unit("B")]
     pub bytes: u64,
-    /// Whether it goes on; it does not when the file can't be written.
+    /// Whether anything is recorded; nothing is when the file can't be written.
     pub is_on: Bool,
     /// Not used.
     pub reserved: [u8; 7],
@@ -37,7 +40,13 @@ impl Shown {
         Some(Self { writer: property.channel()?.writer().ok()? })
     }
 
-    pub fn write(&mut self, is_on: bool, values: u64, dropped: u64, bytes: u64, time: u64) {
+    /// All recordings together.
+    pub fn write(&mut self, is_on: bool, recordings: &[Arc<Progress>], time: u64) {
+        let entries = recordings.iter().map(|progress| progress.entry());
+        let sum = |sums: [u64; 3], entry: RecordingEntry| {
+            [sums[0] + entry.values, sums[1] + entry.dropped, sums[2] + entry.bytes]
+        };
+        let [values, dropped, bytes] = entries.fold([0; 3], sum);
         let state = RecordState { values, dropped, bytes, is_on: is_on.into(), reserved: [0; 7] };
         // Nobody holds it up.
         let _ = self.writer.write(View::of(&state).bytes(), 0, time);

@@ -1,172 +1,318 @@
-//! The thread that encodes and writes.
+//! The thread in which values arrive, and that encodes and writes them.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
+use slate_blackboard::{Property, Stamp};
 use slate_module::Level;
-use slate_runtime::Agent;
-use slate_runtime::log::Logger;
+use slate_runtime::configuration::{Flight as FlightSettings, FlightTrigger};
+use slate_runtime::recording::FlightEntry;
 
-use super::file::File;
-use super::lines::{Drain, Hub};
+use super::channels::Channel;
+use super::flight::{Captured, Flight};
+use super::host::Host;
+use super::lines::{Drain, Hub, Sink};
+use super::save::{Save, Saves};
 use super::state::Shown;
-use super::{RecordError, Recorded};
+use super::target::{Progress, Target};
+use super::trigger::Triggers;
 
 /// How often is looked for values.
 const PERIOD: Duration = Duration::from_millis(2);
 
+/// How often while nobody wants any.
+const IDLE: Duration = Duration::from_millis(500);
+
 /// How often is shown how it goes, and looked for drops.
 const SHOWN: Duration = Duration::from_millis(100);
 
-/// A recording that is under way.
+/// What the thread is asked for by others.
+pub(super) enum Order {
+    /// Begins with a recording, and the newest values of these properties.
+    Add(Box<Target>, Vec<(u32, Arc<Property>)>),
+    /// Gives a recording back that has all that was written until now; nothing when it is there no more.
+    Remove(u64, SyncSender<Option<Box<Target>>>),
+    /// Gives the last seconds; nothing when none are kept.
+    Capture(SyncSender<Option<Captured>>),
+}
+
+/// What others see of the thread.
+#[derive(Default)]
+pub(super) struct Shared {
+    orders: Mutex<Vec<Order>>,
+    is_over: AtomicBool,
+    /// How recordings go, the oldest first.
+    pub recordings: Mutex<Vec<Arc<Progress>>>,
+    pub flight: Mutex<Option<FlightEntry>>,
+    /// Where it is shown how it goes, once anything was recorded.
+    pub shown: Mutex<Option<Shown>>,
+}
+
+/// What stays intact when another thread panicked while it held the lock.
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The thread of a recorder.
 pub(super) struct Thread {
     /// Taken at the end.
-    thread: Option<JoinHandle<File>>,
-    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Vec<Target>>>,
+    pub shared: Arc<Shared>,
     hub: Arc<Hub>,
-    path: PathBuf,
+}
+
+/// What the thread begins with.
+pub(super) struct Beginning {
+    pub hub: Arc<Hub>,
+    pub host: Arc<Host>,
+    pub shared: Arc<Shared>,
+    pub targets: Vec<Target>,
+    pub flight: FlightSettings,
+    pub saves: Arc<Saves>,
 }
 
 impl Thread {
-    pub fn start(
-        hub: &Arc<Hub>,
-        file: File,
-        agent: &Agent,
-        path: &Path,
-        within: u64,
-    ) -> std::io::Result<Self> {
-        let is_over = Arc::new(AtomicBool::new(false));
+    pub fn start(beginning: Beginning) -> std::io::Result<Self> {
+        let Beginning { hub, host, shared, targets, flight, saves } = beginning;
         let work = Work {
-            hub: Arc::clone(hub),
-            file,
+            hub: Arc::clone(&hub),
+            host,
+            shared: Arc::clone(&shared),
             drain: Drain::default(),
-            within: Duration::from_nanos(within),
-            shown: Shown::new(agent.board()),
-            path: path.to_owned(),
-            now: Box::new(agent.clock()),
-            logger: Arc::clone(agent.logger()),
+            sinks: Sinks {
+                targets,
+                triggers: Triggers::new(if flight.enabled { &flight.triggers } else { &[] }),
+                flight: Flight::new(&flight),
+                happened: Vec::new(),
+            },
+            settings: flight,
+            last_saved: BTreeMap::new(),
+            saves,
+            skipped: 0,
         };
-        let over = Arc::clone(&is_over);
-        let thread = Builder::new().name("record".into()).spawn(move || work.run(&over))?;
-        Ok(Self { thread: Some(thread), is_over, hub: Arc::clone(hub), path: path.to_owned() })
+        let thread = Builder::new().name("record".into()).spawn(move || work.run_safely())?;
+        Ok(Self { thread: Some(thread), shared, hub })
     }
 
     pub fn handle(&self) -> Option<std::thread::Thread> {
         self.thread.as_ref().map(|thread| thread.thread().clone())
     }
 
-    /// Waits until all that was handed over is written.
-    fn join(&mut self) -> Option<File> {
-        let thread = self.thread.take()?;
+    /// Waits until all that was handed over is written, and returns what was being recorded.
+    pub fn end(&mut self) -> Vec<Target> {
+        let Some(thread) = self.thread.take() else { return Vec::new() };
         self.hub.stop();
-        self.is_over.store(true, Ordering::Release);
+        self.shared.is_over.store(true, Ordering::Release);
         thread.thread().unpark();
-        thread.join().ok()
-    }
-
-    /// Closes the file.
-    pub fn end(mut self, agent: &mut Agent) -> Result<Recorded, RecordError> {
-        let path = self.path.clone();
-        let failed = |reason| RecordError::Write { path: path.clone(), reason };
-        let file = self.join();
-        let mut file = file.ok_or_else(|| failed("the thread that writes it has panicked".into()))?;
-        if let Some(reason) = file.failure.take() {
-            return Err(failed(reason));
+        // The last owner of an agent may be anywhere, and nobody waits for itself.
+        if thread.thread().id() == std::thread::current().id() {
+            return Vec::new();
         }
-        let time = agent.now();
-        let dropped = file.tell_drops(&self.hub.channels(), time);
-        let digest = agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
-        let end = [
-            ("digest", digest),
-            ("cycles", agent.composer().cycles().to_string()),
-            ("time_ns", time.to_string()),
-            ("values", file.values.to_string()),
-            ("dropped", dropped.to_string()),
-        ];
-        let end: BTreeMap<_, _> = end.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
-        file.end(end).map_err(failed)?;
-        Ok(Recorded { file: self.path.clone(), values: file.values, dropped, bytes: file.bytes() })
+        thread.join().unwrap_or_default()
     }
 }
 
 impl Drop for Thread {
     fn drop(&mut self) {
-        // Without an end the file says nothing of the run's, and is whole all the same.
-        drop(self.join());
+        // Without an end a file says nothing of the run's, and is whole all the same.
+        drop(self.end());
+    }
+}
+
+impl Shared {
+    /// Asks for something; the thread is to be woken then. False when there is none any more.
+    pub fn ask(&self, order: Order) -> bool {
+        let mut orders = locked(&self.orders);
+        if self.is_over.load(Ordering::Acquire) {
+            return false;
+        }
+        orders.push(order);
+        true
+    }
+
+    /// Nothing is asked for from now on, nor answered.
+    fn close(&self) {
+        self.is_over.store(true, Ordering::Release);
+        // Who waits for an answer hears that there will be none.
+        locked(&self.orders).clear();
+    }
+}
+
+/// Where values go.
+struct Sinks {
+    targets: Vec<Target>,
+    flight: Option<Flight>,
+    triggers: Triggers,
+    /// What has happened: what, when and where.
+    happened: Vec<(FlightTrigger, u64, String)>,
+}
+
+impl Sink for Sinks {
+    fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+        self.targets.iter_mut().for_each(|target| target.value(channel, id, items, stamp, bytes));
+        let Some(flight) = &mut self.flight else { return };
+        flight.value(id, items, stamp, bytes);
+        if let Some(channel) = channel
+            && let Some(trigger) = self.triggers.look(channel, id, items, bytes)
+        {
+            self.happened.push((trigger, stamp.time, channel.path.clone()));
+        }
     }
 }
 
 /// What the thread works with.
 struct Work {
     hub: Arc<Hub>,
-    file: File,
+    host: Arc<Host>,
+    shared: Arc<Shared>,
     drain: Drain,
-    within: Duration,
-    shown: Option<Shown>,
-    path: PathBuf,
-    now: Box<dyn Fn() -> u64 + Send>,
-    logger: Arc<Logger>,
+    sinks: Sinks,
+    settings: FlightSettings,
+    /// When each trigger has saved last.
+    last_saved: BTreeMap<FlightTrigger, u64>,
+    saves: Arc<Saves>,
+    skipped: u64,
 }
 
 impl Work {
+    /// Whatever goes wrong in here, the robot goes on.
+    fn run_safely(self) -> Vec<Target> {
+        let (hub, host, shared) = (Arc::clone(&self.hub), Arc::clone(&self.host), Arc::clone(&self.shared));
+        let done = catch_unwind(AssertUnwindSafe(|| self.run()));
+        shared.close();
+        done.unwrap_or_else(|_| {
+            hub.stop();
+            let reason = "the thread that writes it has panicked";
+            let recordings = locked(&shared.recordings);
+            recordings.iter().for_each(|progress| progress.fail(reason));
+            let text =
+                "nothing is recorded any more, and the agent goes on without: the recorder has panicked";
+            host.logger.log(host.now(), Level::Error, text);
+            if let Some(shown) = &mut *locked(&shared.shown) {
+                shown.write(false, &recordings, host.now());
+            }
+            Vec::new()
+        })
+    }
+
     #[allow(clippy::disallowed_methods, reason = "a piece is closed by the wall clock, also in a simulation")]
-    fn run(mut self, is_over: &AtomicBool) -> File {
-        // When the present piece was begun.
-        let mut opened = None;
+    fn run(mut self) -> Vec<Target> {
         let mut shown = Instant::now();
         loop {
-            // First, as what was handed over before the end is to be found after it.
-            let is_over = is_over.load(Ordering::Acquire);
+            // First, as what was handed over before the end, or before an order, is to be found after it.
+            let is_over = self.shared.is_over.load(Ordering::Acquire);
+            let orders = std::mem::take(&mut *locked(&self.shared.orders));
+            let orders = self.begin(orders);
             let is_urgent = self.hub.urgent.swap(false, Ordering::AcqRel);
-            let found = self.drain.turn(&self.hub, &mut self.file);
+            let found = self.drain.turn(&self.hub, &mut self.sinks);
             let now = Instant::now();
-            if self.file.is_open() {
-                let since = *opened.get_or_insert(now);
-                if is_urgent || self.file.is_urgent() || now.duration_since(since) >= self.within {
-                    let closed = self.file.close_piece();
-                    self.file.note(closed);
-                }
-            }
-            if !self.file.is_open() {
-                opened = None;
-            }
-            if now.duration_since(shown) >= SHOWN || is_over {
+            self.sinks.targets.iter_mut().for_each(|target| target.close_piece(now, is_urgent));
+            self.drop_failed();
+            self.save_what_happened();
+            if now.duration_since(shown) >= SHOWN || is_over || !orders.is_empty() {
                 shown = now;
                 self.show();
             }
-            if let Some(reason) = &self.file.failure {
-                self.fail(&reason.clone());
-                return self.file;
-            }
+            orders.into_iter().for_each(|order| self.answer(order));
             if is_over && !found {
-                return self.file;
+                return self.sinks.targets;
             }
             if !found {
-                std::thread::park_timeout(PERIOD);
+                let is_idle = self.sinks.targets.is_empty() && self.sinks.flight.is_none();
+                std::thread::park_timeout(if is_idle { IDLE } else { PERIOD });
             }
+        }
+    }
+
+    /// Begins with recordings, before values are taken out that belong into them; returns the other orders.
+    fn begin(&mut self, orders: Vec<Order>) -> Vec<Order> {
+        let mut others = Vec::new();
+        for order in orders {
+            match order {
+                Order::Add(mut target, properties) => {
+                    let channels = self.hub.channels().clone();
+                    target.begin(&channels, &properties, self.host.now());
+                    self.sinks.targets.push(*target);
+                }
+                other => others.push(other),
+            }
+        }
+        others
+    }
+
+    /// After all was written that was there when it was asked for. Who asked may be gone.
+    fn answer(&mut self, order: Order) {
+        match order {
+            Order::Add(..) => {}
+            Order::Remove(number, answer) => {
+                let place = self.sinks.targets.iter().position(|target| target.number == number);
+                let _ = answer.send(place.map(|place| Box::new(self.sinks.targets.remove(place))));
+            }
+            Order::Capture(answer) => {
+                let channels = self.hub.channels().clone();
+                let _ = answer.send(self.sinks.flight.as_mut().map(|flight| flight.capture(&channels)));
+            }
+        }
+    }
+
+    /// Where nothing can be written any more, the robot goes on without.
+    fn drop_failed(&mut self) {
+        while let Some(place) = self.sinks.targets.iter().position(|target| target.failure().is_some()) {
+            let mut target = self.sinks.targets.remove(place);
+            self.hub.want_no_more(target.number);
+            let time = self.host.now();
+            target.show(&self.hub.channels().clone(), time);
+            let reason = target.failure().unwrap_or_default().to_owned();
+            target.progress.fail(&reason);
+            let path = slate_runtime::printable(&target.progress.path);
+            let text = format!("the recording {path} ends here, and the agent goes on without: {reason}");
+            self.host.logger.log(time, Level::Error, &text);
+            self.show();
         }
     }
 
     /// Shows how it goes.
     fn show(&mut self) {
-        let time = (self.now)();
+        let time = self.host.now();
         let channels = self.hub.channels().clone();
-        let dropped = self.file.tell_drops(&channels, time);
-        if let Some(shown) = &mut self.shown {
-            shown.write(self.file.failure.is_none(), self.file.values, dropped, self.file.bytes(), time);
+        self.sinks.targets.iter_mut().for_each(|target| target.show(&channels, time));
+        if let Some(flight) = &self.sinks.flight {
+            let (from, to, bytes) = flight.extent();
+            *locked(&self.shared.flight) = Some(FlightEntry {
+                keep: self.settings.keep,
+                from,
+                to,
+                bytes,
+                memory: self.settings.memory,
+                saved: self.saves.files(),
+                skipped: self.skipped,
+            });
+        }
+        if let Some(shown) = &mut *locked(&self.shared.shown) {
+            shown.write(!self.sinks.targets.is_empty(), &locked(&self.shared.recordings), time);
         }
     }
 
-    /// Nothing can be written any more: the robot goes on without.
-    fn fail(&mut self, reason: &str) {
-        self.hub.stop();
-        let path = slate_runtime::printable(&self.path);
-        let text = format!("the recording {path} ends here, and the agent goes on without: {reason}");
-        self.logger.log((self.now)(), Level::Error, &text);
-        self.show();
+    /// Saves the last seconds when a trigger says so, but not again and again.
+    fn save_what_happened(&mut self) {
+        for (trigger, time, path) in std::mem::take(&mut self.sinks.happened) {
+            let last = self.last_saved.get(&trigger);
+            // Time may have gone back.
+            let is_soon = |last: &u64| time >= *last && time - *last < self.settings.every;
+            let Some(flight) = self.sinks.flight.as_mut() else { return };
+            if last.is_some_and(is_soon) {
+                self.skipped += 1;
+                continue;
+            }
+            self.last_saved.insert(trigger, time);
+            let channels = self.hub.channels().clone();
+            let captured = flight.capture(&channels);
+            self.saves.begin(Save { trigger, time, path, captured }, self.settings.files);
+        }
     }
 }

@@ -56,7 +56,9 @@ impl Comparison {
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let run = Run::read(path)?;
         let expected = Expected::new(Source::open(path)?);
-        Ok(Self { run, hub: Hub::new(&Record::default()), expected })
+        let hub = Hub::new(Record::default().buffer);
+        hub.want(0, Box::new(|_| true));
+        Ok(Self { run, hub, expected })
     }
 
     /// What the recording says of its run.
@@ -177,6 +179,35 @@ fn make(agent: &Agent, change: &Change, settings: Vec<(String, String)>) -> Resu
             let file = slate_runtime::printable(file);
             if is_same { Ok(()) } else { Err(format!("{file} is another library than it was then")) }
         }
+        Change::Load { name, file, hash } => {
+            let loaded = match file {
+                Some(file) => composer.load_library(file),
+                None => composer.load(name),
+            };
+            let loaded = loaded.map_err(|error| error.to_string())?;
+            let marks = composer.plugin_marks().into_iter();
+            let came = |name: &str| loaded.plugins.iter().any(|(own, file)| own == name && file.is_some());
+            let codes = marks.filter(|mark| came(&mark.name)).map(|mark| mark.hash);
+            let is_same = codes.fold(0, u64::wrapping_add) == *hash;
+            if is_same { Ok(()) } else { Err("a library is another one than it was then".into()) }
+        }
+        Change::Unload { name } => composer.unload(name).map(drop).map_err(|error| error.to_string()),
+        Change::Stop { reason } => {
+            composer.stop_actuators(reason);
+            Ok(())
+        }
+        Change::Reset => {
+            composer.reset();
+            Ok(())
+        }
+        // Whether they were all armed is seen from what they get.
+        Change::Arm { actuator: None } => {
+            composer.arm();
+            Ok(())
+        }
+        Change::Arm { actuator: Some(name) } => {
+            composer.arm_one(name).map(drop).ok_or_else(|| format!("no actuator is called `{name}`"))
+        }
         Change::Other { what } => Err(what.clone()),
     }
 }
@@ -244,7 +275,7 @@ impl Comparer {
             Some(Verdict::Different(Difference { time: stamp.time, url, field, recorded, replayed }))
         };
         let own = || format!("value {} at {:.3} s", stamp.sequence, stamp.time as f64 * 1e-9);
-        let Some(wanted) = self.expected.next(path, stamp.time)? else {
+        let Some(wanted) = self.expected.next(path, stamp.time, stamp.sequence as u32)? else {
             // A recording that was cut off may lack anything at its end.
             let is_extra = self.is_whole;
             return Ok(if is_extra { different(String::new(), "no such value".into(), own()) } else { None });

@@ -68,14 +68,21 @@ impl Expected {
         Ok(false)
     }
 
-    /// The next value of a property that was written at that time; nothing if none is recorded.
-    pub fn next(&mut self, path: &str, time: u64) -> Result<Option<Wanted>, ReadError> {
+    /// The value of that number of a property, which was written at that time; if there is none, the next one, and
+    /// nothing if none is recorded. It need not be the next one: two threads may have written, such as the loop and who
+    /// stops an actuator.
+    pub fn next(&mut self, path: &str, time: u64, sequence: u32) -> Result<Option<Wanted>, ReadError> {
+        let mut looked = 0;
         loop {
-            if let Some(wanted) = self.waiting.get_mut(path).and_then(VecDeque::pop_front) {
-                return Ok(Some(wanted));
+            if let Some(waiting) = self.waiting.get_mut(path) {
+                let mut news = waiting.iter().skip(looked);
+                if let Some(place) = news.position(|own| own.sequence == sequence && own.time == time) {
+                    return Ok(waiting.remove(looked + place));
+                }
+                looked = waiting.len();
             }
             if self.read_to > time.saturating_add(SLACK) || !self.read()? {
-                return Ok(None);
+                return Ok(self.waiting.get_mut(path).and_then(VecDeque::pop_front));
             }
         }
     }

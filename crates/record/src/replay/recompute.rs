@@ -83,7 +83,7 @@ impl Witness {
             failure: None,
         };
         drop(own);
-        Self { hub: Hub::new(&Record::default()), drain: Drain::default(), comparer }
+        Self { hub: Hub::new(Record::default().buffer), drain: Drain::default(), comparer }
     }
 
     /// What an agent is loaded with whose values are seen.

@@ -191,10 +191,11 @@ impl Run {
         }
         if self.about("whole") != "true" {
             return Some(
-                "only a part of the properties is recorded (`record.select`, `record.exclude`)".into(),
+                "only a part of the values is recorded (`record.select`, `record.exclude`, `record.rules`)"
+                    .into(),
             );
         }
-        if self.about("from_cycle") != "0" {
+        if self.about("begins") == "in the run" || self.about("from_cycle") != "0" {
             return Some("the recording does not begin with the run".into());
         }
         if self.text.is_none() {

@@ -1,6 +1,7 @@
 //! Changes of the configuration that modules ask for, and how changes are told.
 
 use std::cell::Cell;
+use std::time::Duration;
 
 use toml_edit::Key;
 
@@ -51,6 +52,9 @@ impl Composer {
     }
 }
 
+/// How long a change waits for the end of a cycle.
+const PATIENCE: Duration = Duration::from_secs(1);
+
 thread_local! {
     /// Whether this thread makes a change that a module has asked for.
     static BY_MODULE: Cell<bool> = const { Cell::new(false) };
@@ -65,6 +69,13 @@ fn by_module<R>(change: impl FnOnce() -> R) -> R {
 }
 
 impl Composer {
+    /// Makes a change that a module has asked for, but at a moment that depends on the wall clock: what records the agent is
+    /// told that the run can't be made again.
+    pub(crate) fn make_for_module<R>(&self, what: &str, make: impl FnOnce() -> R) -> R {
+        self.tell_recording(what);
+        by_module(make)
+    }
+
     /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
     /// again.
     pub(super) fn make_recorded<R, E>(
@@ -72,10 +83,20 @@ impl Composer {
         changes: Vec<Recorded>,
         make: impl FnOnce() -> Result<R, E>,
     ) -> Result<R, E> {
+        self.make_recorded_within(PATIENCE, changes, make)
+    }
+
+    /// As [`make_recorded`](Composer::make_recorded), but made so much later at most.
+    pub(super) fn make_recorded_within<R, E>(
+        &self,
+        patience: Duration,
+        changes: Vec<Recorded>,
+        make: impl FnOnce() -> Result<R, E>,
+    ) -> Result<R, E> {
         let recording = self.shared.recording.as_ref().filter(|_| !BY_MODULE.get());
         let Some(recording) = recording else { return make() };
         let (cycle, result) = match self.shared.lockstep {
-            true => self.shared.between_two(make),
+            true => self.shared.between_two(patience, make),
             false => (None, make()),
         };
         let (now, cycles) = (self.now(), self.shared.cycles());

@@ -42,8 +42,10 @@ use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
-pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
-pub(crate) use composer::{Property, WeakComposer};
+pub(crate) use composer::Property;
+pub use composer::{
+    Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload, WeakComposer,
+};
 use composition::Composition;
 pub use looping::SystemClock;
 use memory::Memories;

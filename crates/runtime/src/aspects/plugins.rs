@@ -64,8 +64,10 @@ impl PluginControl {
             let work = move || {
                 for request in receiver {
                     let composer = control.upgrade().and_then(|control| control.composer.get()?.upgrade());
-                    let answer = composer
-                        .map_or(Err("the agent ends".into()), |composer| carry_out(&composer, &request));
+                    let answer = composer.map_or(Err("the agent ends".into()), |composer| {
+                        let what = "a change of plugins that a module asked for";
+                        composer.make_for_module(what, || carry_out(&composer, &request))
+                    });
                     // Who asked may be gone.
                     let _ = request.answers.send((request.number, answer));
                 }

@@ -63,13 +63,14 @@ use agents::Described;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 pub use model::{
-    Actuator, Allowance, Compression, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy,
-    LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Record, Share,
-    ShareSecurity, SharedKnowledge, Transport,
+    Actuator, Allowance, Compression, Credentials, Filter, Flight, FlightTrigger, Isolation, Limit, Link,
+    LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
+    Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport,
 };
 use path::Prefix;
 use problems::Problems;
 use read::Main;
+pub(crate) use record::{RATE, period};
 use source::Sources;
 pub use source::{Origin, Source, SourceKind, Span, Spanned};
 pub use value::{Entry, Table, Value};

@@ -158,16 +158,16 @@ pub struct Record {
     pub enabled: bool,
     /// The file; `run.mcap` beside the report unless said.
     pub file: Option<Spanned<PathBuf>>,
-    /// The properties that are recorded.
-    pub select: Vec<Pattern>,
-    /// Those of them that are not.
-    pub exclude: Vec<Pattern>,
+    /// What is recorded.
+    pub selection: RecordSelection,
     /// Bytes from which a piece of the file is closed, with its checksum.
     pub chunk: u64,
     /// Wall-clock nanoseconds after which it is closed even when it is smaller.
     pub within: u64,
     /// Bytes that each thread which writes values may be ahead of the file.
     pub buffer: u64,
+    /// What is kept in memory of the last seconds.
+    pub flight: Flight,
 }
 
 impl Default for Record {
@@ -176,12 +176,93 @@ impl Default for Record {
         Self {
             enabled: false,
             file: None,
-            select: Pattern::parse("/**").into_iter().collect(),
-            exclude: Vec::new(),
+            selection: RecordSelection::default(),
             chunk: 64 << 10,
             within: 100_000_000,
             buffer: 4 << 20,
+            flight: Flight::default(),
         }
+    }
+}
+
+/// Which values are recorded of which properties.
+#[derive(Clone, Debug)]
+pub struct RecordSelection {
+    /// The properties.
+    pub select: Vec<Pattern>,
+    /// Those of them that are not recorded.
+    pub exclude: Vec<Pattern>,
+    /// Of which of them not every value is; the first rule for a property counts.
+    pub rules: Vec<RecordRule>,
+}
+
+impl Default for RecordSelection {
+    /// Every value of every property.
+    fn default() -> Self {
+        Self { select: Pattern::parse("/**").into_iter().collect(), exclude: Vec::new(), rules: Vec::new() }
+    }
+}
+
+/// Which values of some properties are recorded.
+#[derive(Clone, Debug)]
+pub struct RecordRule {
+    /// The properties.
+    pub select: Vec<Pattern>,
+    /// At most one in so many nanoseconds of the agent's time; 0 is each.
+    pub period: u64,
+    /// Only those that are other ones than the last that was recorded.
+    pub on_change: bool,
+}
+
+/// What an agent keeps in memory of the last seconds, to save it when something has happened.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    /// Whether it does.
+    pub enabled: bool,
+    /// How far back that goes, nanoseconds of the agent's time,
+    pub keep: u64,
+    /// and how many bytes it takes at most.
+    pub memory: u64,
+    /// What saves it.
+    pub triggers: Vec<FlightTrigger>,
+    /// Nanoseconds of the agent's time after which the same trigger may save again.
+    pub every: u64,
+    /// How many files of a trigger are kept; the oldest one makes room.
+    pub files: u64,
+}
+
+impl Default for Flight {
+    fn default() -> Self {
+        Self {
+            enabled: false,
+            keep: 60_000_000_000,
+            memory: 64 << 20,
+            triggers: vec![FlightTrigger::Fault, FlightTrigger::Stop],
+            every: 10_000_000_000,
+            files: 4,
+        }
+    }
+}
+
+/// What makes an agent save its last seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FlightTrigger {
+    /// A module panicked, does not return, or has failed for good.
+    Fault,
+    /// An actuator was stopped.
+    Stop,
+    /// A reflex took over.
+    Reflex,
+}
+
+impl FlightTrigger {
+    /// All of them, by the names that a configuration has for them.
+    pub const NAMES: [(&str, Self); 3] =
+        [("fault", Self::Fault), ("stop", Self::Stop), ("reflex", Self::Reflex)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].0
     }
 }
 

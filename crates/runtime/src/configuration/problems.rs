@@ -21,7 +21,7 @@ impl Problems {
         self.0.push(Problem { span: Some(span), message: message.into(), help: Some(help.into()) });
     }
 
-    fn wrong_type(&mut self, name: &str, value: &Spanned<Value>, expected: &str, help: &str) {
+    pub(super) fn wrong_type(&mut self, name: &str, value: &Spanned<Value>, expected: &str, help: &str) {
         self.add(value.span, format!("`{name}` takes {expected}, found {}", value.describe()), help);
     }
 

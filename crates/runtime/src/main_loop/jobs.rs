@@ -74,9 +74,6 @@ thread_local! {
     static HELD: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
 }
 
-/// How long a change waits for the end of a cycle.
-const PATIENCE: Duration = Duration::from_secs(1);
-
 impl Shared {
     /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
     /// nothing when it lost the token, because a module of `seats` did not return in time.
@@ -121,8 +118,12 @@ impl Shared {
     }
 
     /// Does `work` in this thread between two cycles, with all that is to be done between cycles for it, and says after
-    /// which. Nothing is said when no cycle has ended for long, as this thread may be one that the loop waits for.
-    pub fn between_two<R>(self: &Arc<Self>, work: impl FnOnce() -> R) -> (Option<u64>, R) {
+    /// which. Nothing is said when no cycle has ended for so long, as this thread may be one that the loop waits for.
+    pub fn between_two<R>(
+        self: &Arc<Self>,
+        patience: Duration,
+        work: impl FnOnce() -> R,
+    ) -> (Option<u64>, R) {
         let (begin, begun) = channel();
         let (held, jobs) = channel::<Job>();
         let between = move |shared: &Shared| {
@@ -140,7 +141,7 @@ impl Shared {
         let helper = std::thread::Builder::new().name("change".into());
         // Nobody waits for it: what it holds ends with the work.
         let helper = helper.spawn(move || drop(shared.between_cycles(&[], between)));
-        let cycle = helper.ok().and_then(|_| begun.recv_timeout(PATIENCE).ok());
+        let cycle = helper.ok().and_then(|_| begun.recv_timeout(patience).ok());
         drop(begun);
         let before = HELD.replace(cycle.map(|_| held));
         let result = work();

@@ -16,6 +16,7 @@ use super::protocol::{
 };
 use crate::configuration::SaveTo;
 use crate::playback::{Order, PlaybackStatus};
+use crate::recording::{RecordingEntry, RecordingStatus, SavedFlight};
 
 /// How long an agent may take for its greeting.
 const GREETING: Duration = Duration::from_secs(5);
@@ -319,6 +320,34 @@ impl Client {
     /// Writes the newest values of another agent's properties, such as `slate://robot/**`, into a file at an absolute path.
     pub fn save_remote(&mut self, url: &str, file: &Path) -> Result<RemoteSnapshotEntry, ClientError> {
         self.call(&Call::SnapshotRemote { url: url.into(), file: file.into() })
+    }
+
+    /// Begins to record into a file at an absolute path, which is not there yet: properties such as `/r2/**`, all without
+    /// any, at most so many values a second of each, or only those that change.
+    pub fn start_recording(
+        &mut self,
+        file: &Path,
+        (select, exclude): (&[String], &[String]),
+        rate: Option<f64>,
+        on_change: bool,
+    ) -> Result<(), ClientError> {
+        let (select, exclude) = (select.to_vec(), exclude.to_vec());
+        self.call(&Call::RecordStart { file: file.into(), select, exclude, rate, on_change })
+    }
+
+    /// Ends the recording into the file at an absolute path, or the only one.
+    pub fn stop_recording(&mut self, file: Option<&Path>) -> Result<RecordingEntry, ClientError> {
+        self.call(&Call::RecordStop { file: file.map(Into::into) })
+    }
+
+    /// What is recorded.
+    pub fn recordings(&mut self) -> Result<RecordingStatus, ClientError> {
+        self.call(&Call::RecordStatus {})
+    }
+
+    /// Saves the last seconds into a file at an absolute path, which is not there yet.
+    pub fn save_flight(&mut self, file: &Path) -> Result<SavedFlight, ClientError> {
+        self.call(&Call::RecordSnapshot { file: file.into() })
     }
 
     /// The newest value of a property or a field; nothing before the first write.

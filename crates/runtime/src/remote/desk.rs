@@ -12,6 +12,7 @@ use super::protocol::{
 };
 use super::trace::ToolTrace;
 use crate::configuration::{Configuration, Database, Report};
+use crate::recording::{self, RecordingControl, RecordingRefusal};
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::{Composer, Loaded, NewLink, PluginError, Reload};
 
@@ -121,6 +122,18 @@ impl Desk {
                 snapshot(&read)
             }
             Call::SnapshotRemote { url, file } => self.remote_snapshot(&url, absolute(&file)?),
+            Call::RecordStart { file, select, exclude, rate, on_change } => {
+                let what = recording::selection(&select, &exclude, rate, on_change)?;
+                result(self.recordings()?.start(&self.composer, absolute(&file)?, &what)?)
+            }
+            Call::RecordStop { file } => {
+                let file = file.as_deref().map(absolute).transpose()?;
+                result(self.recordings()?.stop(&self.composer, file)?)
+            }
+            Call::RecordStatus {} => result(self.recordings()?.status()),
+            Call::RecordSnapshot { file } => {
+                result(self.recordings()?.save(&self.composer, absolute(&file)?)?)
+            }
             Call::Read { url } => self.read(&url),
             Call::ReadHistory { url } => self.history(&url),
             Call::Stop { reason } => {
@@ -169,6 +182,12 @@ impl Desk {
 
     fn reload(&self, name: &str, file: Option<&Path>) -> Done {
         reloaded(self.composer.reload(name, file.map(absolute).transpose()?)?)
+    }
+
+    fn recordings(&self) -> Result<&dyn RecordingControl, Refusal> {
+        let help = "`slate run` has one; a program gives its agent one with `Options::recording`";
+        let control = self.composer.recording().and_then(|recording| recording.control());
+        control.ok_or_else(|| refusal("this agent has nothing that records", help))
     }
 
     fn arm(&self, actuator: Option<&str>) -> Done {
@@ -329,6 +348,12 @@ impl From<PluginError> for Refusal {
                 refusal(other.to_string(), &help.unwrap_or_default())
             }
         }
+    }
+}
+
+impl From<RecordingRefusal> for Refusal {
+    fn from(refused: RecordingRefusal) -> Self {
+        refusal(refused.message, &refused.help)
     }
 }
 

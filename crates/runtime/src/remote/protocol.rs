@@ -206,6 +206,40 @@ pub enum Call {
         /// Its URL.
         url: String,
     },
+    /// Begins to record values into a file that is not there yet; nothing.
+    #[serde(rename = "record/start")]
+    RecordStart {
+        /// The file, by its absolute path.
+        file: PathBuf,
+        /// Which properties, such as `/r2/**`; all unless given.
+        #[serde(default)]
+        select: Vec<String>,
+        /// Which of them not.
+        #[serde(default)]
+        exclude: Vec<String>,
+        /// At most so many values a second of each.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rate: Option<f64>,
+        /// Only values that are other ones than the last that was recorded.
+        #[serde(default)]
+        on_change: bool,
+    },
+    /// Ends a recording: [`RecordingEntry`](crate::recording::RecordingEntry).
+    #[serde(rename = "record/stop")]
+    RecordStop {
+        /// Its file, by its absolute path; the only recording unless given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        file: Option<PathBuf>,
+    },
+    /// What is recorded: [`RecordingStatus`](crate::recording::RecordingStatus).
+    #[serde(rename = "record/status")]
+    RecordStatus {},
+    /// Saves the last seconds into a file that is not there yet: [`SavedFlight`](crate::recording::SavedFlight).
+    #[serde(rename = "record/snapshot")]
+    RecordSnapshot {
+        /// The file, by its absolute path.
+        file: PathBuf,
+    },
     /// Stops all actuators until `reset` and `arm`; nothing.
     #[serde(rename = "stop")]
     Stop {

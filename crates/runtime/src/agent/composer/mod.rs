@@ -23,7 +23,7 @@ use super::memory::States;
 use crate::log::Levels;
 use crate::main_loop::Shared;
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
-use crate::recording::Change;
+use crate::recording::{Change, Recording};
 pub use error::PluginError;
 use gather::Gathered;
 pub(crate) use links::Property;
@@ -104,10 +104,16 @@ pub(super) struct Origin {
 
 /// A composer that does not keep its agent.
 #[derive(Clone, Default)]
-pub(crate) struct WeakComposer {
+pub struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
     overview: Weak<Mutex<Overview>>,
+}
+
+impl std::fmt::Debug for WeakComposer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WeakComposer").finish_non_exhaustive()
+    }
 }
 
 impl WeakComposer {
@@ -122,7 +128,8 @@ impl WeakComposer {
 }
 
 impl Composer {
-    pub(super) fn downgrade(&self) -> WeakComposer {
+    /// This composer, for somebody who does not keep the agent.
+    pub fn downgrade(&self) -> WeakComposer {
         WeakComposer {
             shared: Arc::downgrade(&self.shared),
             composition: Arc::downgrade(&self.composition),
@@ -186,7 +193,7 @@ impl Composer {
     /// # Errors
     /// What does not fit; nothing is loaded then.
     pub fn load(&self, name: &str) -> Result<Loaded, PluginError> {
-        self.bring(|gathered| gathered.named_afresh(name))
+        self.bring(name, None, |gathered| gathered.named_afresh(name))
     }
 
     /// Loads a plugin's library, as [`load`](Composer::load) does.
@@ -194,17 +201,19 @@ impl Composer {
     /// # Errors
     /// What does not fit; nothing is loaded then.
     pub fn load_library(&self, file: &Path) -> Result<Loaded, PluginError> {
-        self.bring(|gathered| gathered.library(file, None))
+        let path = std::path::absolute(file).unwrap_or_else(|_| file.into());
+        self.bring("", Some(path), |gathered| gathered.library(file, None))
     }
 
     fn bring(
         &self,
+        name: &str,
+        file: Option<PathBuf>,
         gather: impl FnOnce(&mut Gathered<'_>) -> Result<(), PluginError>,
     ) -> Result<Loaded, PluginError> {
         let mut composition = self.composition();
         let mut gathered = Gathered::new(&composition);
         gather(&mut gathered)?;
-        self.tell_recording("the load of a plugin");
         let (catalogue, origins, came) = gathered.done();
         let mut target = composition.target(|present| *present = catalogue);
         for (plugin, kind) in
@@ -221,7 +230,10 @@ impl Composer {
                 target.configuration = Arc::new(with);
             }
         }
-        let changed = composition.change(target, &self.shared, &BTreeMap::new())?;
+        let codes = came.iter().filter_map(|plugin| plugin.kinds().iter().find_map(plugin::code_of));
+        let load = Change::Load { name: name.into(), file, hash: codes.fold(0, u64::wrapping_add) };
+        let changed =
+            self.make_recorded(vec![load], || composition.change(target, &self.shared, &BTreeMap::new()))?;
         composition.origins = origins;
         let file = |name: &str| composition.origins.get(name).map(|origin| origin.file.clone());
         let plugins: Vec<_> = came.iter().map(|plugin| (plugin.name().into(), file(plugin.name()))).collect();
@@ -265,19 +277,23 @@ impl Composer {
             }
         }
         let leaving = composition.modules_of(&names);
-        self.tell_recording("the unload of a plugin");
-        self.ask(&composition, &leaving)?;
-        let mut target = composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
-        target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
-        // Before anything is ended for it.
-        composition.check(&target)?;
-        let _closed = self.end_threads(&composition, &leaving)?;
-        // New code beside a module ends with it.
-        for name in &names {
-            self.end_trial(&mut composition, name);
-        }
-        // What left is dropped before the libraries are looked at.
-        drop(composition.change(target, &self.shared, &BTreeMap::new())?);
+        let unload = Change::Unload { name: name.into() };
+        let _closed = self.make_recorded(vec![unload], || -> Result<_, PluginError> {
+            self.ask(&composition, &leaving)?;
+            let mut target =
+                composition.target(|catalogue| names.iter().for_each(|name| catalogue.remove(name)));
+            target.configuration = Arc::new(target.configuration.without_loaded(&leaving));
+            // Before anything is ended for it.
+            composition.check(&target)?;
+            let closed = self.end_threads(&composition, &leaving)?;
+            // New code beside a module ends with it.
+            for name in &names {
+                self.end_trial(&mut composition, name);
+            }
+            // What left is dropped before the libraries are looked at.
+            drop(composition.change(target, &self.shared, &BTreeMap::new())?);
+            Ok(closed)
+        })?;
         let residence = |name: String| {
             let origin = composition.origins.remove(&name);
             let state = origin.map_or("linked in", |origin| origin.residence.describe());
@@ -345,6 +361,11 @@ impl Composer {
         let composition = self.composition();
         let parameters = &composition.present.get(module)?.description.parameters;
         parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
+    }
+
+    /// What records the agent, if anything does.
+    pub(crate) fn recording(&self) -> Option<&dyn Recording> {
+        self.shared.recording.as_deref()
     }
 
     /// Everything that the robot knows.

@@ -1,0 +1,131 @@
+//! Recordings of running agents.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use slate::runtime::printable;
+use slate::runtime::recording::{RecordingEntry, RecordingStatus};
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Subcommand)]
+pub enum RecordVerb {
+    /// Begins to record a running agent into a file; the newest value of each property comes first.
+    Start(StartOptions),
+    /// Ends a recording.
+    Stop {
+        /// Its file; the only recording unless given.
+        file: Option<PathBuf>,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Shows what is recorded of an agent, and how that goes.
+    Status {
+        /// Prints it as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Saves the last seconds of an agent, which it keeps in memory, into a file.
+    Snapshot {
+        /// The file; it must not be there yet.
+        #[arg(default_value = "flight.mcap")]
+        file: PathBuf,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+}
+
+#[derive(Debug, Args)]
+pub struct StartOptions {
+    /// Which properties, such as '/r2/**' or '/**/scan'; all unless given.
+    pub select: Vec<String>,
+    /// Which of them not; may be given several times.
+    #[arg(long, value_name = "SELECT")]
+    pub exclude: Vec<String>,
+    /// At most so many values a second of each property.
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// Only values that are other ones than the last that was recorded.
+    #[arg(long)]
+    pub on_change: bool,
+    /// The file; it must not be there yet.
+    #[arg(long, default_value = "recording.mcap")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub agent: AgentOption,
+}
+
+/// Does what is asked; true, as what is refused is a failure.
+pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
+    match verb {
+        RecordVerb::Start(options) => {
+            let file = absolute(&options.out)?;
+            let mut client = options.agent.connect()?;
+            let what = (&*options.select, &*options.exclude);
+            client.start_recording(&file, what, options.rate, options.on_change)?;
+            output::line(format_args!("{} records into {}", client.name(), printable(&options.out)));
+        }
+        RecordVerb::Stop { file, agent } => {
+            let file = file.as_deref().map(absolute).transpose()?;
+            let entry = agent.connect()?.stop_recording(file.as_deref())?;
+            output::line(format_args!("{} has {}", printable(&entry.file), counts(&entry)));
+        }
+        RecordVerb::Status { json, agent } => {
+            let status = agent.connect()?.recordings()?;
+            if *json { output::json(&status) } else { show(&status) }
+        }
+        RecordVerb::Snapshot { file, agent } => {
+            let saved = agent.connect()?.save_flight(&absolute(file)?)?;
+            let seconds = saved.to.saturating_sub(saved.from) as f64 * 1e-9;
+            let (file, values) = (printable(file), saved.values);
+            output::line(format_args!("{file} has the last {seconds:.3} s: {values} values"));
+        }
+    }
+    Ok(true)
+}
+
+fn absolute(file: &Path) -> Result<PathBuf, Failure> {
+    std::path::absolute(file).map_err(|source| Failure::File { path: file.into(), source })
+}
+
+fn counts(entry: &RecordingEntry) -> String {
+    let dropped = match entry.dropped {
+        0 => String::new(),
+        dropped => format!(", {dropped} dropped"),
+    };
+    format!("{} values{dropped}, {:.1} MB", entry.values, megabytes(entry.bytes))
+}
+
+fn megabytes(bytes: u64) -> f64 {
+    bytes as f64 * 1e-6
+}
+
+fn show(status: &RecordingStatus) {
+    if status.recordings.is_empty() {
+        output::line("nothing is recorded");
+    }
+    for entry in &status.recordings {
+        let since = entry.from as f64 * 1e-9;
+        let end =
+            entry.failure.as_ref().map_or_else(String::new, |reason| format!("; it has ended: {reason}"));
+        let (file, counts) = (printable(&entry.file), counts(entry));
+        output::line(format_args!("{file}: {counts} since {since:.3} s{end}"));
+    }
+    let Some(flight) = &status.flight else {
+        output::line("the last seconds are not kept (record.flight.enabled)");
+        return;
+    };
+    let seconds = flight.to.saturating_sub(flight.from) as f64 * 1e-9;
+    let (own, most) = (megabytes(flight.bytes), megabytes(flight.memory));
+    output::line(format_args!("in memory: the last {seconds:.1} s, {own:.1} of {most:.1} MB"));
+    for file in &flight.saved {
+        output::line(format_args!("saved: {}", printable(file)));
+    }
+    if flight.skipped > 0 {
+        output::line(format_args!("{} more triggers came too soon after one before", flight.skipped));
+    }
+}

@@ -1,0 +1,196 @@
+//! Recordings that tools begin and end while the agent runs.
+
+use std::collections::BTreeMap;
+use std::fs::OpenOptions;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::Duration;
+
+use slate_module::Level;
+use slate_runtime::Composer;
+use slate_runtime::configuration::RecordSelection;
+use slate_runtime::recording::{
+    RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus, SavedFlight,
+};
+
+use super::file::File;
+use super::host::Host;
+use super::run::Preface;
+use super::save::save_to;
+use super::target::{Progress, Target};
+use super::thread::{Order, Shared, locked};
+use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection};
+
+/// How long the thread that writes may take to answer; less than tools wait.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// How many recordings there may be at a time.
+const MOST: usize = 8;
+
+fn refusal(message: impl Into<String>, help: &str) -> RecordingRefusal {
+    RecordingRefusal { message: message.into(), help: help.into() }
+}
+
+fn over() -> RecordingRefusal {
+    refusal("nothing is recorded of this agent any more", "its log says why; start it again")
+}
+
+/// What the log says of a recording that has ended.
+pub(super) fn told(recorded: &Recorded) -> String {
+    let Recorded { file, values, dropped, .. } = recorded;
+    format!("the recording {} has {values} values; {dropped} are missing", slate_runtime::printable(file))
+}
+
+impl Recorder {
+    /// What the thread shares, and what is known of the agent.
+    fn parts(&self) -> Result<(Arc<Shared>, Arc<Host>), RecordingRefusal> {
+        let state = self.state();
+        match (&state.thread, &state.host) {
+            (Some(thread), Some(host)) => Ok((Arc::clone(&thread.shared), Arc::clone(host))),
+            _ => Err(over()),
+        }
+    }
+
+    fn ask(&self, shared: &Shared, order: Order) -> Result<(), RecordingRefusal> {
+        if !shared.ask(order) {
+            return Err(over());
+        }
+        self.hub.wake();
+        Ok(())
+    }
+
+    fn answer<T>(answer: &Receiver<T>) -> Result<T, RecordingRefusal> {
+        let late = "the recorder has not answered in time, as its disk is slow";
+        answer.recv_timeout(PATIENCE).map_err(|_| refusal(late, "see `slate record status`, and try again"))
+    }
+}
+
+impl RecordingControl for Recorder {
+    fn start(&self, agent: &Composer, file: &Path, what: &RecordSelection) -> Result<(), RecordingRefusal> {
+        let (shared, host) = self.parts()?;
+        if locked(&shared.recordings).len() >= MOST {
+            return Err(refusal(
+                format!("there are {MOST} recordings already"),
+                "end one: slate record stop FILE",
+            ));
+        }
+        let board = agent.board();
+        let is_selected = |path: &str| selection::selects(what, path) && !path.starts_with("record/");
+        if !board.properties().iter().any(|property| is_selected(property.path())) {
+            let help = "`slate list` shows the properties; '/**' is all of them";
+            return Err(refusal("no property of the agent is among those to record", help));
+        }
+        let unwritten = |reason: String| {
+            let help = "name a file that is not there yet, in a folder that exists: --out FILE";
+            refusal(format!("{} can't be made: {reason}", slate_runtime::printable(file)), help)
+        };
+        let disk = OpenOptions::new().write(true).create_new(true).open(file);
+        let disk = disk.map_err(|error| unwritten(error.to_string()))?;
+        let preface = Preface::new(&host, agent, selection::is_whole(what), false);
+        let (number, chunk, within) = {
+            let mut state = self.state();
+            state.count += 1;
+            (TOOLS + state.count, state.settings.chunk, state.settings.within)
+        };
+        let opened = File::create(Box::new(disk), preface, chunk).map_err(unwritten)?;
+        let progress = Progress::new(number, file, agent.now());
+        let target = Target::new(opened, what.clone(), within, Arc::clone(&progress));
+        // All memory that this takes is there before the first value comes.
+        self.hub.make_spares();
+        self.show(board);
+        let own = what.clone();
+        self.hub.want(number, Box::new(move |channel| selection::selects(&own, &channel.path)));
+        // A property that was made anew has the channel that came last.
+        let channels = self.hub.channels().clone();
+        let channels = channels.iter().zip(0..).map(|(channel, id)| (channel.path.as_str(), id));
+        let ids: BTreeMap<&str, u32> = channels.collect();
+        let properties = board.properties().into_iter();
+        let properties = properties.filter_map(|property| Some((*ids.get(property.path())?, property)));
+        let properties = properties.filter(|(_, property)| is_selected(property.path())).collect();
+        locked(&shared.recordings).push(progress);
+        self.ask(&shared, Order::Add(Box::new(target), properties))?;
+        let file = slate_runtime::printable(file);
+        host.logger.log(agent.now(), Level::Info, &format!("a tool records into {file}"));
+        Ok(())
+    }
+
+    fn stop(&self, agent: &Composer, file: Option<&Path>) -> Result<RecordingEntry, RecordingRefusal> {
+        let (shared, host) = self.parts()?;
+        let recordings = locked(&shared.recordings).clone();
+        let names = || {
+            let names = recordings.iter().map(|progress| slate_runtime::printable(&progress.path));
+            names.collect::<Vec<_>>().join(", ")
+        };
+        let named = |progress: &&Arc<Progress>| {
+            let path = std::path::absolute(&progress.path);
+            file.is_none_or(|file| path.is_ok_and(|path| path == file))
+        };
+        let mut meant = recordings.iter().filter(named);
+        let progress = match (meant.next(), meant.next()) {
+            (Some(only), None) => only,
+            (None, _) if recordings.is_empty() => {
+                return Err(refusal("nothing is recorded", "begin with `slate record start`"));
+            }
+            (None, _) => {
+                return Err(refusal("no recording goes into that file", &format!("there are: {}", names())));
+            }
+            (Some(_), Some(_)) => {
+                return Err(refusal("there are several recordings", &format!("name one of {}", names())));
+            }
+        };
+        let (sender, receiver) = sync_channel(1);
+        self.ask(&shared, Order::Remove(progress.number, sender))?;
+        let target = Self::answer(&receiver)?;
+        self.hub.want_no_more(progress.number);
+        let time = agent.now();
+        let ended = match target {
+            Some(mut target) => {
+                let channels = self.hub.channels().clone();
+                target.end(&channels, time, vec![("stopped", "by a tool".into())])
+            }
+            None => Err(progress.failure().unwrap_or_else(|| "it has ended already".into())),
+        };
+        locked(&shared.recordings).retain(|other| other.number != progress.number);
+        let path = progress.path.clone();
+        let error = |reason| RecordError::Write { path: path.clone(), reason };
+        if progress.number == FIRST {
+            let mut state = self.state();
+            (state.first, state.outcome) = (None, Some(ended.clone().map_err(error)));
+        }
+        match ended {
+            Ok(recorded) => {
+                host.logger.log(time, Level::Info, &told(&recorded));
+                Ok(RecordingEntry { values: recorded.values, bytes: recorded.bytes, ..progress.entry() })
+            }
+            Err(reason) => {
+                let help = "`slate bag repair` makes a whole file of what is there";
+                Err(refusal(error(reason).to_string(), help))
+            }
+        }
+    }
+
+    fn status(&self) -> RecordingStatus {
+        let Ok((shared, _)) = self.parts() else { return RecordingStatus::default() };
+        let recordings = locked(&shared.recordings).iter().map(|progress| progress.entry()).collect();
+        RecordingStatus { recordings, flight: locked(&shared.flight).clone() }
+    }
+
+    fn save(&self, agent: &Composer, file: &Path) -> Result<SavedFlight, RecordingRefusal> {
+        let (shared, host) = self.parts()?;
+        let (sender, receiver) = sync_channel(1);
+        self.ask(&shared, Order::Capture(sender))?;
+        let captured = Self::answer(&receiver)?.ok_or_else(|| {
+            let help = "start it with --set record.flight.enabled=true";
+            refusal("this agent keeps nothing of its last seconds", help)
+        })?;
+        let chunk = self.state().settings.chunk;
+        let saved = save_to(file, &host, agent, chunk, &captured).map_err(|reason| {
+            let help = "name a file that is not there yet, in a folder that exists, on a disk with room";
+            refusal(format!("{} can't be written: {reason}", slate_runtime::printable(file)), help)
+        })?;
+        let shown = slate_runtime::printable(file);
+        host.logger.log(agent.now(), Level::Info, &format!("a tool has saved the last seconds in {shown}"));
+        Ok(saved)
+    }
+}

@@ -1,0 +1,238 @@
+//! The last seconds, in memory: values as they were written, in pieces of which the oldest makes room for the newest.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use slate_blackboard::Stamp;
+use slate_runtime::configuration::Flight as Settings;
+
+use super::channels::Channel;
+use super::line::{HEAD, Head};
+use super::lines::OTHERS;
+
+/// The last seconds of an agent.
+pub(super) struct Flight {
+    keep: u64,
+    memory: usize,
+    /// Bytes of a piece.
+    piece: usize,
+    pieces: VecDeque<Arc<Piece>>,
+    open: Piece,
+    /// Bytes of all pieces but the open one.
+    bytes: usize,
+    /// The last value of each property that is in no piece any more.
+    before: BTreeMap<u32, Value>,
+    /// A piece that can be used again.
+    spare: Option<Piece>,
+}
+
+/// Values, each behind its head.
+#[derive(Debug, Default)]
+struct Piece {
+    bytes: Vec<u8>,
+    /// The times of the first and the last value.
+    from: u64,
+    to: u64,
+}
+
+/// A value that was written.
+#[derive(Clone, Debug)]
+struct Value {
+    head: Head,
+    bytes: Vec<u8>,
+}
+
+/// What was in memory at a moment.
+pub(super) struct Captured {
+    before: BTreeMap<u32, Value>,
+    pieces: Vec<Arc<Piece>>,
+    pub channels: Vec<Channel>,
+    pub from: u64,
+    pub to: u64,
+}
+
+/// So many pieces fill the memory.
+const PIECES: usize = 32;
+
+/// The largest piece, bytes.
+const LARGEST_PIECE: usize = 1 << 20;
+
+impl Flight {
+    /// Nothing unless it is wanted.
+    pub fn new(settings: &Settings) -> Option<Self> {
+        let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX);
+        let flight = Self {
+            keep: settings.keep,
+            memory,
+            piece: (memory / PIECES).min(LARGEST_PIECE),
+            pieces: VecDeque::new(),
+            open: Piece::default(),
+            bytes: 0,
+            before: BTreeMap::new(),
+            spare: None,
+        };
+        settings.enabled.then_some(flight)
+    }
+
+    /// Takes a value.
+    pub fn value(&mut self, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+        let needed = HEAD + bytes.len();
+        if needed > self.memory / 2 {
+            // It would leave no room for others; its property shows a gap.
+            return;
+        }
+        if !self.open.bytes.is_empty() && self.open.bytes.len() + needed > self.piece {
+            self.close();
+        }
+        let open = &mut self.open;
+        if open.bytes.is_empty() {
+            open.from = stamp.time;
+            open.bytes.reserve(self.piece.max(needed));
+        }
+        open.to = if stamp.time > open.to { stamp.time } else { open.to };
+        // Lengths fit, as they came in such a head.
+        let (items, length) = (items as u32, bytes.len() as u32);
+        let head = Head { id, items, length, sequence: stamp.sequence, time: stamp.time };
+        open.bytes.extend_from_slice(&head.to_bytes());
+        open.bytes.extend_from_slice(bytes);
+        while let Some(first) = self.pieces.front()
+            && (self.bytes + self.open.bytes.len() > self.memory
+                || first.to.saturating_add(self.keep) < self.open.to)
+        {
+            self.drop_first();
+        }
+    }
+
+    fn close(&mut self) {
+        let next = self.spare.take().unwrap_or_default();
+        let piece = std::mem::replace(&mut self.open, next);
+        // Time may have gone back, as when the agent went on from a snapshot; what is older then stays for its bytes.
+        self.open.to = 0;
+        self.bytes += piece.bytes.len();
+        self.pieces.push_back(Arc::new(piece));
+    }
+
+    fn drop_first(&mut self) {
+        let Some(piece) = self.pieces.pop_front() else { return };
+        self.bytes -= piece.bytes.len();
+        piece.each(|head, bytes| {
+            if head.id >= OTHERS {
+                return;
+            }
+            let value = self.before.entry(head.id).or_insert_with(|| Value { head, bytes: Vec::new() });
+            value.head = head;
+            value.bytes.clear();
+            value.bytes.extend_from_slice(bytes);
+        });
+        if let Some(mut piece) = Arc::into_inner(piece) {
+            piece.bytes.clear();
+            self.spare = Some(piece);
+        }
+    }
+
+    /// From when it is until when, and the bytes that it takes.
+    pub fn extent(&self) -> (u64, u64, u64) {
+        let from = self.pieces.front().map_or(self.open.from, |piece| piece.from);
+        let to = self.pieces.back().map_or(0, |piece| piece.to);
+        let to = if self.open.bytes.is_empty() || to > self.open.to { to } else { self.open.to };
+        (from, to, (self.bytes + self.open.bytes.len()) as u64)
+    }
+
+    /// What is there now; it takes no copy of it.
+    pub fn capture(&mut self, channels: &[Channel]) -> Captured {
+        let (from, to, _) = self.extent();
+        if !self.open.bytes.is_empty() {
+            self.close();
+        }
+        Captured {
+            before: self.before.clone(),
+            pieces: self.pieces.iter().cloned().collect(),
+            channels: channels.to_vec(),
+            from,
+            to,
+        }
+    }
+}
+
+impl Piece {
+    fn each(&self, mut take: impl FnMut(Head, &[u8])) {
+        let mut rest = self.bytes.as_slice();
+        while let Some((head, behind)) = rest.split_first_chunk::<HEAD>() {
+            let head = Head::from_bytes(head);
+            let (bytes, behind) = behind.split_at_checked(head.length as usize).unwrap_or((behind, &[]));
+            take(head, bytes);
+            rest = behind;
+        }
+    }
+}
+
+impl Captured {
+    /// The values that were there before, each of another property, and then all values in the order in which they came.
+    pub fn each(&self, mut take: impl FnMut(bool, Head, &[u8])) {
+        self.before.values().for_each(|value| take(true, value.head, &value.bytes));
+        self.pieces.iter().for_each(|piece| piece.each(|head, bytes| take(false, head, bytes)));
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails panics")]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn flight(keep: u64, memory: u64) -> Flight {
+        Flight::new(&Settings { enabled: true, keep, memory, ..Settings::default() }).unwrap()
+    }
+
+    /// Numbers of the values before and of those in it, by property.
+    fn numbers(flight: &mut Flight) -> (BTreeMap<u32, u64>, BTreeMap<u32, Vec<u64>>) {
+        let (mut before, mut after) = (BTreeMap::new(), BTreeMap::<_, Vec<_>>::new());
+        flight.capture(&[]).each(|is_before, head, bytes| {
+            assert_eq!(bytes, vec![head.sequence as u8; head.length as usize]);
+            if is_before {
+                assert_eq!(before.insert(head.id, head.sequence), None);
+            } else {
+                after.entry(head.id).or_default().push(head.sequence);
+            }
+        });
+        (before, after)
+    }
+
+    proptest! {
+        /// Whatever is written: what is there of a property is all from one value on, and the value before that one is known.
+        #[test]
+        fn the_last_values_are_there_and_the_one_before_them(
+            values in prop::collection::vec((0_u32..4, 0_usize..3000, 0_u64..50), 1..800),
+            keep in 100_u64..5000,
+            captures in prop::collection::btree_set(0_usize..800, 0..4),
+        ) {
+            let memory = 100_000;
+            let mut flight = flight(keep, memory);
+            let mut written: BTreeMap<u32, Vec<(u64, u64)>> = BTreeMap::new();
+            let mut now = 0;
+            for (place, (id, length, later)) in values.into_iter().enumerate() {
+                now += later;
+                let own = written.entry(id).or_default();
+                let sequence = own.len() as u64 + 1;
+                own.push((sequence, now));
+                let stamp = Stamp { sequence, time: now, generation: 0 };
+                flight.value(id, 0, stamp, &vec![sequence as u8; length]);
+                // What was captured before does not change what is kept.
+                let _held = captures.contains(&place).then(|| flight.capture(&[]));
+            }
+            prop_assert!(flight.extent().2 <= memory);
+            let whole = flight.extent().2 < memory / 2;
+            let (before, after) = numbers(&mut flight);
+            for (id, own) in written {
+                let kept = after.get(&id).cloned().unwrap_or_default();
+                let last = own.len() as u64;
+                let first = last + 1 - kept.len() as u64;
+                prop_assert_eq!(&kept, &(first..=last).collect::<Vec<_>>());
+                prop_assert_eq!(before.get(&id).copied(), (first > 1).then(|| first - 1));
+                // With room to spare nothing of the last seconds is missing.
+                let missing = own[..first as usize - 1].iter().filter(|(_, time)| time + keep >= now);
+                prop_assert!(!whole || missing.count() == 0);
+            }
+        }
+    }
+}

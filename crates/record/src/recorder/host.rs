@@ -1,0 +1,60 @@
+//! What a recorder knows of its agent from the start.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::UNIX_EPOCH;
+
+use slate_runtime::log::Logger;
+use slate_runtime::{Agent, WeakComposer};
+
+/// The agent that is recorded.
+pub(super) struct Host {
+    /// Not the agent itself, which has the recorder.
+    pub composer: WeakComposer,
+    pub logger: Arc<Logger>,
+    clock: Box<dyn Fn() -> u64 + Send + Sync>,
+    /// What is added to the agent's time for that of the file: in lockstep nothing, and else the date of its start, so
+    /// that recordings of several robots fit together.
+    pub epoch: u64,
+    /// What is known of the run.
+    pub run: BTreeMap<String, String>,
+    /// What modules remembered when it began.
+    pub memories: BTreeMap<String, String>,
+}
+
+impl Host {
+    pub fn of(agent: &Agent) -> Self {
+        let date = |time| {
+            let date = agent.date_of(time).duration_since(UNIX_EPOCH).unwrap_or_default();
+            u64::try_from(date.as_nanos()).unwrap_or_default()
+        };
+        let (is_lockstep, name) = (agent.is_lockstep(), agent.board().agent());
+        let epoch = if is_lockstep { 0 } else { date(0) };
+        let run = [
+            ("agent", name.to_owned()),
+            // The name and the date are enough to tell one run from another.
+            ("run", format!("{name}-{:x}-{:x}", date(agent.now()), std::process::id())),
+            ("seed", agent.configuration().seed().value.to_string()),
+            ("clock", if is_lockstep { "lockstep" } else { "wall" }.into()),
+            ("epoch_ns", epoch.to_string()),
+            ("armed", agent.begins_armed().to_string()),
+            ("slate", env!("CARGO_PKG_VERSION").into()),
+        ];
+        let memories = agent.memories().map(|(module, began)| {
+            (module.to_owned(), began.map_or_else(|| "none".into(), |hash| format!("{hash:016x}")))
+        });
+        Self {
+            composer: agent.composer().downgrade(),
+            logger: Arc::clone(agent.logger()),
+            clock: Box::new(agent.clock()),
+            epoch,
+            run: run.map(|(key, value)| (key.to_owned(), value)).into(),
+            memories: memories.collect(),
+        }
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        (self.clock)()
+    }
+}

@@ -1,0 +1,181 @@
+//! The last seconds, on their way into a file.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::{File as Disk, OpenOptions};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::thread::{Builder, JoinHandle};
+
+use slate_blackboard::Stamp;
+use slate_module::Level;
+use slate_runtime::Composer;
+use slate_runtime::configuration::FlightTrigger;
+use slate_runtime::recording::SavedFlight;
+
+use super::file::File;
+use super::flight::Captured;
+use super::host::Host;
+use super::lines::Sink;
+use super::run::Preface;
+use super::thread::locked;
+
+/// What a trigger saves.
+pub(super) struct Save {
+    pub trigger: FlightTrigger,
+    pub time: u64,
+    /// The property that said so.
+    pub path: String,
+    pub captured: Captured,
+}
+
+/// Files that triggers save, each written in a thread of its own.
+pub(super) struct Saves {
+    host: Arc<Host>,
+    folder: PathBuf,
+    chunk: u64,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// How often each trigger has saved.
+    counts: BTreeMap<FlightTrigger, u64>,
+    /// The files that are there, with the trigger of each, the oldest first.
+    files: VecDeque<(FlightTrigger, PathBuf)>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Saves {
+    pub fn new(host: &Arc<Host>, folder: &Path, chunk: u64) -> Arc<Self> {
+        Arc::new(Self { host: Arc::clone(host), folder: folder.into(), chunk, state: Mutex::default() })
+    }
+
+    /// The files that are there, the oldest first.
+    pub fn files(&self) -> Vec<PathBuf> {
+        locked(&self.state).files.iter().map(|(_, file)| file.clone()).collect()
+    }
+
+    /// Begins to write a file, and keeps at most so many of its trigger.
+    pub fn begin(self: &Arc<Self>, save: Save, most: u64) {
+        let count = {
+            let mut state = locked(&self.state);
+            let count = state.counts.entry(save.trigger).or_default();
+            *count += 1;
+            *count
+        };
+        let file = self.folder.join(format!("flight-{}-{count}.mcap", save.trigger.name()));
+        let own = Arc::clone(self);
+        let thread = Builder::new().name("record save".into()).spawn(move || own.save(&save, &file, most));
+        match thread {
+            Ok(thread) => {
+                let mut state = locked(&self.state);
+                state.threads.retain(|thread| !thread.is_finished());
+                state.threads.push(thread);
+            }
+            Err(error) => self.say(Level::Error, &format!("the last seconds can't be saved: {error}")),
+        }
+    }
+
+    fn save(&self, save: &Save, path: &Path, most: u64) {
+        let Some(composer) = self.host.composer.upgrade() else { return };
+        let preface = Preface::new(&self.host, &composer, false, false);
+        drop(composer);
+        let why = [
+            ("trigger", save.trigger.name().to_owned()),
+            ("property", format!("/{}", save.path)),
+            ("time_ns", save.time.to_string()),
+        ];
+        let made = std::fs::create_dir_all(&self.folder).and_then(|()| Disk::create(path));
+        let saved = made.map_err(|error| error.to_string());
+        let saved = saved.and_then(|disk| write(disk, path, preface, self.chunk, &save.captured, why.into()));
+        let shown = slate_runtime::printable(path);
+        match saved {
+            Ok(saved) => {
+                let seconds = saved.to.saturating_sub(saved.from) as f64 * 1e-9;
+                let (trigger, property) = (save.trigger.name(), &save.path);
+                self.say(
+                    Level::Info,
+                    &format!(
+                        "the last {seconds:.1} s are saved in {shown}, as /{property} told of a {trigger}"
+                    ),
+                );
+                self.keep(save.trigger, path, most);
+            }
+            Err(reason) => {
+                self.say(Level::Error, &format!("the last seconds can't be saved in {shown}: {reason}"));
+            }
+        }
+    }
+
+    /// The oldest file of a trigger makes room for the newest.
+    fn keep(&self, trigger: FlightTrigger, path: &Path, most: u64) {
+        let mut state = locked(&self.state);
+        state.files.push_back((trigger, path.into()));
+        let of = state.files.iter().filter(|(own, _)| *own == trigger).count() as u64;
+        if of > most
+            && let Some(place) = state.files.iter().position(|(own, _)| *own == trigger)
+            && let Some((_, oldest)) = state.files.remove(place)
+        {
+            // Somebody may have taken it away.
+            let _ = std::fs::remove_file(oldest);
+        }
+    }
+
+    fn say(&self, level: Level, text: &str) {
+        self.host.logger.log(self.host.now(), level, text);
+    }
+
+    /// Waits for the files that are being written.
+    pub fn wait(&self) {
+        let threads = std::mem::take(&mut locked(&self.state).threads);
+        for thread in threads {
+            // One that panicked has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Saves the last seconds for somebody who asks.
+pub(super) fn save_to(
+    path: &Path,
+    host: &Host,
+    composer: &Composer,
+    chunk: u64,
+    captured: &Captured,
+) -> Result<SavedFlight, String> {
+    let preface = Preface::new(host, composer, false, false);
+    let disk =
+        OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| error.to_string())?;
+    let why = [("trigger", "a tool".to_owned()), ("time_ns", host.now().to_string())];
+    write(disk, path, preface, chunk, captured, why.into())
+}
+
+fn write(
+    disk: Disk,
+    path: &Path,
+    preface: Preface,
+    chunk: u64,
+    captured: &Captured,
+    why: BTreeMap<&str, String>,
+) -> Result<SavedFlight, String> {
+    let mut file = File::create(Box::new(disk), preface, chunk)?;
+    captured.each(|is_before, head, bytes| {
+        let channel = captured.channels.get(head.id as usize);
+        let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
+        match channel.filter(|_| is_before) {
+            Some(channel) => {
+                let at = (stamp, captured.from);
+                file.value_from_before(channel, head.id, head.items as usize, at, bytes);
+            }
+            None => file.value(channel, head.id, head.items as usize, stamp, bytes),
+        }
+    });
+    if let Some(reason) = file.failure.take() {
+        return Err(reason);
+    }
+    let extent = [("from_ns", captured.from.to_string()), ("to_ns", captured.to.to_string())];
+    let all = why.into_iter().chain(extent).map(|(key, value)| (key.to_owned(), value));
+    file.end("flight", all.collect())?;
+    let (from, to) = (captured.from, captured.to);
+    Ok(SavedFlight { file: path.into(), from, to, values: file.values, bytes: file.bytes() })
+}

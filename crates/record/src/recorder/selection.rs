@@ -1,0 +1,106 @@
+//! Which values of which properties are recorded.
+
+use slate_blackboard::Pattern;
+use slate_runtime::configuration::RecordSelection;
+
+fn is_among(patterns: &[Pattern], path: &str) -> bool {
+    patterns.iter().any(|pattern| pattern.matches(path))
+}
+
+/// Whether values of the property are recorded.
+pub(super) fn selects(selection: &RecordSelection, path: &str) -> bool {
+    is_among(&selection.select, path) && !is_among(&selection.exclude, path)
+}
+
+/// Whether each value of each property is.
+pub(super) fn is_whole(selection: &RecordSelection) -> bool {
+    let all = |pattern: &Pattern| pattern.to_string() == "**";
+    selection.exclude.is_empty() && selection.rules.is_empty() && selection.select.iter().any(all)
+}
+
+/// Which values of one property are recorded.
+#[derive(Debug, Default)]
+pub(super) struct Filter {
+    /// Nanoseconds from one to the next.
+    period: u64,
+    /// When the next one is due.
+    due: u64,
+    /// The last one, where only others are recorded.
+    last: Option<Vec<u8>>,
+    on_change: bool,
+}
+
+impl Filter {
+    /// That of the property at a path; nothing when none of its values is recorded.
+    pub fn of(selection: &RecordSelection, path: &str) -> Option<Self> {
+        let rule = || selection.rules.iter().find(|rule| is_among(&rule.select, path));
+        selects(selection, path).then(|| match rule() {
+            Some(rule) => Self { period: rule.period, on_change: rule.on_change, ..Self::default() },
+            None => Self::default(),
+        })
+    }
+
+    /// Whether a value is recorded.
+    #[inline]
+    pub fn takes(&mut self, time: u64, bytes: &[u8]) -> bool {
+        if self.period == 0 && !self.on_change {
+            return true;
+        }
+        if self.period > 0 && time < self.due {
+            // Time went back, as when an agent goes on from a snapshot.
+            if self.due - time <= self.period {
+                return false;
+            }
+            self.due = 0;
+        }
+        if self.on_change {
+            if self.last.as_deref() == Some(bytes) {
+                return false;
+            }
+            let last = self.last.get_or_insert_default();
+            last.clear();
+            last.extend_from_slice(bytes);
+        }
+        // On a grid, so that what comes at another rate is not recorded at a lower one than was asked for.
+        let next = self.due.saturating_add(self.period);
+        self.due = if next > time { next } else { time.saturating_add(self.period) };
+        true
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails panics")]
+mod tests {
+    use super::*;
+    use slate_runtime::configuration::RecordRule;
+
+    fn filter(period: u64, on_change: bool) -> Filter {
+        let rule = RecordRule { select: vec![Pattern::parse("/a/*").unwrap()], period, on_change };
+        let selection = RecordSelection { rules: vec![rule], ..RecordSelection::default() };
+        Filter::of(&selection, "a/b").unwrap()
+    }
+
+    #[test]
+    fn a_rate_is_kept_on_average_also_where_values_come_at_another_one() {
+        let mut slow = filter(33, false);
+        let taken = (0..1000).filter(|value| slow.takes(value * 20, &[])).count();
+        assert!((600..=607).contains(&taken), "{taken} of 1000 in 20000, one in 33");
+    }
+
+    #[test]
+    fn what_has_not_changed_is_not_taken_and_the_change_is_as_soon_as_it_is_due() {
+        let mut changes = filter(0, true);
+        let taken: Vec<_> = [1, 1, 2, 2, 1].iter().map(|value| changes.takes(0, &[*value])).collect();
+        assert_eq!(taken, [true, false, true, false, true]);
+        let mut both = filter(10, true);
+        let values = [(0, 1), (5, 2), (10, 2), (15, 2), (20, 2), (30, 3)];
+        let taken: Vec<_> = values.iter().map(|(time, value)| both.takes(*time, &[*value])).collect();
+        assert_eq!(taken, [true, false, true, false, false, true]);
+    }
+
+    #[test]
+    fn time_that_goes_back_begins_anew() {
+        let mut slow = filter(10, false);
+        assert!(slow.takes(1000, &[]) && !slow.takes(1005, &[]) && slow.takes(3, &[]) && !slow.takes(4, &[]));
+    }
+}

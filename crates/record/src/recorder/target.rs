@@ -1,0 +1,211 @@
+//! A recording that is under way: a file, and what goes into it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use slate_blackboard::{Property, Stamp};
+use slate_runtime::configuration::RecordSelection;
+use slate_runtime::recording::RecordingEntry;
+
+use super::Recorded;
+use super::channels::Channel;
+use super::file::File;
+use super::lines::Sink;
+use super::selection::Filter;
+
+/// How a recording goes, for those who ask.
+#[derive(Debug, Default)]
+pub(super) struct Progress {
+    /// The number of the recording.
+    pub number: u64,
+    pub path: PathBuf,
+    /// When it began.
+    from: u64,
+    values: AtomicU64,
+    dropped: AtomicU64,
+    bytes: AtomicU64,
+    failure: Mutex<Option<String>>,
+}
+
+impl Progress {
+    pub fn new(number: u64, path: &Path, from: u64) -> Arc<Self> {
+        Arc::new(Self { number, path: path.to_owned(), from, ..Self::default() })
+    }
+
+    /// Why nothing is written any more, if that is so.
+    pub fn failure(&self) -> Option<String> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Nothing is written any more; the first reason stays.
+    pub fn fail(&self, reason: &str) {
+        let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.get_or_insert_with(|| reason.to_owned());
+    }
+
+    pub fn entry(&self) -> RecordingEntry {
+        let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        RecordingEntry {
+            file: self.path.clone(),
+            from: self.from,
+            values: load(&self.values),
+            dropped: load(&self.dropped),
+            bytes: load(&self.bytes),
+            failure: self.failure(),
+        }
+    }
+
+    pub fn recorded(&self) -> Recorded {
+        let RecordingEntry { file, values, dropped, bytes, .. } = self.entry();
+        Recorded { file, values, dropped, bytes }
+    }
+}
+
+/// A recording that is under way.
+pub(super) struct Target {
+    /// By which it is known.
+    pub number: u64,
+    file: File,
+    selection: RecordSelection,
+    /// By channel: which values go into the file, if any do; nothing of one that was not looked at yet.
+    filters: Vec<Option<Option<Filter>>>,
+    /// By channel: the number of the newest value when it began, which stands in the file already, and of the first one that
+    /// came then; 0 before.
+    newest: BTreeMap<u32, (u64, u64)>,
+    /// By channel: values that were dropped before it began, and those of which it saw later that they are missing.
+    before: Vec<u64>,
+    missed: BTreeMap<u32, u64>,
+    within: Duration,
+    /// When the present piece was begun.
+    opened: Option<Instant>,
+    pub progress: Arc<Progress>,
+}
+
+impl Target {
+    pub fn new(file: File, selection: RecordSelection, within: u64, progress: Arc<Progress>) -> Self {
+        Self {
+            number: progress.number,
+            file,
+            selection,
+            filters: Vec::new(),
+            newest: BTreeMap::new(),
+            before: Vec::new(),
+            missed: BTreeMap::new(),
+            within: Duration::from_nanos(within),
+            opened: None,
+            progress,
+        }
+    }
+
+    /// Begins with the newest values of properties, by their channels. What is dropped from now on counts.
+    pub fn begin(&mut self, channels: &[Channel], properties: &[(u32, Arc<Property>)], now: u64) {
+        self.before = channels.iter().map(|channel| channel.dropped.load(Ordering::Relaxed)).collect();
+        for (id, property) in properties {
+            let Some(channel) = channels.get(*id as usize) else { continue };
+            // Where no reader can be had, what comes next is the first.
+            let Ok(Some((bytes, items, stamp))) = property.newest() else { continue };
+            self.newest.insert(*id, (stamp.sequence, 0));
+            if self.takes(channel, *id, stamp.time, &bytes) {
+                self.file.value_from_before(channel, *id, items, (stamp, now), &bytes);
+            }
+        }
+        let closed = self.file.close_piece();
+        self.file.note(closed);
+    }
+
+    fn takes(&mut self, channel: &Channel, id: u32, time: u64, bytes: &[u8]) -> bool {
+        let place = id as usize;
+        if place >= self.filters.len() {
+            self.filters.resize_with(place + 1, || None);
+        }
+        let selection = &self.selection;
+        let filter = self.filters[place].get_or_insert_with(|| Filter::of(selection, &channel.path));
+        filter.as_mut().is_some_and(|filter| filter.takes(time, bytes))
+    }
+
+    pub fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+        if let Some(channel) = channel {
+            if let Some((newest, first)) = self.newest.get_mut(&id) {
+                if stamp.sequence <= *newest {
+                    // It, or a newer one, was the first in the file.
+                    return;
+                }
+                // Of two threads that write it, the later value may come before the earlier.
+                if *first == 0 {
+                    *first = stamp.sequence;
+                    self.missed.insert(id, stamp.sequence - *newest - 1);
+                } else if stamp.sequence < *first {
+                    self.missed.entry(id).and_modify(|missed| *missed = missed.saturating_sub(1));
+                }
+            }
+            if !self.takes(channel, id, stamp.time, bytes) {
+                return;
+            }
+        }
+        self.file.value(channel, id, items, stamp, bytes);
+    }
+
+    /// Closes the present piece when it is time to.
+    pub fn close_piece(&mut self, now: Instant, is_urgent: bool) {
+        if self.file.is_open() {
+            let since = *self.opened.get_or_insert(now);
+            if is_urgent || self.file.is_urgent() || now.duration_since(since) >= self.within {
+                let closed = self.file.close_piece();
+                self.file.note(closed);
+            }
+        }
+        if !self.file.is_open() {
+            self.opened = None;
+        }
+    }
+
+    /// Why nothing can be written any more.
+    pub fn failure(&self) -> Option<&str> {
+        self.file.failure.as_deref()
+    }
+
+    /// Says in the file what was dropped, and to those who ask how it goes.
+    pub fn show(&mut self, channels: &[Channel], time: u64) {
+        let mut all = 0;
+        for (place, channel) in channels.iter().enumerate() {
+            let before = self.before.get(place).copied().unwrap_or(0);
+            let missed = self.missed.get(&(place as u32)).copied().unwrap_or(0);
+            let count = channel.dropped.load(Ordering::Relaxed) - before + missed;
+            if count > 0 && super::selection::selects(&self.selection, &channel.path) {
+                all += count;
+                self.file.tell_drops(&channel.path, count, time);
+            }
+        }
+        let Progress { values, dropped, bytes, .. } = &*self.progress;
+        values.store(self.file.values, Ordering::Relaxed);
+        dropped.store(all, Ordering::Relaxed);
+        bytes.store(self.file.bytes(), Ordering::Relaxed);
+    }
+
+    /// Closes the file, with what is known at the end.
+    pub fn end(
+        &mut self,
+        channels: &[Channel],
+        time: u64,
+        end: Vec<(&str, String)>,
+    ) -> Result<Recorded, String> {
+        if let Some(reason) = self.progress.failure().or(self.file.failure.take()) {
+            return Err(reason);
+        }
+        self.show(channels, time);
+        let entry = self.progress.entry();
+        let all = [
+            ("time_ns", time.to_string()),
+            ("values", entry.values.to_string()),
+            ("dropped", entry.dropped.to_string()),
+        ];
+        let end = all.into_iter().chain(end).map(|(key, value)| (key.to_owned(), value)).collect();
+        self.file.end("end", end)?;
+        self.show(&[], time);
+        self.progress.dropped.store(entry.dropped, Ordering::Relaxed);
+        Ok(self.progress.recorded())
+    }
+}

@@ -1,0 +1,74 @@
+//! What happens to a robot after which its last seconds are worth a file.
+
+use slate_blackboard::interface::{Descriptor, FieldPath, Value, View, find};
+use slate_runtime::configuration::FlightTrigger;
+
+use super::channels::Channel;
+
+/// Whether values of that kind may be triggers.
+fn fields(trigger: FlightTrigger, descriptor: &'static Descriptor) -> Option<Vec<FieldPath>> {
+    let (name, fields): (_, &[&str]) = match trigger {
+        FlightTrigger::Fault => ("ModuleState", &["panics", "condition"]),
+        FlightTrigger::Stop => ("GateState", &["mode"]),
+        FlightTrigger::Reflex => ("ExecuteStatus", &["reflexes"]),
+    };
+    // Others may have an interface of that name.
+    let found = fields.iter().map(|field| find(descriptor, field).ok());
+    (descriptor.name == name).then(|| found.collect::<Option<_>>()).flatten()
+}
+
+/// Looks for what has happened.
+pub(super) struct Triggers {
+    wanted: Vec<FlightTrigger>,
+    /// By channel; nothing of one that was not looked at yet.
+    watched: Vec<Option<Watched>>,
+}
+
+enum Watched {
+    Not,
+    /// Of what it may tell, where, and what it said last.
+    For(FlightTrigger, Vec<FieldPath>, Vec<Value>),
+}
+
+impl Triggers {
+    pub fn new(wanted: &[FlightTrigger]) -> Self {
+        Self { wanted: wanted.to_vec(), watched: Vec::new() }
+    }
+
+    /// Whether one of them is told by such values.
+    pub fn listen_to(wanted: &[FlightTrigger], channel: &Channel) -> bool {
+        wanted.iter().any(|trigger| fields(*trigger, channel.descriptor).is_some())
+    }
+
+    /// What a value tells, if that has not been so before.
+    pub fn look(&mut self, channel: &Channel, id: u32, items: usize, bytes: &[u8]) -> Option<FlightTrigger> {
+        let place = id as usize;
+        if place >= self.watched.len() {
+            self.watched.resize_with(place + 1, || None);
+        }
+        let wanted = &self.wanted;
+        let watched = self.watched[place].get_or_insert_with(|| {
+            let found = |trigger: &FlightTrigger| Some((*trigger, fields(*trigger, channel.descriptor)?));
+            let found = wanted.iter().find_map(found);
+            found.map_or(Watched::Not, |(trigger, fields)| Watched::For(trigger, fields, Vec::new()))
+        });
+        let Watched::For(trigger, fields, last) = watched else { return None };
+        let view = View::new(channel.descriptor, bytes, items)?;
+        let now: Vec<_> = fields.iter().filter_map(|field| view.at(field)).collect();
+        let before = std::mem::replace(last, now);
+        let number = |values: &[Value]| values.first().and_then(Value::as_integer).unwrap_or(0);
+        let named = |values: &[Value], names: &[&str]| {
+            values.last().and_then(Value::as_str).is_some_and(|own| names.contains(&own))
+        };
+        let has_grown = number(last) > number(&before);
+        let happened = match trigger {
+            FlightTrigger::Fault => {
+                let is_faulty = |values| named(values, &["LATE", "FAULTED"]);
+                has_grown || is_faulty(last) && !is_faulty(&before)
+            }
+            FlightTrigger::Stop => named(last, &["STOPPED"]) && !named(&before, &["STOPPED"]),
+            FlightTrigger::Reflex => has_grown,
+        };
+        happened.then_some(*trigger)
+    }
+}
