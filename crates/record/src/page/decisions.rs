@@ -138,7 +138,8 @@ impl Decisions {
             let Some(count) = value.number(&field("number")).filter(|count| *count > last.ended) else {
                 continue;
             };
-            now.ended = now.ended.max(count);
+            // The latest stand last.
+            now.ended = count;
             let ending = names.ending(value.number(&field("ending")).unwrap_or_default());
             tell("action ended", format!("{}: {ending}", value.text(&field("kind")).unwrap_or_default()), 1);
         }
