@@ -128,14 +128,9 @@ fn rosbag1() -> Vec<u8> {
         ("message_definition", definition.as_bytes()),
     ]);
     let connection = record(&[("op", b"\x07"), ("conn", &[0; 4]), ("topic", b"/own")], &about);
-    let mut data = vec![3, 0, 0, 0, 9, 0, 0, 0, 8, 0, 0, 0];
-    for text in ["map", "a", "b"] {
-        if text == "a" {
-            data.extend([part(&[])[..4].to_vec(), Vec::new()].concat());
-        }
-        data.extend(part(text.as_bytes()));
-    }
-    data.extend([1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    let (head, no_ranges) = ([3, 0, 0, 0, 9, 0, 0, 0, 8, 0, 0, 0], [0; 4]);
+    let one_time = [1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0];
+    let data = [&head[..], &part(b"map"), &no_ranges, &part(b"a"), &part(b"b"), &one_time].concat();
     let message = record(&[("op", b"\x02"), ("conn", &[0; 4]), ("time", &[5, 0, 0, 0, 6, 0, 0, 0])], &data);
     let chunk = [connection, message].concat();
     let size = (chunk.len() as u32).to_le_bytes();

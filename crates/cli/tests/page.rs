@@ -65,6 +65,7 @@ fn the_page_of_a_recording_tells_what_that_of_its_run_tells() {
             "|r2|action ended|GoToOrigin: dropped|",
             "|r2|action began|GoToOrigin > SetWheelSpeed|",
             "|r2|noticed|/r2/pass_position|",
+            "|r2|noticed|/r2/pass_range: crowded true|",
             "/r2/execute|",
             "r2: to anything",
             "No module left its work",

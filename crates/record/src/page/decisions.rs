@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::table::{Table, seconds};
 use crate::Route;
 use crate::bag::Value;
+use crate::ros;
 
 /// More is not kept; a recording of days could fill the memory.
 const MOST: usize = 100_000;
@@ -137,7 +138,8 @@ impl Decisions {
             let Some(count) = value.number(&field("number")).filter(|count| *count > last.ended) else {
                 continue;
             };
-            now.ended = now.ended.max(count);
+            // The latest stand last.
+            now.ended = count;
             let ending = names.ending(value.number(&field("ending")).unwrap_or_default());
             tell("action ended", format!("{}: {ending}", value.text(&field("kind")).unwrap_or_default()), 1);
         }
@@ -208,6 +210,23 @@ impl Names {
     fn ending(&self, number: f64) -> String {
         self.endings.get(&(number as i64)).cloned().unwrap_or_else(|| format!("ending {number}"))
     }
+}
+
+/// What a value says in words: texts, truth values, and numbers that have names. What is measured differs each time.
+pub(super) fn said(value: &Value, definition: &str) -> String {
+    let Value::Message(ros::Value::Map(map)) = value else { return String::new() };
+    let words = map.iter().filter_map(|(name, value)| {
+        let text = match value {
+            ros::Value::Bool(is) => is.to_string(),
+            ros::Value::Text(text) if !text.is_empty() => text.to_string(),
+            whole => {
+                let names = constants(definition, &format!("{}_", name.to_uppercase()));
+                names.get(&i64::try_from(whole.as_integer()?).ok()?)?.clone()
+            }
+        };
+        Some(format!("{name} {text}"))
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// The units of a definition's own fields, by name: what stands in brackets at the end of the comment before each.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::decisions::{Decisions, Names, Status, constants, units};
+use super::decisions::{Decisions, Names, Status, constants, said, units};
 use super::robots::Followed;
 use super::table::{Table, seconds};
 use super::tracks::{Series, Tracks};
@@ -200,7 +200,9 @@ impl Recording {
                 let robot = owner.trim_start_matches('/').split('/').next().unwrap_or_default().to_owned();
                 let own = self.robots.iter().find(|own| own.of.name == robot);
                 let clearance = own.and_then(|own| own.clearance.last);
-                self.decisions.add(time, &robot, "noticed", owner.into(), 1, clearance);
+                let said = said(&decoder.decode(message), definition());
+                let detail = if said.is_empty() { owner.to_owned() } else { format!("{owner}: {said}") };
+                self.decisions.add(time, &robot, "noticed", detail, 1, clearance);
             }
             _ => {}
         }

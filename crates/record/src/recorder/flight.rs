@@ -51,7 +51,7 @@ pub(super) struct Captured {
     pub to: u64,
 }
 
-/// So many pieces fill the memory.
+/// So many pieces fill the memory, or the time.
 const PIECES: usize = 32;
 
 /// The largest piece, bytes.
@@ -81,7 +81,8 @@ impl Flight {
             // It would leave no room for others; its property shows a gap.
             return;
         }
-        if !self.open.bytes.is_empty() && self.open.bytes.len() + needed > self.piece {
+        let is_long = stamp.time.saturating_sub(self.open.from) > self.keep / PIECES as u64;
+        if !self.open.bytes.is_empty() && (is_long || self.open.bytes.len() + needed > self.piece) {
             self.close();
         }
         let open = &mut self.open;

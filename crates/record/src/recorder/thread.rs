@@ -181,12 +181,15 @@ struct Work {
 
 impl Work {
     /// Whatever goes wrong in here, the robot goes on.
-    fn run_safely(self) -> Vec<Target> {
+    fn run_safely(mut self) -> Vec<Target> {
         let (hub, host, shared) = (Arc::clone(&self.hub), Arc::clone(&self.host), Arc::clone(&self.shared));
+        // Nothing is dropped on the way out, as a file that is closed in the middle of a panic may panic again.
         let done = catch_unwind(AssertUnwindSafe(|| self.run()));
         shared.close();
         done.unwrap_or_else(|_| {
             hub.stop();
+            // They stay as after a kill.
+            std::mem::forget(std::mem::take(&mut self.sinks.targets));
             let reason = "the thread that writes it has panicked";
             let recordings = locked(&shared.recordings);
             recordings.iter().for_each(|progress| progress.fail(reason));
@@ -201,7 +204,7 @@ impl Work {
     }
 
     #[allow(clippy::disallowed_methods, reason = "a piece is closed by the wall clock, also in a simulation")]
-    fn run(mut self) -> Vec<Target> {
+    fn run(&mut self) -> Vec<Target> {
         let mut shown = Instant::now();
         loop {
             // First, as what was handed over before the end, or before an order, is to be found after it.
@@ -220,7 +223,7 @@ impl Work {
             }
             orders.into_iter().for_each(|order| self.answer(order));
             if is_over && !found {
-                return self.sinks.targets;
+                return std::mem::take(&mut self.sinks.targets);
             }
             if !found {
                 let is_idle = self.sinks.targets.is_empty() && self.sinks.flight.is_none();

@@ -1,5 +1,6 @@
 //! All that a recording has, in the order of time.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufReader;
@@ -53,7 +54,7 @@ pub(super) struct Track {
 }
 
 /// A value, and when it is played: when it was written, but not before the one before it.
-struct Entry {
+struct Moment {
     time: u64,
     track: u16,
     spot: Spot,
@@ -74,7 +75,7 @@ pub(super) struct LogLine {
 pub(super) struct Timeline {
     reader: Reader<BufReader<File>>,
     pub tracks: Vec<Track>,
-    entries: Vec<Entry>,
+    entries: Vec<Moment>,
     pub lines: Vec<LogLine>,
     /// The times at which any property of an agent was written, also of those that are not played.
     pub times: Vec<u64>,
@@ -138,14 +139,14 @@ impl Timeline {
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
         while let Some((spot, message)) = timeline.reader.next_spot()? {
             let id = message.channel.id;
-            if !fates.contains_key(&id) {
+            if let Entry::Vacant(place) = fates.entry(id) {
                 let is_chosen = is_chosen(&message.channel.topic);
                 let fate = fate(&mut timeline.tracks, &message, is_chosen, choice, known);
                 let fate = fate.unwrap_or_else(|why| {
                     timeline.left_out.extend(why.map(|why| (message.channel.topic.clone(), why)));
                     Fate::LeftOut
                 });
-                fates.insert(id, fate);
+                place.insert(fate);
             }
             let time = message.log_time.saturating_sub(epoch);
             let (from, to) = timeline.span.unwrap_or((time, time));
@@ -169,7 +170,7 @@ impl Timeline {
                     // Their places are given when they are in order.
                     own.values.push(0);
                     let time = own.latest;
-                    let entry = Entry { time, track: *track as u16, spot };
+                    let entry = Moment { time, track: *track as u16, spot };
                     timeline.entries.push(entry);
                 }
                 Fate::Log(schema) => {
@@ -268,7 +269,7 @@ impl Timeline {
 
     /// The value at a place.
     pub fn value(&mut self, place: usize) -> Result<Recorded, Error> {
-        let Entry { time, track, spot } = self.entries[place];
+        let Moment { time, track, spot } = self.entries[place];
         let track = usize::from(track);
         let message = self.reader.message_at(spot)?;
         let own = &self.tracks[track];

@@ -1,5 +1,8 @@
 //! Interfaces of messages of which nothing is known but their definition.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
 use slate_blackboard::interface::{Descriptor, Field, Kind, schema_hash};
 
 use super::schema::{Count, Item};
@@ -31,6 +34,9 @@ struct Made {
     /// Items in the longest tail.
     capacity: usize,
 }
+
+/// Interfaces made so far, so that the same one is made once.
+static KNOWN: Mutex<BTreeMap<String, Made>> = Mutex::new(BTreeMap::new());
 
 /// No value is larger, bytes.
 const LARGEST: usize = 64 << 20;
@@ -77,7 +83,10 @@ impl Described {
                 if self.extent.size() > LARGEST {
                     return Err(format!("a value of {} takes more than {LARGEST} bytes", self.name));
                 }
-                *self.made.insert(self.extent.make(&self.name))
+                let key = format!("{} {:?}", self.name, self.extent);
+                let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+                let made = *known.entry(key).or_insert_with(|| self.extent.make(&self.name));
+                *self.made.insert(made)
             }
         };
         Ok((made.descriptor, made.capacity))

@@ -77,6 +77,47 @@ proptest! {
     }
 }
 
+fn definition_line() -> impl Strategy<Value = String> {
+    let kinds = ["uint8", "float64", "string", "bool", "int16", "test/Other", "string<=3", "Header"];
+    let counts = ["", "[]", "[0]", "[3]", "[<=2]", "[70000000]"];
+    (prop::sample::select(kinds.to_vec()), prop::sample::select(counts.to_vec()), 0..4_u8)
+        .prop_map(|(kind, count, name)| format!("{kind}{count} f{name}\n"))
+}
+
+proptest! {
+    /// Definitions and messages come from anywhere.
+    #[test]
+    fn hostile_definitions_and_messages_are_refused_or_are_values(
+        own in prop::collection::vec(definition_line(), 0..6), other in prop::collection::vec(definition_line(), 0..3),
+        messages in prop::collection::vec(prop::collection::vec(0..4_u8, 0..60), 1..3),
+    ) {
+        let separator = "=".repeat(80);
+        let text = format!("{}{separator}\nMSG: test/Other\n{}", own.concat(), other.concat().replace("test/Other", "int8"));
+        let Ok(schema) = Schema::parse("test/msg/Own", &text) else { return Ok(()) };
+        let mut described = Described::new("test/msg/Own", schema).unwrap();
+        let messages: Vec<_> = messages.into_iter().map(|rest| [&[0, 1, 0, 0], &rest[..]].concat()).collect();
+        let noted: Vec<_> = messages.iter().filter(|message| described.note(message).is_ok()).collect();
+        let Ok((made, _)) = described.interface() else { return Ok(()) };
+        for message in noted {
+            let bytes = described.decode(message).unwrap();
+            let item = made.tail().map_or(0, |kind| kind.size());
+            let items = (bytes.len() - made.size).checked_div(item).unwrap_or(0);
+            prop_assert!(View::new(made, &bytes, items).is_some());
+        }
+    }
+}
+
+#[test]
+fn the_same_interface_is_made_once() {
+    let text = "string name\nfloat64[] ranges\n";
+    let make = || {
+        let mut described =
+            Described::new("test/msg/Same", Schema::parse("test/msg/Same", text).unwrap()).unwrap();
+        described.interface().unwrap().0
+    };
+    assert!(std::ptr::eq(make(), make()));
+}
+
 #[test]
 fn a_list_of_many_numbers_is_the_tail() {
     let text = "string name\nuint8[] pixels\nuint8 kind\n";

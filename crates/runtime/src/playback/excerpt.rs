@@ -199,6 +199,13 @@ impl Cutter<'_> {
             // Nobody is there to take it.
             return Source::Nothing;
         }
+        let mut gates = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
+        let was_there =
+            other.is_some() || self.owner(&path).is_some() || gates.any(|gate| is_within(&path, gate));
+        if !was_there {
+            // Whoever loads it says where that is written, and what there is.
+            return Source::Path(format!("/{path}"));
+        }
         let Some((description, port)) = self.port(&path) else {
             self.result.misses.push(format!("{to} reads /{path}, of which nothing is recorded"));
             return Source::Nothing;
