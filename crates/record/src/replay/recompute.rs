@@ -83,7 +83,9 @@ impl Witness {
             failure: None,
         };
         drop(own);
-        Self { hub: Hub::new(Record::default().buffer), drain: Drain::default(), comparer }
+        let hub = Hub::new(Record::default().buffer);
+        hub.want(0, Box::new(|_| true));
+        Self { hub, drain: Drain::default(), comparer }
     }
 
     /// What an agent is loaded with whose values are seen.
