@@ -4,8 +4,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use slate::runtime::{Mode, Rate};
 
 use crate::bag::BagVerb;
+use crate::check::CheckOptions;
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
+use crate::graph::GraphOptions;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
 use crate::module::ModuleVerb;
@@ -13,7 +15,12 @@ use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::replay::ReplayOptions;
 use crate::snapshot::SnapshotVerb;
+use crate::stat::StatOptions;
+use crate::top::TopOptions;
 use crate::trace::TraceOptions;
+use crate::tree::TreeOptions;
+use crate::wait::WaitOptions;
+use crate::watch::WatchOptions;
 
 /// The greatest seed that a configuration can hold.
 pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
@@ -70,6 +77,41 @@ pub enum Verb {
         json: bool,
         #[command(flatten)]
         agent: AgentOption,
+    },
+    /// Sets a parameter, an input without a link, or whether a module is on.
+    Set {
+        /// Its URL, such as `/r2/planner/params/speed` or `/mission/target`.
+        url: String,
+        /// What it shall be: a number, a text, or JSON such as `{"x": 1.5, "y": 0}`.
+        #[arg(allow_negative_numbers = true)]
+        value: String,
+        /// Prints what changes as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Shows the values of properties as they come.
+    #[command(visible_alias = "echo")]
+    Watch(WatchOptions),
+    /// Waits until a value is as it shall be; ends with 6 when it is not in time.
+    Wait(WaitOptions),
+    /// Measures in the agent how often values come; ends with 7 when that is not as it shall be.
+    #[command(visible_aliases = ["hz", "bw"])]
+    Stat(StatOptions),
+    /// Shows the properties of a running agent as a tree.
+    Tree(TreeOptions),
+    /// Shows how long the modules of a running agent take, how even they are, and what they miss.
+    Top(TopOptions),
+    /// Says what is wrong with a configuration, without running it; ends with 7 when something is.
+    Check(CheckOptions),
+    /// Draws modules and links of a configuration, or of a running agent.
+    Graph(GraphOptions),
+    /// Lists the agents of this machine.
+    Ps {
+        /// Prints the list as JSON.
+        #[arg(long)]
+        json: bool,
     },
     /// Lists the properties of a running agent.
     List {

@@ -12,6 +12,12 @@ use slate::runtime::snapshot::SnapshotError;
 use crate::arguments::MAXIMUM_SEED;
 use crate::output;
 
+/// What was waited for did not come.
+pub const TIMED_OUT: u8 = 6;
+
+/// What was to be so is not so.
+pub const ASSERTION_FALSE: u8 = 7;
+
 /// Why a command can't do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
@@ -63,6 +69,12 @@ pub enum Failure {
     PluginName { name: String, reason: &'static str },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
+    #[error("no property is like {pattern}")]
+    NothingLike { pattern: String },
+    #[error("a table with commas is of one property, and these are several: {}", .urls.join(", "))]
+    SeveralInTable { urls: Vec<String> },
+    #[error("{url}: {problem}")]
+    Condition { url: String, problem: String },
     #[error("`{to}` has no link")]
     NotLinked { to: String, linked: Vec<String> },
     #[error("`{path}` can't be used: it is there already")]
@@ -169,6 +181,9 @@ impl Failure {
                     near => format!("did you mean {near}?"),
                 }
             }
+            Self::NothingLike { .. } => "`slate tree` shows the properties that there are".into(),
+            Self::SeveralInTable { .. } => "name one of them, or take --json, a line for each value".into(),
+            Self::Condition { url, .. } => format!("`slate get {url}` shows what it has"),
             Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {
                 "name their folder with --slate PATH: the one that has crates/plugin".into()

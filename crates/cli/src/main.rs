@@ -3,13 +3,18 @@
 mod arguments;
 mod bag;
 mod batch;
+mod check;
+mod codes;
+mod condition;
 mod config;
 mod connection;
 mod course;
 mod deployment;
 mod display;
+mod duration;
 mod examples;
 mod failure;
+mod graph;
 mod link;
 mod log;
 mod mission;
@@ -18,13 +23,20 @@ mod observation;
 mod output;
 mod peers;
 mod plugin;
+mod process;
 mod property;
+mod ps;
 mod replay;
 mod run;
 mod scene;
 mod snapshot;
+mod stat;
 mod stop;
+mod top;
 mod trace;
+mod tree;
+mod wait;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -70,6 +82,15 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Trace(options) => trace::trace(options),
         Verb::Log(options) => log::log(options),
         Verb::Get { url, json, agent } => property::get(agent, url, *json),
+        Verb::Set { url, value, json, agent } => property::set(agent, url, value, *json),
+        Verb::Watch(options) => return watch::watch(options),
+        Verb::Wait(options) => return wait::wait(options),
+        Verb::Stat(options) => return stat::stat(options),
+        Verb::Tree(options) => tree::tree(options),
+        Verb::Top(options) => top::top(options),
+        Verb::Check(options) => return check::check(options),
+        Verb::Graph(options) => graph::graph(options),
+        Verb::Ps { json } => ps::ps(*json),
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Bag(verb) => bag::bag(verb),

@@ -1,4 +1,5 @@
 use clap::Subcommand;
+use slate::runtime::remote::Switched;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -42,6 +43,12 @@ pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
 
 fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
     let switched = agent.connect()?.enable(name, on)?;
+    show_switched(name, on, switched);
+    Ok(())
+}
+
+/// Says how a module was switched.
+pub fn show_switched(name: &str, on: bool, switched: Switched) {
     let (state, already) = (if on { "on" } else { "off" }, if switched.changed { "" } else { " already" });
     output::line(format_args!("{name} is {state}{already}"));
     if let Some(plugin) = switched.needs_reload {
@@ -49,7 +56,6 @@ fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
             "it has failed for good, so it begins when its plugin is reloaded: slate plugin reload {plugin}"
         ));
     }
-    Ok(())
 }
 
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
