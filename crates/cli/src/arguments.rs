@@ -7,10 +7,12 @@ use crate::bag::BagVerb;
 use crate::check::CheckOptions;
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
+use crate::doctor::DoctorOptions;
 use crate::graph::GraphOptions;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
 use crate::module::ModuleVerb;
+use crate::new::NewOptions;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::replay::ReplayOptions;
@@ -103,8 +105,12 @@ pub enum Verb {
     Tree(TreeOptions),
     /// Shows how long the modules of a running agent take, how even they are, and what they miss.
     Top(TopOptions),
+    /// Writes a project that is tested, built and run at once.
+    New(NewOptions),
     /// Says what is wrong with a configuration, without running it; ends with 7 when something is.
     Check(CheckOptions),
+    /// Looks whether this computer is fit to run a robot; ends with 7 when it is not.
+    Doctor(DoctorOptions),
     /// Draws modules and links of a configuration, or of a running agent.
     Graph(GraphOptions),
     /// Lists the agents of this machine.

@@ -94,7 +94,8 @@ pub fn load(application: &Application) -> Result<Agent, Failure> {
 }
 
 /// What keeps a look at a configuration from touching files that a run may be writing.
-pub const QUIET: [&str; 3] = ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];
+pub const QUIET: [&str; 3] =
+    ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];
 
 /// Checks it, and returns what the process ends with.
 pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
@@ -122,7 +123,8 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
     };
     for agent in &names {
         let sets = [QUIET.map(String::from).to_vec(), options.set.clone()].concat();
-        let found = examples::find(&options.name, agent.as_deref(), Vec::new(), sets, options.host.as_deref());
+        let found =
+            examples::find(&options.name, agent.as_deref(), Vec::new(), sets, options.host.as_deref());
         let loaded = found.and_then(|application| look(&application).map(|warnings| (application, warnings)));
         match loaded {
             Ok((application, warnings)) => {
@@ -149,13 +151,15 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
         }));
     } else {
         eprint!("{rendered}");
-        let codes: BTreeSet<_> = findings.iter().map(|one| one.code).filter(|code| !code.is_empty()).collect();
+        let codes: BTreeSet<_> =
+            findings.iter().map(|one| one.code).filter(|code| !code.is_empty()).collect();
         if !codes.is_empty() && std::io::stderr().is_terminal() {
             let codes: Vec<_> = codes.into_iter().collect();
             eprintln!("more about them: slate explain {}", codes.join(" "));
         }
         let Counts { agents, modules, links, actuators } = counts;
-        let number = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+        let number =
+            |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
         let warnings = findings.len() - findings.iter().filter(|one| one.severity == "error").count();
         output::line(match errors {
             0 => format!(
@@ -189,7 +193,11 @@ fn unused(configuration: &Configuration, agent: &Agent) -> Vec<Diagnostic> {
         let entry = configuration.table("plugins").and_then(|table| table.get(&plugin.name));
         if let Some(entry) = entry.filter(|_| plugin.loaded && plugin.modules.is_empty()) {
             let message = format!("no module is of plugin `{}`", plugin.name);
-            warnings.push(warn(entry.span, message, "leave it out, or say `load = false` if it is to be loaded later"));
+            warnings.push(warn(
+                entry.span,
+                message,
+                "leave it out, or say `load = false` if it is to be loaded later",
+            ));
         }
     }
     warnings

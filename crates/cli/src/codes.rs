@@ -1,1 +1,3 @@
-pub fn of(_: &str) -> Option<&'static str> { None }
+pub fn of(_: &str) -> Option<&'static str> {
+    None
+}

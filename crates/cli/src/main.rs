@@ -11,6 +11,7 @@ mod connection;
 mod course;
 mod deployment;
 mod display;
+mod doctor;
 mod duration;
 mod examples;
 mod failure;
@@ -19,6 +20,7 @@ mod link;
 mod log;
 mod mission;
 mod module;
+mod new;
 mod observation;
 mod output;
 mod peers;
@@ -88,6 +90,8 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Stat(options) => return stat::stat(options),
         Verb::Tree(options) => tree::tree(options),
         Verb::Top(options) => top::top(options),
+        Verb::New(options) => new::new(options),
+        Verb::Doctor(options) => return doctor::doctor(options),
         Verb::Check(options) => return check::check(options),
         Verb::Graph(options) => graph::graph(options),
         Verb::Ps { json } => ps::ps(*json),

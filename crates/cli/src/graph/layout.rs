@@ -51,7 +51,14 @@ pub fn place(graph: &Graph, sizes: &[(f64, f64)]) -> Layout {
     let mut slots: Vec<Slot> = Vec::new();
     for (node, (_, height)) in sizes.iter().enumerate() {
         let column = columns[node];
-        slots.push(Slot { node: Some(node), height: *height, column, y: 0.0, left: Vec::new(), right: Vec::new() });
+        slots.push(Slot {
+            node: Some(node),
+            height: *height,
+            column,
+            y: 0.0,
+            left: Vec::new(),
+            right: Vec::new(),
+        });
     }
     let mut passes: Vec<Vec<usize>> = vec![Vec::new(); graph.edges.len()];
     // Edges of one node to one other pass together.
@@ -65,7 +72,8 @@ pub fn place(graph: &Graph, sizes: &[(f64, f64)]) -> Layout {
         bundles.insert((edge.from, edge.to), index);
         let mut before = edge.from;
         for column in columns[edge.from] + 1..columns[edge.to] {
-            let slot = Slot { node: None, height: PASSING, column, y: 0.0, left: vec![before], right: Vec::new() };
+            let slot =
+                Slot { node: None, height: PASSING, column, y: 0.0, left: vec![before], right: Vec::new() };
             slots.push(slot);
             let own = slots.len() - 1;
             slots[before].right.push(own);
@@ -107,8 +115,9 @@ fn order(graph: &Graph) -> Vec<usize> {
         } else if let Some((node, _)) = degree.iter().find(|(_, (into, _))| *into == 0) {
             first.push(*node);
             left[*node] = false;
-        } else if let Some((node, _)) =
-            degree.iter().max_by_key(|(node, (into, out))| (*out as i64 - *into as i64, std::cmp::Reverse(*node)))
+        } else if let Some((node, _)) = degree
+            .iter()
+            .max_by_key(|(node, (into, out))| (*out as i64 - *into as i64, std::cmp::Reverse(*node)))
         {
             first.push(*node);
             left[*node] = false;
@@ -162,7 +171,8 @@ fn untangle(slots: &mut [Slot], rows: &mut [Vec<usize>]) {
                     count => places.iter().sum::<f64>() / count as f64,
                 }
             };
-            let mut keyed: Vec<(f64, usize)> = rows[column].iter().map(|slot| (middle(*slot), *slot)).collect();
+            let mut keyed: Vec<(f64, usize)> =
+                rows[column].iter().map(|slot| (middle(*slot), *slot)).collect();
             keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
             rows[column] = keyed.into_iter().map(|(_, slot)| slot).collect();
             let placed = rows[column].clone();
@@ -187,7 +197,8 @@ fn settle(slots: &mut [Slot], rows: &[Vec<usize>]) {
                 .map(|slot| {
                     let own = &slots[*slot];
                     let beside = own.left.iter().chain(&own.right);
-                    let middles: Vec<f64> = beside.map(|other| slots[*other].y + slots[*other].height / 2.0).collect();
+                    let middles: Vec<f64> =
+                        beside.map(|other| slots[*other].y + slots[*other].height / 2.0).collect();
                     match middles.len() {
                         0 => own.y,
                         count => middles.iter().sum::<f64>() / count as f64 - own.height / 2.0,
@@ -242,7 +253,8 @@ fn finish(
         let widths = row.iter().filter_map(|slot| Some(sizes[slots[*slot].node?].0));
         x += widths.fold(0.0, |a, b| if b > a { b } else { a }) + COLUMN;
     }
-    let widths: Vec<f64> = lefts.iter().zip(lefts.iter().skip(1).chain([&x])).map(|(a, b)| b - a - COLUMN).collect();
+    let widths: Vec<f64> =
+        lefts.iter().zip(lefts.iter().skip(1).chain([&x])).map(|(a, b)| b - a - COLUMN).collect();
     let mut layout = Layout { width: x - COLUMN, back, ..Layout::default() };
     for node in 0..graph.nodes.len() {
         let Slot { column, y, .. } = slots[node];

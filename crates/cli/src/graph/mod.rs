@@ -196,19 +196,25 @@ fn of_agent(agent: &AgentOption) -> Result<Found, Failure> {
 /// Nodes and edges of what was found.
 fn made(found: Found, hide: &[String]) -> Graph {
     let Found { title, modules, links, actuators, mailboxes } = found;
-    let patterns: Vec<_> = hide.iter().filter_map(|hide| slate::blackboard::Pattern::parse(hide).ok()).collect();
+    let patterns: Vec<_> =
+        hide.iter().filter_map(|hide| slate::blackboard::Pattern::parse(hide).ok()).collect();
     let is_hidden = |name: &str| patterns.iter().any(|pattern| pattern.matches(name));
     let mut graph = Graph { title, ..Graph::default() };
     let module = |(name, note)| Node { name, kind: Kind::Module, note };
     graph.nodes = modules.into_iter().map(module).collect();
-    let gate = |(name, _): &(String, Vec<String>)| Node { name: name.clone(), kind: Kind::Gate, note: "gate".into() };
+    let gate = |(name, _): &(String, Vec<String>)| Node {
+        name: name.clone(),
+        kind: Kind::Gate,
+        note: "gate".into(),
+    };
     graph.nodes.extend(actuators.iter().map(gate));
     let mut edges = Vec::new();
     for (to, from, previous) in links {
         let path = from.trim_start_matches('/');
         // Who is linked to a mailbox sends to it.
         let is_mailbox = mailboxes.iter().any(|mailbox| mailbox == path);
-        let (source, target) = if is_mailbox { (to.as_str(), from.as_str()) } else { (from.as_str(), to.as_str()) };
+        let (source, target) =
+            if is_mailbox { (to.as_str(), from.as_str()) } else { (from.as_str(), to.as_str()) };
         let flow = match (is_mailbox, previous) {
             (true, _) => Flow::Messages,
             (false, true) => Flow::Previous,
@@ -220,7 +226,8 @@ fn made(found: Found, hide: &[String]) -> Graph {
     for (name, commands) in actuators {
         for command in commands {
             let (from, output) = graph.end(&command);
-            let Some(to) = graph.nodes.iter().position(|node| node.kind == Kind::Gate && node.name == name) else {
+            let Some(to) = graph.nodes.iter().position(|node| node.kind == Kind::Gate && node.name == name)
+            else {
                 continue;
             };
             edges.push(Edge { from, to, output, input: "command".into(), flow: Flow::Values });

@@ -24,7 +24,13 @@ pub fn mermaid(graph: &Graph) -> String {
             Flow::Messages => "==>",
             Flow::Previous => "-.->",
         };
-        let _ = writeln!(text, "  n{} {arrow}|\"{}\"| n{}", edge.from, edge.output.replace('"', "#quot;"), edge.to);
+        let _ = writeln!(
+            text,
+            "  n{} {arrow}|\"{}\"| n{}",
+            edge.from,
+            edge.output.replace('"', "#quot;"),
+            edge.to
+        );
     }
     text
 }
@@ -47,7 +53,13 @@ pub fn dot(graph: &Graph) -> String {
             Flow::Messages => "bold",
             Flow::Previous => "dotted",
         };
-        let _ = writeln!(text, "  n{} -> n{} [label={}, style={style}];", edge.from, edge.to, quoted(&edge.output));
+        let _ = writeln!(
+            text,
+            "  n{} -> n{} [label={}, style={style}];",
+            edge.from,
+            edge.to,
+            quoted(&edge.output)
+        );
     }
     text.push_str("}\n");
     text
