@@ -9,6 +9,7 @@ use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::doctor::DoctorOptions;
 use crate::graph::GraphOptions;
+use crate::interface::InterfaceVerb;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
 use crate::module::ModuleVerb;
@@ -107,8 +108,19 @@ pub enum Verb {
     Top(TopOptions),
     /// Writes a project that is tested, built and run at once.
     New(NewOptions),
+    /// Writes interfaces, shows how they are laid out, and compares versions of them.
+    #[command(subcommand)]
+    Interface(InterfaceVerb),
     /// Says what is wrong with a configuration, without running it; ends with 7 when something is.
     Check(CheckOptions),
+    /// Explains the code of a mistake, such as S006, or lists all codes.
+    Explain {
+        /// The codes.
+        codes: Vec<String>,
+        /// Prints them as JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Looks whether this computer is fit to run a robot; ends with 7 when it is not.
     Doctor(DoctorOptions),
     /// Draws modules and links of a configuration, or of a running agent.

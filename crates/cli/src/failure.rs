@@ -10,7 +10,7 @@ use slate::runtime::remote::{ClientError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
 
 use crate::arguments::MAXIMUM_SEED;
-use crate::output;
+use crate::{codes, output};
 
 /// What was waited for did not come.
 pub const TIMED_OUT: u8 = 6;
@@ -73,6 +73,10 @@ pub enum Failure {
     NothingLike { pattern: String },
     #[error("a table with commas is of one property, and these are several: {}", .urls.join(", "))]
     SeveralInTable { urls: Vec<String> },
+    #[error("no kind of mistake has the code `{code}`")]
+    NoCode { code: String },
+    #[error("{place}: {problem}")]
+    Interface { place: String, problem: String },
     #[error("{url}: {problem}")]
     Condition { url: String, problem: String },
     #[error("`{to}` has no link")]
@@ -120,7 +124,7 @@ impl Failure {
 
     /// Says on stderr what is wrong, where, and what to do.
     pub fn print(&self) {
-        let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        let colour = output::has_colour(&std::io::stderr());
         match self {
             Self::Configuration(report) => eprint!("{}", report.render(colour)),
             Self::Agent(ClientError::Refused(Refusal { report: Some(report), .. })) => eprint!("{report}"),
@@ -128,6 +132,10 @@ impl Failure {
                 eprintln!("error: {}", output::harmless(other));
                 if let Some(help) = other.help().filter(|help| !help.is_empty()) {
                     eprintln!("  help: {}", output::harmless(help));
+                }
+                if let Some(code) = codes::of(&other.to_string()).filter(|_| std::io::stderr().is_terminal())
+                {
+                    eprintln!("  more: slate explain {code}");
                 }
             }
         }
@@ -181,6 +189,7 @@ impl Failure {
                     near => format!("did you mean {near}?"),
                 }
             }
+            Self::NoCode { .. } => "`slate explain` lists all codes".into(),
             Self::NothingLike { .. } => "`slate tree` shows the properties that there are".into(),
             Self::SeveralInTable { .. } => "name one of them, or take --json, a line for each value".into(),
             Self::Condition { url, .. } => format!("`slate get {url}` shows what it has"),

@@ -16,6 +16,7 @@ mod duration;
 mod examples;
 mod failure;
 mod graph;
+mod interface;
 mod link;
 mod log;
 mod mission;
@@ -92,6 +93,8 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Top(options) => top::top(options),
         Verb::New(options) => new::new(options),
         Verb::Doctor(options) => return doctor::doctor(options),
+        Verb::Interface(verb) => return interface::interface(verb),
+        Verb::Explain { codes, json } => codes::explain(codes, *json),
         Verb::Check(options) => return check::check(options),
         Verb::Graph(options) => graph::graph(options),
         Verb::Ps { json } => ps::ps(*json),
