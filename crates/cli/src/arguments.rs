@@ -1,10 +1,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::ArgValueCompleter;
 use slate::runtime::{Mode, Rate};
 
 use crate::bag::BagVerb;
 use crate::check::CheckOptions;
+use crate::complete::{self, Shell};
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::doctor::DoctorOptions;
@@ -74,6 +76,7 @@ pub enum Verb {
     /// Reads a property of a running agent, or a field of one.
     Get {
         /// Its URL, such as `/loop/histogram` or `/r2/planner/state/ticks`.
+        #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         url: String,
         /// Prints value, sequence and time as JSON.
         #[arg(long)]
@@ -84,6 +87,7 @@ pub enum Verb {
     /// Sets a parameter, an input without a link, or whether a module is on.
     Set {
         /// Its URL, such as `/r2/planner/params/speed` or `/mission/target`.
+        #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         url: String,
         /// What it shall be: a number, a text, or JSON such as `{"x": 1.5, "y": 0}`.
         #[arg(allow_negative_numbers = true)]
@@ -113,6 +117,11 @@ pub enum Verb {
     Interface(InterfaceVerb),
     /// Says what is wrong with a configuration, without running it; ends with 7 when something is.
     Check(CheckOptions),
+    /// Prints what makes a shell complete commands, such as `source <(slate completions bash)`.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
     /// Explains the code of a mistake, such as S006, or lists all codes.
     Explain {
         /// The codes.
@@ -134,6 +143,7 @@ pub enum Verb {
     /// Lists the properties of a running agent.
     List {
         /// Which of them, such as `/r2/planner/*` or `/**/timing`; all unless given.
+        #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         pattern: Option<String>,
         /// Prints the list as JSON.
         #[arg(long)]
@@ -186,7 +196,7 @@ pub struct Common {
 #[derive(Debug, Args)]
 pub struct RunOptions {
     /// An example by name, or a configuration file; with --resume, that of the snapshot unless given.
-    #[arg(required_unless_present = "resume")]
+    #[arg(required_unless_present = "resume", add = ArgValueCompleter::new(complete::of_configurations))]
     pub name: Option<String>,
 
     /// One of the agents that the file describes; all of them unless given.
@@ -229,6 +239,7 @@ pub struct RunOptions {
 #[derive(Debug, Args)]
 pub struct BatchOptions {
     /// An example by name, or a configuration file.
+    #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
     pub name: String,
 
     #[command(flatten)]

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use serde::Serialize;
 use serde_json::json;
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
@@ -15,11 +16,12 @@ use slate::share::agent::AgentSharing;
 use crate::examples::{self, Application};
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::observation::Observation;
-use crate::{codes, output, scene};
+use crate::{codes, complete, output, scene};
 
 #[derive(Debug, Args)]
 pub struct CheckOptions {
     /// An example by name, or a configuration file.
+    #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
     pub name: String,
 
     /// One of the agents that the file describes; all of them unless given.

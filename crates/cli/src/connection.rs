@@ -5,9 +5,11 @@ use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use slate::runtime::remote::{Client, agents};
 use slate::runtime::sharing::TEAM;
 
+use crate::complete;
 use crate::failure::Failure;
 use crate::watch::now;
 
@@ -15,7 +17,7 @@ use crate::watch::now;
 #[derive(Debug, Args)]
 pub struct AgentOption {
     /// The agent, by name; needed when several run and no URL names one.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", add = ArgValueCompleter::new(complete::of_agents))]
     pub agent: Option<String>,
 }
 

@@ -5,6 +5,7 @@ mod bag;
 mod batch;
 mod check;
 mod codes;
+mod complete;
 mod condition;
 mod config;
 mod connection;
@@ -51,6 +52,7 @@ use failure::Failure;
 fn main() -> ExitCode {
     // An isolated module is this program, started once more.
     slate::runtime::isolation::enter(&examples::plugins());
+    complete::answer();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -95,6 +97,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Doctor(options) => return doctor::doctor(options),
         Verb::Interface(verb) => return interface::interface(verb),
         Verb::Explain { codes, json } => codes::explain(codes, *json),
+        Verb::Completions { shell } => complete::completions(*shell),
         Verb::Check(options) => return check::check(options),
         Verb::Graph(options) => graph::graph(options),
         Verb::Ps { json } => ps::ps(*json),

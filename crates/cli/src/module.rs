@@ -1,9 +1,10 @@
 use clap::Subcommand;
+use clap_complete::ArgValueCompleter;
 use slate::runtime::remote::Switched;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::output;
+use crate::{complete, output};
 
 #[derive(Debug, Subcommand)]
 pub enum ModuleVerb {
@@ -18,6 +19,7 @@ pub enum ModuleVerb {
     /// Switches a module on.
     Enable {
         /// Its name, such as `r2/planner`.
+        #[arg(add = ArgValueCompleter::new(complete::of_modules))]
         name: String,
         #[command(flatten)]
         agent: AgentOption,
@@ -25,6 +27,7 @@ pub enum ModuleVerb {
     /// Switches a module off: it ticks no more, and its outputs take their safe values.
     Disable {
         /// Its name, such as `r2/planner`.
+        #[arg(add = ArgValueCompleter::new(complete::of_modules))]
         name: String,
         #[command(flatten)]
         agent: AgentOption,

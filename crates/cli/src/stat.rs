@@ -3,18 +3,19 @@
 use std::time::Duration;
 
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use serde_json::json;
 use slate::runtime::remote::{LONGEST, Measured};
 
 use crate::connection::AgentOption;
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::watch::expand;
-use crate::{duration, output};
+use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct StatOptions {
     /// Properties, such as `/simulator/r2/sonar` or `/r2/*/percept`.
-    #[arg(required = true, value_name = "URL")]
+    #[arg(required = true, value_name = "URL", add = ArgValueCompleter::new(complete::of_properties))]
     urls: Vec<String>,
 
     /// How long it is measured, at most 50s.

@@ -1,17 +1,19 @@
 //! What an agent knows, as a tree.
 
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use serde_json::{Map, Value, json};
 use slate::runtime::remote::{PropertyEntry, Watched};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::output;
 use crate::property::in_a_line;
+use crate::{complete, output};
 
 #[derive(Debug, Args)]
 pub struct TreeOptions {
     /// Which properties, such as `/r2/**`; all unless given.
+    #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     pattern: Option<String>,
 
     /// How many levels are shown.

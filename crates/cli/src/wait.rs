@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use serde_json::json;
 use slate::runtime::remote::{Reading, Watched};
 
@@ -11,11 +12,12 @@ use crate::connection::AgentOption;
 use crate::failure::{Failure, TIMED_OUT};
 use crate::property::in_a_line;
 use crate::watch::now;
-use crate::{duration, output};
+use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct WaitOptions {
     /// A property or a field, such as `/referee/verdict`.
+    #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     url: String,
 
     /// What it shall be, such as `state == SUCCEEDED` or `> 0.5`.

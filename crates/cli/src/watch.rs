@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use serde_json::json;
 use slate::runtime::remote::{Client, ClientError, Reading, Watched};
 
@@ -12,12 +13,12 @@ use crate::condition::Condition;
 use crate::connection::AgentOption;
 use crate::failure::{Failure, TIMED_OUT};
 use crate::property::{flatten, in_a_line};
-use crate::{duration, output};
+use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct WatchOptions {
     /// Properties or fields, such as `/simulator/r2/truth` or `/r2/*/state`.
-    #[arg(required = true, value_name = "URL")]
+    #[arg(required = true, value_name = "URL", add = ArgValueCompleter::new(complete::of_properties))]
     urls: Vec<String>,
 
     /// Ends after so many values.

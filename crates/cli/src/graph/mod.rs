@@ -8,16 +8,18 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use clap_complete::ArgValueCompleter;
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::{check, examples, output};
+use crate::{check, complete, examples, output};
 
 #[derive(Debug, Args)]
 pub struct GraphOptions {
     /// An example by name, or a configuration file; the agent that runs unless given.
+    #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
     name: Option<String>,
 
     /// What is written.

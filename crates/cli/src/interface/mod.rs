@@ -130,17 +130,7 @@ fn source(
 ) -> String {
     let doc =
         if options.doc.is_empty() { format!("What it is: {}.", options.name) } else { options.doc.clone() };
-    let has = |name: &str| {
-        fields
-            .iter()
-            .any(|(_, kind, ..)| kind.split(['<', '[', ' ', ',', ';', ']', '>']).any(|word| word == name))
-    };
-    let plain: Vec<_> =
-        ["Bool", "Optional", "Sequence", "Text"].into_iter().filter(|name| has(name)).collect();
     let mut text = "use slate_plugin::prelude::*;\n".to_owned();
-    if !plain.is_empty() {
-        let _ = writeln!(text, "// {} come with the prelude.", plain.join(", "));
-    }
     let _ = write!(text, "\n/// {doc}\n#[interface]\n#[derive(PartialEq)]\npub struct {} {{\n", options.name);
     let gap = |text: &mut String, place: usize| {
         if let Some(index) = reserved.iter().position(|(known, _)| *known == place) {
