@@ -12,6 +12,9 @@ use slate::runtime::snapshot::SnapshotError;
 use crate::arguments::MAXIMUM_SEED;
 use crate::{codes, output};
 
+/// The agent is not there, or does not answer.
+pub const UNREACHED: u8 = 3;
+
 /// What was waited for did not come.
 pub const TIMED_OUT: u8 = 6;
 
@@ -117,9 +120,13 @@ fn no_checkout(said: Option<&Path>) -> String {
 }
 
 impl Failure {
-    /// What the process ends with: 1 when an agent refuses, or has not what is meant, else 2.
+    /// What the process ends with: 1 when an agent refuses, or has not what is meant, 3 when it is not reached, else 2.
     pub fn code(&self) -> u8 {
-        if matches!(self, Self::Agent(ClientError::Refused(_)) | Self::NotLinked { .. }) { 1 } else { 2 }
+        match self {
+            Self::Agent(ClientError::Refused(_)) | Self::NotLinked { .. } => 1,
+            Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } => UNREACHED,
+            _ => 2,
+        }
     }
 
     /// Says on stderr what is wrong, where, and what to do.
