@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use crossterm::cursor::{Hide, MoveTo, Show};
-use crossterm::execute;
+use crossterm::style::Print;
 use crossterm::terminal::{Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen, size};
+use crossterm::{execute, queue};
 use serde::Serialize;
 use serde_json::{Value, json};
 use slate::runtime::remote::{Client, ClientError, Watched};
@@ -102,12 +103,12 @@ fn live(options: &TopOptions, client: &mut Client, screen: &mut impl Write) -> R
     while !is_interrupted() {
         let (width, height) = size().unwrap_or((80, 24));
         let lines = Look::at(client, options.sort)?.lines();
-        let _ = execute!(screen, MoveTo(0, 0), Clear(ClearType::All));
         for (row, line) in lines.iter().take(height.into()).enumerate() {
             let line: String = output::harmless(line).chars().take(width.into()).collect();
-            let _ = execute!(screen, MoveTo(0, row as u16));
-            let _ = write!(screen, "{line}");
+            // Not all at once, as that flickers.
+            let _ = queue!(screen, MoveTo(0, row as u16), Print(line), Clear(ClearType::UntilNewLine));
         }
+        let _ = queue!(screen, Clear(ClearType::FromCursorDown));
         let _ = screen.flush();
         let mut left = options.interval.max(LOOK);
         while !left.is_zero() && !is_interrupted() {

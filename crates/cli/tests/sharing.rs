@@ -216,7 +216,7 @@ fn a_url_that_names_an_agent_leads_to_it() {
     let file = running.folder().join("robot.json");
     running.done(&["snapshot", "save", "--of", "slate://robot/**", &file.display().to_string()]);
     running.fails(
-        2,
+        3,
         &["get", "slate://nobody/simulator/r2/truth"],
         &["none of those that do knows it", "slate peers"],
     );

@@ -64,6 +64,35 @@ fn collect(running: &Running, verb: &[&str], lines: &mut Vec<String>) {
     }
 }
 
+#[test]
+fn a_shell_is_offered_what_there_is_at_that_moment() {
+    let mut running = Running::new("complete");
+    assert!(running.done(&["completions", "bash"]).contains("SLATE_COMPLETE=\"bash\""));
+    for shell in ["zsh", "fish", "elvish", "powershell"] {
+        assert!(running.done(&["completions", shell]).contains("slate"), "{shell}");
+    }
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "0.3"]);
+    let offered = |words: &[&str]| {
+        let mut command = running.command(&["--", "slate"]);
+        command.args(words).env("SLATE_COMPLETE", "bash").env("_CLAP_IFS", "\n");
+        let output = command.env("_CLAP_COMPLETE_INDEX", words.len().to_string()).output().unwrap();
+        common::text(&output.stdout)
+    };
+    // Names may come too late on a machine that is busy, which is no mistake.
+    let eventually = |words: &[&str], wanted: &str| {
+        let offer = (0..40).map(|_| offered(words)).find(|offer| offer.lines().any(|line| line == wanted));
+        assert!(offer.is_some(), "{words:?}: {}", offered(words));
+    };
+    eventually(&["get", "/r2/pl"], "/r2/planner/params");
+    eventually(&["watch", "r2/pl"], "r2/planner/params");
+    eventually(&["module", "enable", "ref"], "referee");
+    eventually(&["unlink", "r2/planner/po"], "r2/planner/position");
+    eventually(&["stop", "--agent", "e"], "exp1");
+    eventually(&["run", "ex"], "exp3");
+    eventually(&["wa"], "watch");
+    assert_eq!(offered(&["get", "/nowhere"]), "");
+}
+
 /// The shape of a JSON document: its keys and the types of their values.
 fn shape(value: &Value) -> Value {
     match value {

@@ -256,8 +256,9 @@ fn finish(
     let widths: Vec<f64> =
         lefts.iter().zip(lefts.iter().skip(1).chain([&x])).map(|(a, b)| b - a - COLUMN).collect();
     let mut layout = Layout { width: x - COLUMN, back, ..Layout::default() };
-    for node in 0..graph.nodes.len() {
-        let Slot { column, y, .. } = slots[node];
+    // The nodes come before what passes.
+    for Slot { column, y, .. } in slots.iter().take(graph.nodes.len()) {
+        let (column, y) = (*column, *y);
         layout.places.push(Place { x: lefts[column], y, column });
     }
     for way in passes {
