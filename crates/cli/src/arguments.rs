@@ -1,21 +1,33 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::ArgValueCompleter;
 use slate::runtime::{Mode, Rate};
 
 use crate::bag::BagVerb;
+use crate::check::CheckOptions;
+use crate::complete::{self, Shell};
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
+use crate::doctor::DoctorOptions;
+use crate::graph::GraphOptions;
+use crate::interface::InterfaceVerb;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
 use crate::module::ModuleVerb;
+use crate::new::NewOptions;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::record::RecordVerb;
 use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
 use crate::snapshot::SnapshotVerb;
+use crate::stat::StatOptions;
+use crate::top::TopOptions;
 use crate::trace::TraceOptions;
+use crate::tree::TreeOptions;
+use crate::wait::WaitOptions;
+use crate::watch::WatchOptions;
 
 /// The greatest seed that a configuration can hold.
 pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
@@ -73,6 +85,7 @@ pub enum Verb {
     /// Reads a property of a running agent, or a field of one.
     Get {
         /// Its URL, such as `/loop/histogram` or `/r2/planner/state/ticks`.
+        #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         url: String,
         /// Prints value, sequence and time as JSON.
         #[arg(long)]
@@ -80,9 +93,66 @@ pub enum Verb {
         #[command(flatten)]
         agent: AgentOption,
     },
+    /// Sets a parameter, an input without a link, or whether a module is on.
+    Set {
+        /// Its URL, such as `/r2/planner/params/speed` or `/mission/target`.
+        #[arg(add = ArgValueCompleter::new(complete::of_properties))]
+        url: String,
+        /// What it shall be: a number, a text, or JSON such as `{"x": 1.5, "y": 0}`.
+        #[arg(allow_negative_numbers = true)]
+        value: String,
+        /// Prints what changes as JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Shows the values of properties as they come.
+    #[command(visible_alias = "echo")]
+    Watch(WatchOptions),
+    /// Waits until a value is as it shall be; ends with 6 when it is not in time.
+    Wait(WaitOptions),
+    /// Measures in the agent how often values come; ends with 7 when that is not as it shall be.
+    #[command(visible_aliases = ["hz", "bw"])]
+    Stat(StatOptions),
+    /// Shows the properties of a running agent as a tree.
+    Tree(TreeOptions),
+    /// Shows how long the modules of a running agent take, how even they are, and what they miss.
+    Top(TopOptions),
+    /// Writes a project that is tested, built and run at once.
+    New(NewOptions),
+    /// Writes interfaces, shows how they are laid out, and compares versions of them.
+    #[command(subcommand)]
+    Interface(InterfaceVerb),
+    /// Says what is wrong with a configuration, without running it; ends with 7 when something is.
+    Check(CheckOptions),
+    /// Prints what makes a shell complete commands, such as `source <(slate completions bash)`.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Explains the code of a mistake, such as S006, or lists all codes.
+    Explain {
+        /// The codes.
+        codes: Vec<String>,
+        /// Prints them as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Looks whether this computer is fit to run a robot; ends with 7 when it is not.
+    Doctor(DoctorOptions),
+    /// Draws modules and links of a configuration, or of a running agent.
+    Graph(GraphOptions),
+    /// Lists the agents of this machine.
+    Ps {
+        /// Prints the list as JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Lists the properties of a running agent.
     List {
         /// Which of them, such as `/r2/planner/*` or `/**/timing`; all unless given.
+        #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         pattern: Option<String>,
         /// Prints the list as JSON.
         #[arg(long)]
@@ -135,7 +205,7 @@ pub struct Common {
 #[derive(Debug, Args)]
 pub struct RunOptions {
     /// An example by name, or a configuration file; with --resume, that of the snapshot unless given.
-    #[arg(required_unless_present = "resume")]
+    #[arg(required_unless_present = "resume", add = ArgValueCompleter::new(complete::of_configurations))]
     pub name: Option<String>,
 
     /// One of the agents that the file describes; all of them unless given.
@@ -178,6 +248,7 @@ pub struct RunOptions {
 #[derive(Debug, Args)]
 pub struct BatchOptions {
     /// An example by name, or a configuration file.
+    #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
     pub name: String,
 
     #[command(flatten)]

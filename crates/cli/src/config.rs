@@ -85,7 +85,8 @@ fn set(agent: &AgentOption, settings: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn show_changes(changed: &[Changed]) {
+/// Says what has changed.
+pub fn show_changes(changed: &[Changed]) {
     if changed.is_empty() {
         output::line("nothing changes: all is as it should be");
     }

@@ -1,16 +1,23 @@
 //! Finding the agent that a command is for.
 
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use slate::runtime::remote::{Client, agents};
 use slate::runtime::sharing::TEAM;
 
+use crate::complete;
 use crate::failure::Failure;
+use crate::watch::now;
 
 /// Which agent is asked.
 #[derive(Debug, Args)]
 pub struct AgentOption {
     /// The agent, by name; needed when several run and no URL names one.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", add = ArgValueCompleter::new(complete::of_agents))]
     pub agent: Option<String>,
 }
 
@@ -41,11 +48,18 @@ impl AgentOption {
         if self.agent.is_some() || running.len() < 2 || path.contains("://") {
             return None;
         }
-        let mut owners = running.iter().filter_map(|name| {
+        let path = path.to_owned();
+        let asked = ask_all(move |name| {
             // One that ends just now has nothing.
             let mut client = Client::connect(name).ok()?;
-            client.read(path).is_ok().then_some(client)
+            let has = if path.contains('*') {
+                client.properties(Some(&path)).is_ok_and(|found| !found.is_empty())
+            } else {
+                client.read(&path).is_ok()
+            };
+            has.then_some(client)
         });
+        let mut owners = asked.into_iter().filter_map(|(_, client)| client.flatten());
         let first = owners.next();
         first.filter(|_| owners.next().is_none())
     }
@@ -57,12 +71,15 @@ impl AgentOption {
         if running.len() < 2 {
             return self.connect();
         }
-        for own in running.iter().filter(|own| *own != name) {
+        let wanted = name.to_owned();
+        let asked = ask_all(move |own| {
             // One that ends just now knows nobody.
-            let Ok(mut client) = Client::connect(own) else { continue };
-            if client.peers().is_ok_and(|peers| peers.peers.iter().any(|peer| peer.agent == name)) {
-                return Ok(client);
-            }
+            let mut client = Client::connect(own).ok().filter(|_| own != wanted)?;
+            let knows = client.peers().is_ok_and(|peers| peers.peers.iter().any(|peer| peer.agent == wanted));
+            knows.then_some(client)
+        });
+        if let Some(client) = asked.into_iter().find_map(|(_, client)| client.flatten()) {
+            return Ok(client);
         }
         // Whoever shares finds those that run here.
         match running.iter().find(|own| *own != name) {
@@ -80,6 +97,29 @@ impl AgentOption {
     fn named<'u>(&self, url: &'u str) -> Option<&'u str> {
         named(url).filter(|name| self.agent.is_none() && agents().iter().any(|own| own == name))
     }
+}
+
+/// How long agents may take that are asked because one of them may be meant.
+const BUDGET: Duration = Duration::from_millis(500);
+
+/// Asks all agents that run here at once, and returns what each has answered by the end of a short while: one that hangs
+/// holds nobody up.
+pub fn ask_all<T: Send + 'static>(
+    ask: impl Fn(&str) -> T + Send + Sync + 'static,
+) -> Vec<(String, Option<T>)> {
+    let (ask, (sender, answers)) = (Arc::new(ask), channel());
+    let mut asked: Vec<(String, Option<T>)> = agents().into_iter().map(|name| (name, None)).collect();
+    for (index, (name, _)) in asked.iter().enumerate() {
+        let (ask, sender, name) = (Arc::clone(&ask), sender.clone(), name.clone());
+        // One that hangs keeps its thread until the end of this program, which is near.
+        std::thread::spawn(move || sender.send((index, ask(&name))));
+    }
+    drop(sender);
+    let until = now() + BUDGET;
+    while let Ok((index, answer)) = answers.recv_timeout(until.saturating_duration_since(now())) {
+        asked[index].1 = Some(answer);
+    }
+    asked
 }
 
 /// The agent that a URL names, if it does; what the team knows is known to each of its agents.

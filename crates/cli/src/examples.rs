@@ -161,6 +161,11 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
     Ok(Application::new(&name, snapshot.configuration(sets)?))
 }
 
+/// What the examples are called.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    EXAMPLES.iter().map(|example| example.name)
+}
+
 /// Lists the examples.
 pub fn list() -> Result<bool, Failure> {
     for example in &EXAMPLES {

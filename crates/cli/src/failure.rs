@@ -11,7 +11,16 @@ use slate::runtime::remote::{ClientError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
 
 use crate::arguments::MAXIMUM_SEED;
-use crate::output;
+use crate::{codes, output};
+
+/// The agent is not there, or does not answer.
+pub const UNREACHED: u8 = 3;
+
+/// What was waited for did not come.
+pub const TIMED_OUT: u8 = 6;
+
+/// What was to be so is not so.
+pub const ASSERTION_FALSE: u8 = 7;
 
 /// Why a command can't do what it was asked.
 #[derive(Debug, thiserror::Error)]
@@ -68,6 +77,16 @@ pub enum Failure {
     NoModule { module: String, help: String },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
+    #[error("no property is like {pattern}")]
+    NothingLike { pattern: String },
+    #[error("a table with commas is of one property, and these are several: {}", .urls.join(", "))]
+    SeveralInTable { urls: Vec<String> },
+    #[error("no kind of mistake has the code `{code}`")]
+    NoCode { code: String },
+    #[error("{place}: {problem}")]
+    Interface { place: String, problem: String },
+    #[error("{url}: {problem}")]
+    Condition { url: String, problem: String },
     #[error("`{to}` has no link")]
     NotLinked { to: String, linked: Vec<String> },
     #[error("`{path}` can't be used: it is there already")]
@@ -116,14 +135,18 @@ fn no_checkout(said: Option<&Path>) -> String {
 }
 
 impl Failure {
-    /// What the process ends with: 1 when an agent refuses, or has not what is meant, else 2.
+    /// What the process ends with: 1 when an agent refuses, or has not what is meant, 3 when it is not reached, else 2.
     pub fn code(&self) -> u8 {
-        if matches!(self, Self::Agent(ClientError::Refused(_)) | Self::NotLinked { .. }) { 1 } else { 2 }
+        match self {
+            Self::Agent(ClientError::Refused(_)) | Self::NotLinked { .. } => 1,
+            Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } => UNREACHED,
+            _ => 2,
+        }
     }
 
     /// Says on stderr what is wrong, where, and what to do.
     pub fn print(&self) {
-        let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+        let colour = output::has_colour(&std::io::stderr());
         match self {
             Self::Configuration(report) => eprint!("{}", report.render(colour)),
             Self::Agent(ClientError::Refused(Refusal { report: Some(report), .. })) => eprint!("{report}"),
@@ -131,6 +154,10 @@ impl Failure {
                 eprintln!("error: {}", output::harmless(other));
                 if let Some(help) = other.help().filter(|help| !help.is_empty()) {
                     eprintln!("  help: {}", output::harmless(help));
+                }
+                if let Some(code) = codes::of(&other.to_string()).filter(|_| std::io::stderr().is_terminal())
+                {
+                    eprintln!("  more: slate explain {code}");
                 }
             }
         }
@@ -197,6 +224,10 @@ impl Failure {
                     near => format!("did you mean {near}?"),
                 }
             }
+            Self::NoCode { .. } => "`slate explain` lists all codes".into(),
+            Self::NothingLike { .. } => "`slate tree` shows the properties that there are".into(),
+            Self::SeveralInTable { .. } => "name one of them, or take --json, a line for each value".into(),
+            Self::Condition { url, .. } => format!("`slate get {url}` shows what it has"),
             Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {
                 "name their folder with --slate PATH: the one that has crates/plugin".into()

@@ -1,19 +1,22 @@
 //! Links of a running agent.
 
 use clap::Args;
+use clap_complete::ArgValueCompleter;
 use slate::blackboard::{Url, is_within};
 use slate::runtime::remote::LinkEntry;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::output;
+use crate::{complete, output};
 
 #[derive(Debug, Args)]
 pub struct LinkOptions {
     /// The input, such as `follower/pose`; all links are listed unless it is given.
+    #[arg(add = ArgValueCompleter::new(complete::of_links))]
     to: Option<String>,
 
     /// The property that it reads, such as `localizer/pose`; the link that it has is shown unless it is given.
+    #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     from: Option<String>,
 
     /// Reads last cycle's value, which breaks a circle of modules.
@@ -75,6 +78,7 @@ pub struct LinkOptions {
 #[derive(Debug, Args)]
 pub struct UnlinkOptions {
     /// The input, such as `follower/pose`.
+    #[arg(add = ArgValueCompleter::new(complete::of_links))]
     to: String,
 
     /// Finds out whether it can be done, and does not do it.

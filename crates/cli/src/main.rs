@@ -3,30 +3,46 @@
 mod arguments;
 mod bag;
 mod batch;
+mod check;
+mod codes;
+mod complete;
+mod condition;
 mod config;
 mod connection;
 mod course;
 mod deployment;
 mod display;
+mod doctor;
+mod duration;
 mod examples;
 mod failure;
+mod graph;
+mod interface;
 mod link;
 mod log;
 mod mission;
 mod module;
+mod new;
 mod observation;
 mod output;
 mod peers;
 mod plugin;
+mod process;
 mod property;
+mod ps;
 mod record;
 mod replay;
 mod report;
 mod run;
 mod scene;
 mod snapshot;
+mod stat;
 mod stop;
+mod top;
 mod trace;
+mod tree;
+mod wait;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -38,6 +54,7 @@ use failure::Failure;
 fn main() -> ExitCode {
     // An isolated module is this program, started once more.
     slate::runtime::isolation::enter(&examples::plugins());
+    complete::answer();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -73,6 +90,20 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Trace(options) => trace::trace(options),
         Verb::Log(options) => log::log(options),
         Verb::Get { url, json, agent } => property::get(agent, url, *json),
+        Verb::Set { url, value, json, agent } => property::set(agent, url, value, *json),
+        Verb::Watch(options) => return watch::watch(options),
+        Verb::Wait(options) => return wait::wait(options),
+        Verb::Stat(options) => return stat::stat(options),
+        Verb::Tree(options) => tree::tree(options),
+        Verb::Top(options) => top::top(options),
+        Verb::New(options) => new::new(options),
+        Verb::Doctor(options) => return doctor::doctor(options),
+        Verb::Interface(verb) => return interface::interface(verb),
+        Verb::Explain { codes, json } => codes::explain(codes, *json),
+        Verb::Completions { shell } => complete::completions(*shell),
+        Verb::Check(options) => return check::check(options),
+        Verb::Graph(options) => graph::graph(options),
+        Verb::Ps { json } => ps::ps(*json),
         Verb::List { pattern, json, agent } => property::list(agent, pattern.as_deref(), *json),
         Verb::Snapshot(verb) => snapshot::snapshot(verb),
         Verb::Bag(verb) => bag::bag(verb),

@@ -1,8 +1,10 @@
 use clap::Subcommand;
+use clap_complete::ArgValueCompleter;
+use slate::runtime::remote::Switched;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::output;
+use crate::{complete, output};
 
 #[derive(Debug, Subcommand)]
 pub enum ModuleVerb {
@@ -17,6 +19,7 @@ pub enum ModuleVerb {
     /// Switches a module on.
     Enable {
         /// Its name, such as `r2/planner`.
+        #[arg(add = ArgValueCompleter::new(complete::of_modules))]
         name: String,
         #[command(flatten)]
         agent: AgentOption,
@@ -24,6 +27,7 @@ pub enum ModuleVerb {
     /// Switches a module off: it ticks no more, and its outputs take their safe values.
     Disable {
         /// Its name, such as `r2/planner`.
+        #[arg(add = ArgValueCompleter::new(complete::of_modules))]
         name: String,
         #[command(flatten)]
         agent: AgentOption,
@@ -42,6 +46,12 @@ pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
 
 fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
     let switched = agent.connect()?.enable(name, on)?;
+    show_switched(name, on, switched);
+    Ok(())
+}
+
+/// Says how a module was switched.
+pub fn show_switched(name: &str, on: bool, switched: Switched) {
     let (state, already) = (if on { "on" } else { "off" }, if switched.changed { "" } else { " already" });
     output::line(format_args!("{name} is {state}{already}"));
     if let Some(plugin) = switched.needs_reload {
@@ -49,7 +59,6 @@ fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
             "it has failed for good, so it begins when its plugin is reloaded: slate plugin reload {plugin}"
         ));
     }
-    Ok(())
 }
 
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {

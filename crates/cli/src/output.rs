@@ -1,7 +1,7 @@
 //! What goes to stdout.
 
 use std::fmt::Display;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use slate::runtime::printable_text;
@@ -41,6 +41,13 @@ pub fn is_lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
+/// Whether what is written there may have colours.
+pub fn has_colour(stream: &impl IsTerminal) -> bool {
+    let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    let is_forced = variable("CLICOLOR_FORCE").is_some_and(|value| value != "0");
+    variable("NO_COLOR").is_none() && (is_forced || stream.is_terminal())
+}
+
 /// Prints a value as JSON, in a line.
 pub fn json(value: &impl serde::Serialize) {
     match serde_json::to_string(value) {
@@ -51,11 +58,17 @@ pub fn json(value: &impl serde::Serialize) {
 
 /// Prints rows with their columns below each other.
 pub fn columns<const N: usize>(rows: impl IntoIterator<Item = [String; N]>) {
+    aligned(rows).iter().for_each(line);
+}
+
+/// Rows with their columns below each other.
+pub fn aligned<const N: usize>(rows: impl IntoIterator<Item = [String; N]>) -> Vec<String> {
     let rows: Vec<_> = rows.into_iter().collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..N).map(width).collect();
-    for row in &rows {
-        let cells: Vec<_> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}")).collect();
-        line(cells.join("  ").trim_end());
-    }
+    let aligned = rows.iter().map(|row| {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    });
+    aligned.collect()
 }

@@ -1,7 +1,7 @@
 //! What a running agent knows.
 
-use serde_json::Value;
-use slate::runtime::remote::PropertyEntry;
+use serde_json::{Value, json};
+use slate::runtime::remote::{PropertyEntry, SetProperty};
 use slate::runtime::sharing::TEAM;
 
 use crate::connection::AgentOption;
@@ -29,7 +29,7 @@ pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<bool, Failure> 
 }
 
 /// A row for each number and text in a value, with its path.
-fn flatten(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
+pub fn flatten(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
     let below = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}/{name}") };
     match value {
         Value::Object(fields) if !fields.is_empty() => {
@@ -42,6 +42,52 @@ fn flatten(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
         Value::String(text) => rows.push([path, text.clone()]),
         other => rows.push([path, other.to_string()]),
     }
+}
+
+/// So many numbers and texts of a value are shown in a line.
+const IN_A_LINE: usize = 24;
+
+/// A value in a line, such as `x=0.3 y=1.2`.
+pub fn in_a_line(value: &Value) -> String {
+    let mut rows = Vec::new();
+    flatten(String::new(), value, &mut rows);
+    // Padding of interfaces.
+    rows.retain(|[name, _]| name != "reserved" && !name.ends_with("/reserved"));
+    let left = rows.len().saturating_sub(IN_A_LINE);
+    let mut cells: Vec<String> = rows
+        .into_iter()
+        .take(IN_A_LINE)
+        .map(|[name, cell]| {
+            let cell = match cell.char_indices().nth(200) {
+                Some((end, _)) => format!("{}…", &cell[..end]),
+                None => cell,
+            };
+            if name.is_empty() { cell } else { format!("{name}={cell}") }
+        })
+        .collect();
+    if left > 0 {
+        cells.push(format!("… and {left} more"));
+    }
+    cells.join(" ")
+}
+
+/// Sets a parameter, an input without a link, or whether a module is on.
+pub fn set(agent: &AgentOption, url: &str, value: &str, json: bool) -> Result<bool, Failure> {
+    // What is no JSON is a text, such as the name of a constant.
+    let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into()));
+    let changed = agent.connect_to(url)?.set_property(url, value.clone())?;
+    if json {
+        output::json(&json!({"schema": "slate.set/1", "url": url, "changed": changed}));
+        return Ok(true);
+    }
+    match changed {
+        SetProperty::Setting(changes) => crate::config::show_changes(&changes),
+        SetProperty::Switch(switched) => {
+            let module = url.rsplit_once("/enabled").map_or(url, |(module, _)| module);
+            crate::module::show_switched(module, value == Value::Bool(true), switched);
+        }
+    }
+    Ok(true)
 }
 
 /// Prints which properties there are.

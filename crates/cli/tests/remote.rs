@@ -56,7 +56,7 @@ fn the_code_of_exp1_is_exchanged_and_its_speed_changed_while_the_robot_drives_to
         "{output:?}"
     );
     // With the agent its socket goes.
-    running.fails(2, &["plugin", "list"], &["no agent runs here", "slate run"]);
+    running.fails(3, &["plugin", "list"], &["no agent runs here", "slate run"]);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn what_an_agent_refuses_is_shown_with_its_place_and_its_mend() {
     running.fails(1, &["plugin", "reload", "slate-wheeled"], &["linked in"]);
     running.fails(1, &["plugin", "unload", "simulation"], &["time source"]);
     running.fails(1, &["module", "enable", "planner"], &["planner"]);
-    running.fails(2, &["module", "list", "--agent", "exp7"], &["no agent `exp7`", "exp1"]);
+    running.fails(3, &["module", "list", "--agent", "exp7"], &["no agent `exp7`", "exp1"]);
     assert!(running.call(&["plugin", "list"]).status.success());
 }
 
@@ -100,7 +100,7 @@ fn one_of_several_agents_is_chosen_and_a_killed_one_makes_room() {
     assert_eq!(running.read("exp1", "/referee/params/tolerance"), 0.1);
     assert_eq!(running.read("exp1-2", "/referee/params/tolerance"), 0.2);
     running.kill();
-    running.fails(2, &["module", "list", "--agent", "exp1"], &["no agent `exp1`", "there are: exp1-2"]);
+    running.fails(3, &["module", "list", "--agent", "exp1"], &["no agent `exp1`", "there are: exp1-2"]);
     // Now it is the only one, and the name of the killed one is free.
     running.done(&["module", "list"]);
     running.start("exp1", &EXP1);

@@ -167,7 +167,7 @@ fn another_agent_is_looked_into_through_one_that_knows_it() {
     refused(&["get", "slate://robot/simulator/r2/trut"], &["nearest: simulator/r2/truth"]);
     refused(&["get", "slate://robot/**"], &["is not a property's URL"]);
     refused(&["list", "slate://robot/simulatr/**"], &["nearest: simulator/"]);
-    running.fails(2, &["list", "--agent", "watchr"], &["there are: watcher, robot"]);
+    running.fails(3, &["list", "--agent", "watchr"], &["there are: watcher, robot"]);
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn a_url_that_names_an_agent_leads_to_it() {
     let file = running.folder().join("robot.json");
     running.done(&["snapshot", "save", "--of", "slate://robot/**", &file.display().to_string()]);
     running.fails(
-        2,
+        3,
         &["get", "slate://nobody/simulator/r2/truth"],
         &["none of those that do knows it", "slate peers"],
     );

@@ -78,7 +78,7 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     running.done(&["reset", "--agent", "exp1"]);
     assert_eq!(running.done(&["arm", "--agent", "exp1"]), "the actuators are armed\n");
     drives(&running);
-    running.fails(2, &["stop", "--agent", "exp7"], &["no agent `exp7`", "there are: exp1"]);
+    running.fails(3, &["stop", "--agent", "exp7"], &["no agent `exp7`", "there are: exp1"]);
     drives(&running);
 }
 
@@ -86,7 +86,7 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
 fn without_an_agent_there_is_nothing_to_stop() {
     let running = Running::new("nobody");
     for command in ["stop", "reset", "arm"] {
-        running.fails(2, &[command], &["no agent runs here", "slate run"]);
-        running.fails(2, &[command, "--agent", "exp1"], &["no agent `exp1`", "slate run"]);
+        running.fails(3, &[command], &["no agent runs here", "slate run"]);
+        running.fails(3, &[command, "--agent", "exp1"], &["no agent `exp1`", "slate run"]);
     }
 }

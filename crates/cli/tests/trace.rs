@@ -83,7 +83,7 @@ fn a_trace_of_a_running_agent_opens_in_perfetto() {
 #[test]
 fn a_trace_that_can_not_be_made_is_refused_before_it_is_recorded() {
     let mut running = Running::new("no_trace");
-    running.fails(2, &["trace"], &["no agent runs here"]);
+    running.fails(3, &["trace"], &["no agent runs here"]);
     for seconds in ["0", "-1", "nan", "inf", "3601", "soon"] {
         let seconds = format!("--seconds={seconds}");
         running.fails(2, &["trace", &seconds], &["more than 0 and at most 3600"]);

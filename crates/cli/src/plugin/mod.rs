@@ -1,5 +1,4 @@
 mod info;
-mod new;
 
 use std::path::{Path, PathBuf};
 
@@ -8,6 +7,7 @@ use slate::runtime::remote::{LoadedPlugin, PluginEntry, Reloaded};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
+use crate::new::{self, Template};
 use crate::output;
 
 #[derive(Debug, Subcommand)]
@@ -85,7 +85,10 @@ pub enum PluginVerb {
 /// Does what is asked; true, as what is refused is a failure.
 pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
     match verb {
-        PluginVerb::New { name, slate } => new::new(name, slate.as_deref())?,
+        PluginVerb::New { name, slate } => {
+            new::write(name, Template::Plugin, slate.as_deref())?;
+            new::tell(name, Template::Plugin);
+        }
         PluginVerb::Info { file, json } => info::info(file, *json)?,
         PluginVerb::List { json, agent } => list(agent, *json)?,
         PluginVerb::Load { plugin, agent } => load(agent, plugin)?,

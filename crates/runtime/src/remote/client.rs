@@ -10,9 +10,9 @@ use serde::de::DeserializeOwned;
 use super::line::{self, Line};
 use super::place;
 use super::protocol::{
-    Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, ModuleEntry, PluginEntry,
-    PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SettingEntry, SnapshotEntry,
-    Switched, TraceEntry, UnloadedPlugin, VERSION,
+    Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, Measured, ModuleEntry, News,
+    PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SetProperty,
+    SettingEntry, SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, VERSION, Watched,
 };
 use crate::configuration::SaveTo;
 use crate::playback::{Order, PlaybackStatus};
@@ -154,6 +154,10 @@ impl Client {
     fn lost(&self, error: std::io::Error) -> ClientError {
         ClientError::Lost { name: self.name.clone(), error }
     }
+}
+
+fn millis(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
 /// The calls, each as its [`Call`] says; their errors are those of [`call`](Client::call).
@@ -353,6 +357,21 @@ impl Client {
     /// The newest value of a property or a field; nothing before the first write.
     pub fn read(&mut self, url: &str) -> Result<Option<Reading>, ClientError> {
         self.call(&Call::Read { url: url.into() })
+    }
+
+    /// The values that came since they were looked at last; the first one is waited for, 50 s at most.
+    pub fn watch(&mut self, of: &[Watched], within: Duration) -> Result<Vec<News>, ClientError> {
+        self.call(&Call::Watch { of: of.to_vec(), within: millis(within) })
+    }
+
+    /// How often values of properties come in that time, 50 s at most.
+    pub fn measure(&mut self, urls: &[String], time: Duration) -> Result<Vec<Measured>, ClientError> {
+        self.call(&Call::Measure { urls: urls.to_vec(), time: millis(time) })
+    }
+
+    /// Sets a parameter, an input without a link, or a field of one, or whether a module is on.
+    pub fn set_property(&mut self, url: &str, value: serde_json::Value) -> Result<SetProperty, ClientError> {
+        self.call(&Call::PropertySet { url: url.into(), value })
     }
 
     /// All values that a property keeps, or a field of them, the oldest first: of a queue the last ones.

@@ -1,6 +1,7 @@
 //! Does what tools ask for.
 
 use std::path::Path;
+use std::time::Duration;
 
 use serde::Serialize;
 use slate_blackboard::BoardError;
@@ -136,6 +137,9 @@ impl Desk {
             }
             Call::Read { url } => self.read(&url),
             Call::ReadHistory { url } => self.history(&url),
+            Call::Watch { of, within } => self.watch(&of, Duration::from_millis(within)),
+            Call::Measure { urls, time } => self.measure(&urls, Duration::from_millis(time)),
+            Call::PropertySet { url, value } => self.set_property(&url, &value),
             Call::Stop { reason } => {
                 let reason = if reason.is_empty() { "by a tool" } else { &reason };
                 self.composer.stop_actuators(reason);
@@ -224,7 +228,7 @@ impl Desk {
         result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
     }
 
-    fn enable(&self, name: &str, on: bool) -> Done {
+    pub(super) fn enable(&self, name: &str, on: bool) -> Done {
         let known = |database: &&Database| {
             database.current().modules().iter().any(|module| module.name.value == name)
         };

@@ -37,6 +37,7 @@ impl Desk {
             path: property.path,
             interface: property.descriptor.name.into(),
             doc: property.doc,
+            access: String::new(),
         };
         let properties = self.some_of(agent, pattern, false)?;
         result(properties.into_iter().map(entry).collect::<Vec<_>>())

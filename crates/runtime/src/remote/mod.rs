@@ -39,14 +39,17 @@ mod protocol;
 mod server;
 mod settings;
 mod trace;
+mod values;
 
 pub use client::{Client, ClientError};
 pub use lock::Lock;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub use place::{agents, folder};
 pub use protocol::{
-    Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins,
-    ModuleEntry, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
-    SettingEntry, SnapshotEntry, Switched, TraceEntry, TrackEntry, UnloadedPlugin, VERSION,
+    Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
+    ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
+    SetProperty, SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin,
+    VERSION, Watched,
 };
 pub use server::{OpenError, Server};
+pub use values::LONGEST;

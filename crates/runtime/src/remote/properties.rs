@@ -10,7 +10,7 @@ use super::elsewhere;
 use super::protocol::{PropertyEntry, Reading, Refusal};
 use crate::sharing::{RemotePath, TEAM};
 
-const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
+pub(super) const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
 
 impl Desk {
     pub(super) fn properties(&self, pattern: Option<&str>) -> Done {
@@ -30,6 +30,12 @@ impl Desk {
             path: property.path().into(),
             interface: property.descriptor().name.to_string(),
             doc: property.doc().to_string(),
+            access: match property.access() {
+                Access::Output => "output",
+                Access::Setting => "setting",
+                Access::Messages => "messages",
+            }
+            .into(),
         };
         let properties = self.composer.board().properties();
         let wanted = properties
@@ -70,20 +76,29 @@ impl Desk {
     }
 
     pub(super) fn read(&self, url: &str) -> Done {
-        let parsed = parse(url)?;
+        parse(url)?;
         if let Some((agent, path)) = self.elsewhere(url) {
             return self.remote_read(agent, path);
         }
-        let path = self.path(&parsed)?;
-        let board = self.composer.board();
-        if let Some((property, _)) = board.get(&path)
+        let read = self.composer.board().read(&self.value_path(url)?);
+        result(read.map_err(|error| refusal(error.to_string(), KNOWN))?.map(reading))
+    }
+
+    /// The path here of a URL, which leads to something.
+    pub(super) fn path_of(&self, url: &str) -> Result<String, Refusal> {
+        self.path(&parse(url)?)
+    }
+
+    /// The path here of a URL, which leads to what has values.
+    pub(super) fn value_path(&self, url: &str) -> Result<String, Refusal> {
+        let path = self.path_of(url)?;
+        if let Some((property, _)) = self.composer.board().get(&path)
             && property.access() == Access::Messages
         {
             let message = format!("/{} takes messages, and has no value", property.path());
             return Err(refusal(message, KNOWN));
         }
-        let read = board.read(&path);
-        result(read.map_err(|error| refusal(error.to_string(), KNOWN))?.map(reading))
+        Ok(path)
     }
 
     pub(super) fn history(&self, url: &str) -> Done {

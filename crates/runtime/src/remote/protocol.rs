@@ -240,6 +240,33 @@ pub enum Call {
         /// The file, by its absolute path.
         file: PathBuf,
     },
+    /// The values that came since a tool has looked, of properties or fields: a list of [`News`], of those of which there are
+    /// any. It waits for the first one.
+    #[serde(rename = "watch")]
+    Watch {
+        /// Of what.
+        of: Vec<Watched>,
+        /// How long it waits at most, milliseconds; 50 s is the longest.
+        #[serde(default)]
+        within: u64,
+    },
+    /// How often values of properties come: a list of [`Measured`], in the order of the URLs.
+    #[serde(rename = "measure")]
+    Measure {
+        /// The properties.
+        urls: Vec<String>,
+        /// How long it is looked at them, milliseconds; 50 s is the longest.
+        time: u64,
+    },
+    /// Sets a parameter, an input without a link, or a field of one, as `config/set` does, or whether a module is on:
+    /// [`SetProperty`].
+    #[serde(rename = "property/set")]
+    PropertySet {
+        /// Its URL.
+        url: String,
+        /// What it shall be.
+        value: serde_json::Value,
+    },
     /// Stops all actuators until `reset` and `arm`; nothing.
     #[serde(rename = "stop")]
     Stop {
@@ -531,4 +558,87 @@ pub struct PropertyEntry {
     pub interface: String,
     /// What it is for.
     pub doc: String,
+    /// Who writes it: `output` for its module, `setting` for the configuration and tools, `messages` for all who are linked to
+    /// it; empty when it is another agent's.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub access: String,
+}
+
+/// What came of setting a property.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum SetProperty {
+    /// A setting of the configuration: what changes.
+    Setting(Vec<Changed>),
+    /// Whether a module is on.
+    Switch(Switched),
+}
+
+/// What a tool watches.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Watched {
+    /// The URL of a property or a field.
+    pub url: String,
+    /// The sequence number of the last value that was seen; without one, the newest value counts as new.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub after: Option<u64>,
+}
+
+/// New values.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct News {
+    /// Of the how manieth that is watched, from 0.
+    pub of: usize,
+    /// How many came before these and are kept no more.
+    pub missed: u64,
+    /// The values, the oldest first.
+    pub readings: Vec<Reading>,
+}
+
+/// How often values of a property come. Times are those of the agent's clock.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The property, as it was asked for.
+    pub url: String,
+    /// What its values are.
+    pub interface: String,
+    /// How many values came after the first that was seen.
+    pub count: u64,
+    /// How many came in a second; nothing before there are two.
+    pub rate: Option<f64>,
+    /// From a value to the next, nanoseconds, of those of which both were seen.
+    pub interval: Option<Spread>,
+    /// How many were replaced before they were looked at; they count in the rate, and not in the intervals.
+    pub unseen: u64,
+    /// How large they are on average, bytes.
+    pub size: Option<f64>,
+    /// Bytes in a second.
+    pub bandwidth: Option<f64>,
+    /// How old the newest one is, nanoseconds.
+    pub age: Option<u64>,
+    /// How many modules and other agents read it.
+    pub readers: usize,
+    /// Whether its writer is there.
+    pub has_writer: bool,
+    /// How many values readers with a queue have lost meanwhile.
+    pub lost: u64,
+}
+
+/// How durations are spread, nanoseconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spread {
+    /// The shortest.
+    pub min: u64,
+    /// On average.
+    pub mean: f64,
+    /// The standard deviation.
+    pub deviation: f64,
+    /// Half of them are at most so long.
+    pub p50: u64,
+    /// 95 of 100 are.
+    pub p95: u64,
+    /// 99 of 100 are.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
 }

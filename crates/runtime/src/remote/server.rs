@@ -322,6 +322,7 @@ impl Manner {
             Call::Unlink { .. } => Self::Change("unlink"),
             Call::LinkList {} => Self::Change("link/list"),
             Call::ConfigSet { .. } => Self::Change("config/set"),
+            Call::PropertySet { .. } => Self::Change("property/set"),
             Call::ConfigSave { .. } => Self::Change("config/save"),
             Call::SnapshotSave { .. } => Self::Change("snapshot/save"),
             Call::SnapshotLoad { .. } => Self::Change("snapshot/load"),

@@ -66,7 +66,7 @@ pub(super) fn survey_module<'a>(
         complaints.add(module.plugin.span, message, "rename the port");
         return None;
     }
-    let before = complaints.diagnostics.len();
+    // What is wrong with a value is no reason not to judge the links.
     let params = parameters::bytes(&description, &module.params, complaints);
     let mut inputs = BTreeMap::new();
     for (name, entry) in module.inputs.iter() {
@@ -76,14 +76,12 @@ pub(super) fn survey_module<'a>(
             Some(port) => {
                 let descriptor = description.ports[port].descriptor;
                 let room = descriptor.shape(description.ports[port].capacity);
-                match parameters::value_bytes(descriptor, &entry.value, complaints) {
-                    Some(bytes) if bytes.len() > room.bytes(room.capacity) => {
-                        let message = format!("the input `{name}` has room for {} items", room.capacity);
-                        complaints.add(entry.value.span, message, "shorten the list");
-                    }
-                    Some(bytes) => drop(inputs.insert(port, bytes)),
-                    None => {}
+                let bytes = parameters::value_bytes(descriptor, &entry.value, complaints);
+                if bytes.as_ref().is_some_and(|bytes| bytes.len() > room.bytes(room.capacity)) {
+                    let message = format!("the input `{name}` has room for {} items", room.capacity);
+                    complaints.add(entry.value.span, message, "shorten the list");
                 }
+                inputs.insert(port, bytes.unwrap_or_else(|| vec![0; room.size]));
             }
             None => {
                 let names = description.ports.iter().filter(|port| port.direction == Direction::Input);
@@ -91,9 +89,6 @@ pub(super) fn survey_module<'a>(
                 complaints.add(entry.key, format!("`{}` has no input `{name}`", module.name.value), help);
             }
         }
-    }
-    if complaints.diagnostics.len() > before {
-        return None;
     }
     let stage = module.stage.as_ref().map_or(description.stage, |stage| stage.value);
     let trigger =

@@ -1,6 +1,6 @@
 //! Drives a robot with two wheels to a target.
 //!
-//! `cargo test` tests it without a robot, `slate run NAME.toml` runs it in the simulator.
+//! `cargo test` tests it without a robot, `slate run PROJECT_NAME.toml` runs it in the simulator.
 
 use slate_plugin::interfaces::{Orientation, Point2, Position, WheelSpeeds};
 use slate_plugin::prelude::*;
@@ -38,7 +38,7 @@ pub struct Params {
 pub struct Follower;
 
 /// Turns to the target and drives there.
-#[module(stage = Act, name = "KIND")]
+#[module(stage = Act, name = "MODULE_KIND")]
 impl Module for Follower {
     type Io = Io;
     type Params = Params;

@@ -1,0 +1,217 @@
+//! What is wrong with a configuration, without running it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use serde::Serialize;
+use serde_json::json;
+use slate::runtime::configuration::{Configuration, Diagnostic, Report};
+use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
+use slate::runtime::{Agent, Mode, Options, StartError};
+use slate::share::agent::AgentSharing;
+
+use crate::examples::{self, Application};
+use crate::failure::{ASSERTION_FALSE, Failure};
+use crate::observation::Observation;
+use crate::{codes, complete, output, scene};
+
+#[derive(Debug, Args)]
+pub struct CheckOptions {
+    /// An example by name, or a configuration file.
+    #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
+    pub name: String,
+
+    /// One of the agents that the file describes; all of them unless given.
+    #[arg(long, value_name = "NAME")]
+    pub agent: Option<String>,
+
+    /// Sets a value of the configuration first; may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+
+    /// A file with the settings of the computer that it shall run on.
+    #[arg(long, value_name = "FILE")]
+    pub host: Option<PathBuf>,
+
+    /// Counts warnings as errors.
+    #[arg(long)]
+    strict: bool,
+
+    /// Prints what is wrong as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Sharing that reaches nobody: what the configuration says of it is checked, and nothing is opened.
+struct Offline(AgentSharing);
+
+impl Sharing for Offline {
+    fn start(&mut self, _: Site) -> Result<(), SharingError> {
+        Ok(())
+    }
+
+    fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
+
+    fn carriers(&self) -> BTreeSet<String> {
+        self.0.carriers()
+    }
+
+    fn has_jpeg(&self) -> bool {
+        self.0.has_jpeg()
+    }
+}
+
+/// Something that was found.
+#[derive(Debug, Serialize)]
+struct Finding {
+    severity: &'static str,
+    code: &'static str,
+    message: String,
+    help: Option<String>,
+    file: Option<String>,
+    line: Option<usize>,
+}
+
+/// What a configuration is made of, once it fits.
+#[derive(Debug, Default, Serialize)]
+struct Counts {
+    agents: usize,
+    modules: usize,
+    links: usize,
+    actuators: usize,
+}
+
+/// An application that is made as for a run, but neither reached by others nor written about.
+pub fn load(application: &Application) -> Result<Agent, Failure> {
+    let options = Options {
+        mode: Mode::Staged,
+        sharing: Some(Box::new(Offline(AgentSharing::default()))),
+        armed: false,
+        ..Options::default()
+    };
+    Ok(Agent::load_with(&application.database, &application.plugins, options)?)
+}
+
+/// What keeps a look at a configuration from touching files that a run may be writing.
+pub const QUIET: [&str; 3] =
+    ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];
+
+/// Checks it, and returns what the process ends with.
+pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
+    let (mut findings, mut counts) = (Vec::new(), Counts::default());
+    let mut rendered = String::new();
+    let colour = output::has_colour(&std::io::stderr());
+    let mut complain = |severity, report: &Report| {
+        match severity {
+            "error" => rendered.push_str(&report.render(colour)),
+            _ => report.to_string().lines().for_each(|line| rendered.push_str(&format!("warning: {line}\n"))),
+        }
+        findings.extend(report.diagnostics().iter().map(|one| finding(severity, one)));
+    };
+    let names = match &options.agent {
+        Some(name) => vec![Some(name.clone())],
+        None => match examples::agents(&options.name, options.host.as_deref()) {
+            Ok(agents) if agents.is_empty() => vec![None],
+            Ok(agents) => agents.into_iter().map(Some).collect(),
+            Err(Failure::Configuration(report)) => {
+                complain("error", &report);
+                Vec::new()
+            }
+            Err(other) => return Err(other),
+        },
+    };
+    for agent in &names {
+        let sets = [QUIET.map(String::from).to_vec(), options.set.clone()].concat();
+        let found =
+            examples::find(&options.name, agent.as_deref(), Vec::new(), sets, options.host.as_deref());
+        let loaded = found.and_then(|application| look(&application).map(|warnings| (application, warnings)));
+        match loaded {
+            Ok((application, warnings)) => {
+                let configuration = &application.configuration;
+                counts.agents += 1;
+                counts.modules += configuration.modules().len();
+                counts.links += configuration.links().len();
+                counts.actuators += configuration.actuators().len();
+                complain("warning", &Report::from(warnings));
+            }
+            Err(Failure::Configuration(report)) => complain("error", &report),
+            Err(Failure::Start(StartError::Configuration(report))) => complain("error", &report),
+            Err(other) => return Err(other),
+        }
+    }
+    // What several agents of a file have in common is wrong once.
+    let mut seen = BTreeSet::new();
+    findings.retain(|one: &Finding| seen.insert((one.file.clone(), one.line, one.message.clone())));
+    let errors = findings.iter().filter(|one| options.strict || one.severity == "error").count();
+    if options.json {
+        let ok = errors == 0;
+        output::json(&json!({
+            "schema": "slate.check/1", "configuration": options.name, "ok": ok, "findings": findings, "counts": counts,
+        }));
+    } else {
+        eprint!("{rendered}");
+        let codes: BTreeSet<_> =
+            findings.iter().map(|one| one.code).filter(|code| !code.is_empty()).collect();
+        if !codes.is_empty() && std::io::stderr().is_terminal() {
+            let codes: Vec<_> = codes.into_iter().collect();
+            eprintln!("more about them: slate explain {}", codes.join(" "));
+        }
+        let Counts { agents, modules, links, actuators } = counts;
+        let number =
+            |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+        let warnings = findings.len() - findings.iter().filter(|one| one.severity == "error").count();
+        output::line(match errors {
+            0 => format!(
+                "{} is good: {}, {}, {}, {}{}",
+                options.name,
+                number(agents, "agent"),
+                number(modules, "module"),
+                number(links, "link"),
+                number(actuators, "actuator"),
+                if warnings > 0 { format!("; {}", number(warnings, "warning")) } else { String::new() }
+            ),
+            errors => format!("{}: {}", options.name, number(errors, "error")),
+        });
+    }
+    Ok(if errors == 0 { 0 } else { ASSERTION_FALSE })
+}
+
+/// Makes all of it, and returns what is no mistake and yet looks like one.
+fn look(application: &Application) -> Result<Vec<Diagnostic>, Failure> {
+    let agent = load(application)?;
+    Observation::new(&application.configuration, agent.board())?;
+    scene::of(&application.configuration)?;
+    Ok(unused(&application.configuration, &agent))
+}
+
+/// What stands in the configuration and is for nothing.
+fn unused(configuration: &Configuration, agent: &Agent) -> Vec<Diagnostic> {
+    let warn = |span, message: String, help: &str| configuration.diagnostic(span, message, Some(help.into()));
+    let mut warnings = Vec::new();
+    for plugin in agent.composer().plugins() {
+        let entry = configuration.table("plugins").and_then(|table| table.get(&plugin.name));
+        if let Some(entry) = entry.filter(|_| plugin.loaded && plugin.modules.is_empty()) {
+            let message = format!("no module is of plugin `{}`", plugin.name);
+            warnings.push(warn(
+                entry.span,
+                message,
+                "leave it out, or say `load = false` if it is to be loaded later",
+            ));
+        }
+    }
+    warnings
+}
+
+fn finding(severity: &'static str, diagnostic: &Diagnostic) -> Finding {
+    Finding {
+        severity,
+        code: codes::of(diagnostic.message()).unwrap_or_default(),
+        message: diagnostic.message().into(),
+        help: diagnostic.help_text().map(String::from),
+        file: diagnostic.source_name().map(String::from),
+        line: diagnostic.line(),
+    }
+}

@@ -1,0 +1,113 @@
+//! What a shell offers when Tab is pressed: verbs, options, and the names of agents that run.
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use clap::{CommandFactory, ValueEnum};
+use clap_complete::CompletionCandidate;
+use clap_complete::env::{CompleteEnv, Shells};
+use slate::runtime::remote::{Client, agents};
+
+use crate::arguments::Arguments;
+use crate::connection::ask_all;
+use crate::failure::Failure;
+use crate::{examples, output};
+
+/// The shell calls this program with it, and gets candidates instead of what the program does.
+const VARIABLE: &str = "SLATE_COMPLETE";
+
+/// A person waits for the key; names that come later are not offered.
+const BUDGET: Duration = Duration::from_millis(150);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Shell {
+    Bash,
+    Elvish,
+    Fish,
+    Powershell,
+    Zsh,
+}
+
+/// Answers a shell that asks for candidates, and ends; returns when none does.
+pub fn answer() {
+    CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
+}
+
+/// Prints what makes a shell ask.
+pub fn completions(shell: Shell) -> Result<bool, Failure> {
+    let name = shell.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+    let (shells, mut script) = (Shells::builtins(), Vec::new());
+    let failed = |source| Failure::File { path: "completions".into(), source };
+    if let Some(completer) = shells.completer(&name) {
+        completer.write_registration(VARIABLE, "slate", "slate", "slate", &mut script).map_err(failed)?;
+    }
+    output::line(String::from_utf8_lossy(&script).trim_end());
+    Ok(true)
+}
+
+/// What `find` finds in time.
+fn in_time(find: impl FnOnce() -> BTreeSet<String> + Send + 'static) -> BTreeSet<String> {
+    let (sender, found) = channel();
+    // What hangs ends with this program.
+    std::thread::spawn(move || sender.send(find()));
+    found.recv_timeout(BUDGET).unwrap_or_default()
+}
+
+fn candidates(names: BTreeSet<String>, current: &OsStr) -> Vec<CompletionCandidate> {
+    let current = current.to_string_lossy().into_owned();
+    names.into_iter().filter(|name| name.starts_with(&current)).map(CompletionCandidate::new).collect()
+}
+
+/// The agents that run here.
+pub fn of_agents(current: &OsStr) -> Vec<CompletionCandidate> {
+    candidates(in_time(|| agents().into_iter().collect()), current)
+}
+
+/// The properties of all agents that run here.
+pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
+    // A path may begin without its slash.
+    let slash = if current.to_string_lossy().starts_with('/') || current.is_empty() { "/" } else { "" };
+    let found = in_time(move || {
+        let asked = ask_all(|name| Client::connect(name)?.properties(None));
+        let all = asked.into_iter().filter_map(|(_, answer)| answer?.ok()).flatten();
+        all.map(|property| format!("{slash}{}", property.path)).collect()
+    });
+    candidates(found, current)
+}
+
+/// The modules of all agents that run here.
+pub fn of_modules(current: &OsStr) -> Vec<CompletionCandidate> {
+    let found = in_time(|| {
+        let asked = ask_all(|name| Client::connect(name)?.modules());
+        let all = asked.into_iter().filter_map(|(_, answer)| answer?.ok()).flatten();
+        all.map(|module| module.name).collect()
+    });
+    candidates(found, current)
+}
+
+/// The inputs of all agents that run here which are linked.
+pub fn of_links(current: &OsStr) -> Vec<CompletionCandidate> {
+    let found = in_time(|| {
+        let asked = ask_all(|name| Client::connect(name)?.links());
+        let all = asked.into_iter().filter_map(|(_, answer)| answer?.ok()).flatten();
+        all.map(|link| link.to).collect()
+    });
+    candidates(found, current)
+}
+
+/// The examples, and the configurations of this folder.
+pub fn of_configurations(current: &OsStr) -> Vec<CompletionCandidate> {
+    let text = current.to_string_lossy().into_owned();
+    let (folder, _) = text.rsplit_once('/').unwrap_or((".", ""));
+    let entries = std::fs::read_dir(if folder.is_empty() { "/" } else { folder });
+    let files = entries.into_iter().flatten().flatten().filter_map(|entry| {
+        let name = entry.file_name().to_str()?.to_owned();
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        let name = if is_folder { format!("{name}/") } else { name };
+        let prefix = if text.contains('/') { format!("{folder}/") } else { String::new() };
+        (is_folder && !name.starts_with('.') || name.ends_with(".toml")).then(|| format!("{prefix}{name}"))
+    });
+    candidates(files.chain(examples::names().map(String::from)).collect(), current)
+}

@@ -1,0 +1,78 @@
+//! A graph as a text for other programs.
+
+use std::fmt::Write;
+
+use serde_json::json;
+
+use super::{Flow, Graph, Kind};
+
+/// For Markdown.
+pub fn mermaid(graph: &Graph) -> String {
+    let mut text = "flowchart LR\n".to_owned();
+    for (index, node) in graph.nodes.iter().enumerate() {
+        let name = node.name.replace('"', "#quot;");
+        let shape = match node.kind {
+            Kind::Module => format!("[\"{name}\"]"),
+            Kind::Gate => format!("{{{{\"{name}\"}}}}"),
+            Kind::Outside => format!("([\"{name}\"])"),
+        };
+        let _ = writeln!(text, "  n{index}{shape}");
+    }
+    for edge in &graph.edges {
+        let arrow = match edge.flow {
+            Flow::Values => "-->",
+            Flow::Messages => "==>",
+            Flow::Previous => "-.->",
+        };
+        let _ = writeln!(
+            text,
+            "  n{} {arrow}|\"{}\"| n{}",
+            edge.from,
+            edge.output.replace('"', "#quot;"),
+            edge.to
+        );
+    }
+    text
+}
+
+/// For Graphviz.
+pub fn dot(graph: &Graph) -> String {
+    let mut text = "digraph slate {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\"];\n  edge [fontsize=10];\n".to_owned();
+    let quoted = |text: &str| format!("{:?}", text);
+    for (index, node) in graph.nodes.iter().enumerate() {
+        let shape = match node.kind {
+            Kind::Module => "box",
+            Kind::Gate => "hexagon",
+            Kind::Outside => "ellipse",
+        };
+        let _ = writeln!(text, "  n{index} [label={}, shape={shape}];", quoted(&node.name));
+    }
+    for edge in &graph.edges {
+        let style = match edge.flow {
+            Flow::Values => "solid",
+            Flow::Messages => "bold",
+            Flow::Previous => "dotted",
+        };
+        let _ = writeln!(
+            text,
+            "  n{} -> n{} [label={}, style={style}];",
+            edge.from,
+            edge.to,
+            quoted(&edge.output)
+        );
+    }
+    text.push_str("}\n");
+    text
+}
+
+/// For programs.
+pub fn json(graph: &Graph) -> String {
+    let name = |index: usize| graph.nodes.get(index).map(|node| node.name.as_str());
+    let edges = graph.edges.iter().map(|edge| {
+        json!({
+            "from": name(edge.from), "output": edge.output, "to": name(edge.to), "input": edge.input, "flow": edge.flow,
+        })
+    });
+    let edges: Vec<_> = edges.collect();
+    json!({"schema": "slate.graph/1", "title": graph.title, "nodes": graph.nodes, "edges": edges}).to_string()
+}

@@ -1,0 +1,318 @@
+//! Making and maintaining interfaces.
+
+mod parse;
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+use slate::blackboard::interface::{Descriptor, Field};
+
+use crate::failure::{ASSERTION_FALSE, Failure};
+use crate::output;
+use parse::Found;
+
+#[derive(Debug, Subcommand)]
+pub enum InterfaceVerb {
+    /// Writes the source of a new interface.
+    New(NewInterface),
+    /// Says how the interfaces of a source file are laid out, and what is wrong with them; ends with 7 when something is.
+    Check {
+        /// The source files.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// Prints the layouts as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Says what differs between two versions of a source file, and who is concerned; ends with 7 when readers of the old
+    /// one can't read the new one.
+    Diff {
+        /// The old version.
+        old: PathBuf,
+        /// The new version.
+        new: PathBuf,
+        /// Prints the differences as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+#[derive(Debug, Args)]
+pub struct NewInterface {
+    /// What it is called, such as `BatteryState`.
+    name: String,
+
+    /// A field: NAME:TYPE, NAME:TYPE:UNIT or NAME:TYPE:UNIT:WHAT IT IS. Types are as in Rust: `f64`, `Bool`, `[u8; 4]`, `Text<32>`,
+    /// `Sequence<f64, 16>`, `Pose2`.
+    #[arg(long = "field", short, value_name = "FIELD", required = true)]
+    fields: Vec<String>,
+
+    /// What it is for.
+    #[arg(long, default_value = "")]
+    doc: String,
+
+    /// The file, which is not there yet; what is printed goes to stdout unless given.
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Does what is asked; returns what the process ends with.
+pub fn interface(verb: &InterfaceVerb) -> Result<u8, Failure> {
+    match verb {
+        InterfaceVerb::New(options) => new(options),
+        InterfaceVerb::Check { files, json } => check(files, *json),
+        InterfaceVerb::Diff { old, new, json } => diff(old, new, *json),
+    }
+}
+
+fn new(options: &NewInterface) -> Result<u8, Failure> {
+    let refuse = |problem: String| Failure::Interface { place: options.name.clone(), problem };
+    if !options.name.starts_with(|c: char| c.is_ascii_uppercase())
+        || !options.name.chars().all(|c| c.is_ascii_alphanumeric())
+    {
+        return Err(refuse("an interface is called as types are, such as `BatteryState`".into()));
+    }
+    let mut fields = Vec::new();
+    for text in &options.fields {
+        let mut parts = text.splitn(4, ':').map(str::trim);
+        let (Some(name), Some(kind)) = (parts.next(), parts.next()) else {
+            return Err(refuse(format!(
+                "`{text}` is no field: expected NAME:TYPE, such as `x:f64:m:to the front`"
+            )));
+        };
+        fields.push((name, kind, parts.next().unwrap_or_default(), parts.next().unwrap_or_default()));
+    }
+    // Where the compiler would leave a gap there is a reserved field: it is found out one gap after the other.
+    let mut reserved: Vec<(usize, usize)> = Vec::new();
+    let source = loop {
+        let source = source(options, &fields, &reserved);
+        let wrong = match parse::interfaces(&source) {
+            Ok(_) => break source,
+            Err(wrong) => wrong,
+        };
+        let gap = wrong
+            .message
+            .split("reserved: [u8; ")
+            .nth(1)
+            .and_then(|rest| rest.split(']').next()?.parse().ok());
+        let place = if wrong.message.contains("ends with a gap") {
+            Some(fields.len())
+        } else {
+            fields.iter().position(|(name, ..)| wrong.message.starts_with(&format!("`{name}` begins")))
+        };
+        match (place, gap) {
+            (Some(place), Some(gap)) if !reserved.iter().any(|(known, _)| *known == place) => {
+                reserved.push((place, gap))
+            }
+            _ => return Err(refuse(wrong.message)),
+        }
+    };
+    match &options.out {
+        Some(path) => {
+            let file = std::fs::File::options().write(true).create_new(true).open(path);
+            let written = file.and_then(|mut file| std::io::Write::write_all(&mut file, source.as_bytes()));
+            written.map_err(|source| match source.kind() {
+                std::io::ErrorKind::AlreadyExists => Failure::Taken { path: path.clone() },
+                _ => Failure::File { path: path.clone(), source },
+            })?;
+        }
+        None => output::line(source.trim_end()),
+    }
+    Ok(0)
+}
+
+fn source(
+    options: &NewInterface,
+    fields: &[(&str, &str, &str, &str)],
+    reserved: &[(usize, usize)],
+) -> String {
+    let doc =
+        if options.doc.is_empty() { format!("What it is: {}.", options.name) } else { options.doc.clone() };
+    let mut text = "use slate_plugin::prelude::*;\n".to_owned();
+    let _ = write!(text, "\n/// {doc}\n#[interface]\n#[derive(PartialEq)]\npub struct {} {{\n", options.name);
+    let gap = |text: &mut String, place: usize| {
+        if let Some(index) = reserved.iter().position(|(known, _)| *known == place) {
+            let number = if index == 0 { String::new() } else { format!("_{}", index + 1) };
+            let _ =
+                writeln!(text, "    /// Not used.\n    pub reserved{number}: [u8; {}],", reserved[index].1);
+        }
+    };
+    for (place, (name, kind, unit, doc)) in fields.iter().enumerate() {
+        gap(&mut text, place);
+        let doc = if doc.is_empty() { format!("The {}.", name.replace('_', " ")) } else { (*doc).to_owned() };
+        let _ = writeln!(text, "    /// {doc}");
+        if !unit.is_empty() {
+            let _ = writeln!(text, "    #[unit(\"{unit}\")]");
+        }
+        let _ = writeln!(text, "    pub {name}: {kind},");
+    }
+    gap(&mut text, fields.len());
+    text.push_str("}\n");
+    text
+}
+
+fn read(path: &Path) -> Result<Vec<Found>, Failure> {
+    let source =
+        std::fs::read_to_string(path).map_err(|source| Failure::File { path: path.into(), source })?;
+    let place = slate::runtime::printable(path);
+    parse::interfaces(&source).map_err(|wrong| Failure::Interface {
+        place: format!("{place}:{}", wrong.line),
+        problem: wrong.message,
+    })
+}
+
+fn check(files: &[PathBuf], json: bool) -> Result<u8, Failure> {
+    let (mut layouts, mut wrong) = (Vec::new(), 0);
+    for file in files {
+        match read(file) {
+            Ok(found) => {
+                for Found { line, descriptor } in found {
+                    layouts.push(layout(file, line, descriptor));
+                    if !json {
+                        show(descriptor);
+                    }
+                }
+            }
+            Err(failure @ Failure::Interface { .. }) => {
+                wrong += 1;
+                failure.print();
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    if json {
+        output::json(&json!({"schema": "slate.interface/1", "ok": wrong == 0, "interfaces": layouts}));
+    } else if layouts.is_empty() && wrong == 0 {
+        output::line("there is no #[interface] in it");
+    }
+    Ok(if wrong == 0 { 0 } else { ASSERTION_FALSE })
+}
+
+fn layout(file: &Path, line: usize, descriptor: &Descriptor) -> Value {
+    let field = |field: &Field| {
+        json!({
+            "name": field.name, "type": field.kind.describe(), "unit": field.unit, "offset": field.offset, "doc": field.doc,
+        })
+    };
+    json!({
+        "file": file, "line": line, "name": descriptor.name, "doc": descriptor.doc, "size": descriptor.size,
+        "schema": format!("{:016x}", descriptor.hash), "fields": descriptor.fields.iter().map(field).collect::<Vec<_>>(),
+    })
+}
+
+fn show(descriptor: &Descriptor) {
+    let Descriptor { name, size, hash, .. } = descriptor;
+    output::line(format_args!("{name}: {size} bytes, schema {hash:016x}"));
+    let row = |field: &Field| {
+        [
+            format!("  {}", field.offset),
+            field.name.into(),
+            field.kind.describe(),
+            field.unit.into(),
+            field.doc.into(),
+        ]
+    };
+    output::columns(descriptor.fields.iter().map(row));
+}
+
+/// What became of an interface.
+struct Difference {
+    name: &'static str,
+    /// Whether readers of the old one can read the new one.
+    compatible: bool,
+    changes: Vec<String>,
+}
+
+fn diff(old: &Path, new: &Path, json: bool) -> Result<u8, Failure> {
+    let (old, new) = (read(old)?, read(new)?);
+    let of = |all: &[Found], name: &str| {
+        all.iter().find(|one| one.descriptor.name == name).map(|one| one.descriptor)
+    };
+    let mut differences = Vec::new();
+    for Found { descriptor: before, .. } in &old {
+        differences.push(match of(&new, before.name) {
+            Some(after) => compare(before, after),
+            None => Difference { name: before.name, compatible: false, changes: vec!["is no more".into()] },
+        });
+    }
+    for Found { descriptor, .. } in new.iter().filter(|one| of(&old, one.descriptor.name).is_none()) {
+        differences.push(Difference {
+            name: descriptor.name,
+            compatible: true,
+            changes: vec!["is new".into()],
+        });
+    }
+    let compatible = differences.iter().all(|one| one.compatible);
+    if json {
+        let one = |one: &Difference| json!({"name": one.name, "compatible": one.compatible, "changes": one.changes});
+        let all: Vec<_> = differences.iter().map(one).collect();
+        output::json(
+            &json!({"schema": "slate.interface.diff/1", "compatible": compatible, "interfaces": all}),
+        );
+    } else {
+        for Difference { name, compatible, changes } in &differences {
+            let verdict = match (compatible, changes.is_empty()) {
+                (true, true) => "the same",
+                (true, false) => "compatible",
+                (false, _) => "INCOMPATIBLE",
+            };
+            output::line(format_args!("{name}: {verdict}"));
+            changes.iter().for_each(|change| output::line(format_args!("  {change}")));
+        }
+        if !compatible {
+            output::line("");
+            output::line(
+                "Links between modules of the two versions are refused, in one agent and between agents, until all",
+            );
+            output::line(
+                "plugins are built against the new one: build them anew, and reload or restart together. Recordings",
+            );
+            output::line(
+                "keep the old layout beside the values, and stay readable by the names of the fields.",
+            );
+        }
+    }
+    Ok(if compatible { 0 } else { ASSERTION_FALSE })
+}
+
+fn compare(before: &Descriptor, after: &Descriptor) -> Difference {
+    let mut changes = Vec::new();
+    for field in before.fields {
+        let Some(now) = after.field(field.name) else {
+            changes.push(format!("- {} ({}) is no more", field.name, field.kind.describe()));
+            continue;
+        };
+        let (was, is) = (field.kind.describe(), now.kind.describe());
+        if was != is {
+            changes.push(format!("~ {}: {was} -> {is}", field.name));
+        }
+        if field.unit != now.unit {
+            let unit = |unit: &str| if unit.is_empty() { "no unit".to_owned() } else { unit.to_owned() };
+            changes.push(format!(
+                "~ {}: {} -> {}; old values mean something else",
+                field.name,
+                unit(field.unit),
+                unit(now.unit)
+            ));
+        }
+        if field.offset != now.offset {
+            changes.push(format!("~ {}: byte {} -> {}", field.name, field.offset, now.offset));
+        }
+        if field.doc != now.doc {
+            changes.push(format!("~ {}: what it is said to be is said otherwise", field.name));
+        }
+    }
+    for field in after.fields.iter().filter(|field| before.field(field.name).is_none()) {
+        changes.push(format!("+ {} ({}) is new", field.name, field.kind.describe()));
+    }
+    let compatible = before.hash == after.hash;
+    if !compatible {
+        changes.push(format!(
+            "schema {:016x} -> {:016x}, {} -> {} bytes",
+            before.hash, after.hash, before.size, after.size
+        ));
+    }
+    Difference { name: before.name, compatible, changes }
+}

@@ -1,0 +1,507 @@
+//! Reads the interfaces of a source file of Rust, and lays them out as the compiler does.
+
+use std::collections::BTreeMap;
+
+use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, schema_hash};
+
+/// What is wrong, and in which line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wrong {
+    pub line: usize,
+    pub message: String,
+}
+
+/// An interface and where it stands.
+#[derive(Clone, Debug)]
+pub struct Found {
+    pub line: usize,
+    pub descriptor: &'static Descriptor,
+}
+
+/// A piece of the source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Token {
+    Word(String),
+    /// What a text in quotes has in it.
+    Text(String),
+    Doc(String),
+    Sign(char),
+}
+
+/// The types that interfaces of a file may name: what comes with Slate, and then what stands above them.
+type Types = BTreeMap<String, Kind>;
+
+/// What was read of a file lives as long as this program, which is short.
+fn keep<T>(value: T) -> &'static T {
+    Box::leak(Box::new(value))
+}
+
+fn keep_text(text: &str) -> &'static str {
+    Box::leak(text.to_owned().into_boxed_str())
+}
+
+/// Reads all interfaces of a file, in their order.
+pub fn interfaces(source: &str) -> Result<Vec<Found>, Wrong> {
+    let mut reader = Reader { tokens: tokens(source)?, next: 0 };
+    let (mut types, mut found) = (known(), Vec::new());
+    while reader.next < reader.tokens.len() {
+        let doc = reader.doc();
+        let Some(representation) = reader.interface()? else {
+            reader.next += 1;
+            continue;
+        };
+        let line = reader.line();
+        match reader.word("`struct` or `enum`")?.as_str() {
+            "struct" => {
+                let descriptor = reader.structure(&doc, line, &types)?;
+                types.insert(descriptor.name.into(), Kind::Nested(descriptor));
+                found.push(Found { line, descriptor });
+            }
+            "enum" => {
+                let enumeration = reader.enumeration(representation, &types)?;
+                types.insert(enumeration.name.into(), Kind::Enumeration(enumeration));
+            }
+            other => {
+                return Err(Wrong {
+                    line,
+                    message: format!("`{other}` is no interface: expected a struct or an enum"),
+                });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The numbers, and the interfaces that come with Slate.
+fn known() -> Types {
+    use slate::blackboard::interface::Interface;
+    use slate::interfaces::{
+        Bumper, Chassis, Clearance, Contact, Contacts, Echo, FactHead, FourWheelSpeeds, Odometry,
+        Orientation, Point2, Pose2, Position, Quaternion, Sighting, Sightings, SonarPlacement, SonarScan,
+        Transform, Twist2, Verdict, WheelSpeeds,
+    };
+    let numbers = [
+        ("Bool", Kind::Bool),
+        ("u8", Kind::U8),
+        ("u16", Kind::U16),
+        ("u32", Kind::U32),
+        ("u64", Kind::U64),
+        ("i8", Kind::I8),
+        ("i16", Kind::I16),
+        ("i32", Kind::I32),
+        ("i64", Kind::I64),
+        ("f32", Kind::F32),
+        ("f64", Kind::F64),
+    ];
+    let descriptors = [
+        Bumper::DESCRIPTOR,
+        Chassis::DESCRIPTOR,
+        Clearance::DESCRIPTOR,
+        Contact::DESCRIPTOR,
+        Contacts::DESCRIPTOR,
+        Echo::DESCRIPTOR,
+        FactHead::DESCRIPTOR,
+        FourWheelSpeeds::DESCRIPTOR,
+        Odometry::DESCRIPTOR,
+        Orientation::DESCRIPTOR,
+        Point2::DESCRIPTOR,
+        Pose2::DESCRIPTOR,
+        Position::DESCRIPTOR,
+        Quaternion::DESCRIPTOR,
+        Sighting::DESCRIPTOR,
+        Sightings::DESCRIPTOR,
+        SonarPlacement::DESCRIPTOR,
+        SonarScan::DESCRIPTOR,
+        Transform::DESCRIPTOR,
+        Twist2::DESCRIPTOR,
+        Verdict::DESCRIPTOR,
+        WheelSpeeds::DESCRIPTOR,
+    ];
+    let nested = descriptors.into_iter().map(|one| (one.name.to_owned(), Kind::Nested(one)));
+    numbers.into_iter().map(|(name, kind)| (name.to_owned(), kind)).chain(nested).collect()
+}
+
+fn tokens(source: &str) -> Result<Vec<(usize, Token)>, Wrong> {
+    let mut tokens = Vec::new();
+    let (mut rest, mut line) = (source, 1);
+    while let Some(first) = rest.chars().next() {
+        let length = if let Some(comment) = rest.strip_prefix("//") {
+            let end = comment.find('\n').unwrap_or(comment.len());
+            if let Some(doc) = comment[..end].strip_prefix('/') {
+                tokens.push((line, Token::Doc(doc.trim().to_owned())));
+            }
+            end + 2
+        } else if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |end| end + 2)
+        } else if first == '"' {
+            let mut end = 1;
+            let bytes = rest.as_bytes();
+            while end < bytes.len() && bytes[end] != b'"' {
+                end += if bytes[end] == b'\\' { 2 } else { 1 };
+            }
+            if end >= bytes.len() {
+                return Err(Wrong { line, message: "a text is not closed".into() });
+            }
+            tokens.push((line, Token::Text(rest[1..end].to_owned())));
+            end + 1
+        } else if first.is_alphanumeric() || first == '_' {
+            let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
+            tokens.push((line, Token::Word(rest[..end].to_owned())));
+            end
+        } else {
+            if !first.is_whitespace() {
+                tokens.push((line, Token::Sign(first)));
+            }
+            first.len_utf8()
+        };
+        line += rest[..length].matches('\n').count();
+        rest = &rest[length..];
+    }
+    Ok(tokens)
+}
+
+struct Reader {
+    tokens: Vec<(usize, Token)>,
+    next: usize,
+}
+
+impl Reader {
+    fn line(&self) -> usize {
+        let token = self.tokens.get(self.next).or(self.tokens.last());
+        token.map_or(1, |(line, _)| *line)
+    }
+
+    fn peek(&self) -> Option<&Token> {
+        self.tokens.get(self.next).map(|(_, token)| token)
+    }
+
+    fn wrong<T>(&self, message: impl Into<String>) -> Result<T, Wrong> {
+        Err(Wrong { line: self.line(), message: message.into() })
+    }
+
+    fn take(&mut self, sign: char) -> bool {
+        let is_it = self.peek() == Some(&Token::Sign(sign));
+        self.next += usize::from(is_it);
+        is_it
+    }
+
+    fn expect(&mut self, sign: char) -> Result<(), Wrong> {
+        match self.take(sign) {
+            true => Ok(()),
+            false => self.wrong(format!("expected `{sign}`")),
+        }
+    }
+
+    fn word(&mut self, expected: &str) -> Result<String, Wrong> {
+        match self.peek() {
+            Some(Token::Word(word)) => {
+                let word = word.clone();
+                self.next += 1;
+                Ok(word)
+            }
+            _ => self.wrong(format!("expected {expected}")),
+        }
+    }
+
+    fn doc(&mut self) -> String {
+        let mut doc: Vec<String> = Vec::new();
+        while let Some(Token::Doc(line)) = self.peek() {
+            doc.push(line.clone());
+            self.next += 1;
+        }
+        doc.join(" ")
+    }
+
+    /// Reads an attribute, and returns its words and texts.
+    fn attribute(&mut self) -> Result<Option<Vec<String>>, Wrong> {
+        if self.peek() != Some(&Token::Sign('#'))
+            || self.tokens.get(self.next + 1).is_none_or(|(_, next)| *next != Token::Sign('['))
+        {
+            return Ok(None);
+        }
+        self.next += 2;
+        let (mut depth, mut words) = (1, Vec::new());
+        while depth > 0 {
+            match self.peek() {
+                Some(Token::Sign('[')) => depth += 1,
+                Some(Token::Sign(']')) => depth -= 1,
+                Some(Token::Word(word) | Token::Text(word)) => words.push(word.clone()),
+                Some(_) => {}
+                None => return self.wrong("an attribute is not closed"),
+            }
+            self.next += 1;
+        }
+        Ok(Some(words))
+    }
+
+    /// Goes behind the attributes of an interface, up to its `struct` or `enum`: the integer that an enum says, or nothing
+    /// at what is no interface.
+    fn interface(&mut self) -> Result<Option<String>, Wrong> {
+        let (begin, mut is_interface, mut representation) = (self.next, false, "u8".to_owned());
+        while let Some(words) = self.attribute()? {
+            is_interface |= words.first().is_some_and(|word| word == "interface");
+            if let [first, name, ..] = &words[..]
+                && first == "repr"
+            {
+                representation.clone_from(name);
+            }
+            self.doc();
+        }
+        if !is_interface {
+            self.next = begin;
+            return Ok(None);
+        }
+        self.visibility();
+        Ok(Some(representation))
+    }
+
+    fn visibility(&mut self) {
+        if self.peek() == Some(&Token::Word("pub".into())) {
+            self.next += 1;
+            if self.take('(') {
+                while !self.take(')') && self.peek().is_some() {
+                    self.next += 1;
+                }
+            }
+        }
+    }
+
+    fn structure(&mut self, doc: &str, line: usize, types: &Types) -> Result<&'static Descriptor, Wrong> {
+        let name = self.word("a name")?;
+        self.expect('{')?;
+        let (mut fields, mut size, mut align) = (Vec::new(), 0_usize, 1);
+        while !self.take('}') {
+            if let Some(Field { kind: Kind::Tail(_), .. }) = fields.last() {
+                return self.wrong("only the last field may be a slice: the tail");
+            }
+            let (mut field_doc, mut unit) = (self.doc(), String::new());
+            while let Some(words) = self.attribute()? {
+                if let [first, text] = &words[..]
+                    && first == "unit"
+                {
+                    unit.clone_from(text);
+                }
+                let more = self.doc();
+                if field_doc.is_empty() {
+                    field_doc = more;
+                }
+            }
+            self.visibility();
+            let field_line = self.line();
+            let field = self.word("the name of a field")?;
+            self.expect(':')?;
+            let kind = self.kind(types, true)?;
+            let offset = size.next_multiple_of(kind.align());
+            if offset != size {
+                let missing = offset - size;
+                let message = format!(
+                    "`{field}` begins at byte {offset}, and what is before it ends at {size}: an interface has no gaps; \
+                     put `reserved: [u8; {missing}]` before it, or order the fields by size"
+                );
+                return Err(Wrong { line: field_line, message });
+            }
+            size = offset + kind.size();
+            align = align.max(kind.align());
+            fields.push(Field {
+                name: keep_text(&field),
+                doc: keep_text(&field_doc),
+                unit: keep_text(&unit),
+                offset,
+                kind,
+            });
+            if !self.take(',') {
+                self.expect('}')?;
+                break;
+            }
+        }
+        let gap = size.next_multiple_of(align) - size;
+        if gap > 0 {
+            let message = format!(
+                "`{name}` ends with a gap of {gap} bytes, and an interface has none; end it with `reserved: [u8; {gap}]`"
+            );
+            return Err(Wrong { line, message });
+        }
+        let fields: &'static [Field] = Box::leak(fields.into_boxed_slice());
+        let hash = schema_hash(&name, fields);
+        Ok(keep(Descriptor {
+            name: keep_text(&name),
+            doc: keep_text(doc),
+            ros: "",
+            fields,
+            size,
+            align,
+            hash,
+        }))
+    }
+
+    fn enumeration(&mut self, carrier: String, types: &Types) -> Result<&'static Enumeration, Wrong> {
+        let Some(carrier) = types.get(&carrier).copied() else {
+            return self.wrong(format!("`{carrier}` carries no enum"));
+        };
+        let name = self.word("a name")?;
+        self.expect('{')?;
+        let mut constants = Vec::new();
+        while !self.take('}') {
+            let doc = self.doc();
+            while self.attribute()?.is_some() {}
+            let variant = self.word("the name of a constant")?;
+            let mut value = constants.len() as i64;
+            if self.take('=') {
+                let negative = self.take('-');
+                let text = self.word("a number")?;
+                let Ok(number) = text.replace('_', "").parse::<i64>() else {
+                    return self.wrong(format!("`{text}` is no number that can be read here"));
+                };
+                value = if negative { -number } else { number };
+            }
+            constants.push(Constant { name: keep_text(&upper_case(&variant)), value, doc: keep_text(&doc) });
+            if !self.take(',') {
+                self.expect('}')?;
+                break;
+            }
+        }
+        let constants: &'static [Constant] = Box::leak(constants.into_boxed_slice());
+        Ok(keep(Enumeration { name: keep_text(&name), carrier, constants }))
+    }
+
+    fn count(&mut self) -> Result<usize, Wrong> {
+        let text = self.word("a number")?;
+        match text.replace('_', "").parse() {
+            Ok(count) => Ok(count),
+            Err(_) => self.wrong(format!("`{text}` is no number that can be read here: write it out")),
+        }
+    }
+
+    fn kind(&mut self, types: &Types, may_be_tail: bool) -> Result<Kind, Wrong> {
+        if self.take('[') {
+            let item = keep(self.kind(types, false)?);
+            if self.take(';') {
+                let count = self.count()?;
+                self.expect(']')?;
+                return Ok(Kind::Array(item, count));
+            }
+            self.expect(']')?;
+            return match may_be_tail {
+                true => Ok(Kind::Tail(item)),
+                false => self.wrong("a slice stands at the end of an interface only"),
+            };
+        }
+        let name = self.word("a type")?;
+        match name.as_str() {
+            "Text" => {
+                self.expect('<')?;
+                let capacity = self.count()?;
+                self.expect('>')?;
+                Ok(Kind::Text(capacity))
+            }
+            "Sequence" => {
+                self.expect('<')?;
+                let item = keep(self.kind(types, false)?);
+                self.expect(',')?;
+                let capacity = self.count()?;
+                self.expect('>')?;
+                Ok(Kind::Sequence(item, capacity))
+            }
+            "Optional" => {
+                self.expect('<')?;
+                let item = keep(self.kind(types, false)?);
+                self.expect('>')?;
+                Ok(Kind::Optional(item))
+            }
+            "bool" => self.wrong("a truth value is `Bool`, as not every byte is a `bool`"),
+            "String" | "str" => self.wrong("a text is `Text<32>`, with room for so many bytes"),
+            "Vec" => self.wrong("a list is `Sequence<T, 16>`, with room for so many, or `[T]` at the end"),
+            "usize" | "isize" => {
+                self.wrong("its size differs from computer to computer: take `u64` or `i64`")
+            }
+            name => match types.get(name) {
+                Some(kind) => Ok(*kind),
+                None => {
+                    let near = slate::blackboard::nearest_names(name, types.keys().map(String::as_str));
+                    let near = if near.is_empty() {
+                        String::new()
+                    } else {
+                        format!("; did you mean {}?", near.join(" or "))
+                    };
+                    self.wrong(format!(
+                        "`{name}` is no interface above this one, nor one that comes with Slate{near}"
+                    ))
+                }
+            },
+        }
+    }
+}
+
+/// `GoalReached` as `GOAL_REACHED`.
+fn upper_case(name: &str) -> String {
+    let mut text = String::new();
+    for (index, c) in name.char_indices() {
+        if c.is_uppercase() && index > 0 {
+            text.push('_');
+        }
+        text.extend(c.to_uppercase());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use slate::blackboard::interface::Interface;
+
+    use super::*;
+
+    /// The hash of an interface of that name in a source.
+    fn hash(source: &str, name: &str) -> u64 {
+        let found = interfaces(source).unwrap();
+        found.iter().find(|found| found.descriptor.name == name).unwrap().descriptor.hash
+    }
+
+    #[test]
+    fn interfaces_that_come_with_slate_have_the_layout_that_the_compiler_gives_them() {
+        use slate::interfaces::{
+            Contacts, Image, LaserScan, Odometry, Pose2, Sightings, SonarScan, Verdict, WheelSpeeds,
+        };
+        let pose = include_str!("../../../interfaces/src/pose.rs");
+        assert_eq!(hash(pose, "Pose2"), Pose2::DESCRIPTOR.hash);
+        assert_eq!(hash(pose, "Odometry"), Odometry::DESCRIPTOR.hash);
+        let range = include_str!("../../../interfaces/src/range.rs");
+        assert_eq!(hash(range, "SonarScan"), SonarScan::DESCRIPTOR.hash);
+        assert_eq!(hash(range, "LaserScan"), LaserScan::DESCRIPTOR.hash);
+        let drive = include_str!("../../../interfaces/src/drive.rs");
+        assert_eq!(hash(drive, "WheelSpeeds"), WheelSpeeds::DESCRIPTOR.hash);
+        let mission = include_str!("../../../interfaces/src/mission.rs");
+        assert_eq!(hash(mission, "Verdict"), Verdict::DESCRIPTOR.hash);
+        let contact = include_str!("../../../interfaces/src/contact.rs");
+        assert_eq!(hash(contact, "Contacts"), Contacts::DESCRIPTOR.hash);
+        let sighting = include_str!("../../../interfaces/src/sighting.rs");
+        assert_eq!(hash(sighting, "Sightings"), Sightings::DESCRIPTOR.hash);
+        let image = include_str!("../../../interfaces/src/image.rs");
+        assert_eq!(hash(image, "Image"), Image::DESCRIPTOR.hash);
+    }
+
+    #[test]
+    fn what_can_t_be_an_interface_is_told_with_its_line_and_its_mend() {
+        for (source, line, words) in [
+            ("#[interface]\npub struct A {\n    a: u8,\n    b: f64,\n}", 4, "reserved: [u8; 7]"),
+            ("#[interface]\npub struct A { a: f64, b: u8 }", 2, "gap of 7 bytes"),
+            ("#[interface]\npub struct A {\n a: bool }", 3, "`Bool`"),
+            ("#[interface] pub struct A { a: Strin }", 1, "no interface above"),
+            ("#[interface] pub struct A { a: [u8], b: u8 }", 1, "only the last field"),
+            ("#[interface] pub struct A { a: Sequence<f64, LIMIT> }", 1, "write it out"),
+            ("#[interface] pub union A {}", 1, "expected a struct or an enum"),
+            ("#[interface] pub struct A { a u8 }", 1, "expected `:`"),
+        ] {
+            let wrong = interfaces(source).unwrap_err();
+            assert!(wrong.line == line && wrong.message.contains(words), "{source}: {wrong:?}");
+        }
+        assert!(interfaces("pub struct A { a: String }\n// #[interface]\n").unwrap().is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn no_source_makes_it_fall(source in "(#\\[interface\\]|pub|struct|enum|A|\\{|\\}|:|u8|f64|\\[|\\]|;|<|>|,|\"|/|\n| |3){0,24}") {
+            let _ = interfaces(&source);
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! Writes projects that are tested, built and run at once.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::{examples, output};
+
+/// What a project is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Template {
+    /// A robot in MAPE-K: Monitor, Analyze, Plan, Execute and a reflex.
+    Mapek,
+    /// A module beside blocks that come with Slate: it finds the nearest thing that a robot hears.
+    Module,
+    /// A plugin with one module, which drives a robot by itself.
+    Plugin,
+}
+
+#[derive(Debug, Args)]
+pub struct NewOptions {
+    /// What it is called; a folder of that name is made here.
+    name: String,
+
+    /// What it is made from.
+    #[arg(long, short, value_enum, default_value_t = Template::Mapek)]
+    template: Template,
+
+    /// The folder of Slate's sources; found by itself when this program was built there.
+    #[arg(long, value_name = "PATH")]
+    slate: Option<PathBuf>,
+
+    /// Prints the files that were written as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A file's name and text, with `PROJECT_NAME`, `MODULE_KIND` for the name of its module or blocks, and `SLATE_FOLDER`; a
+/// file's name has `NAME`.
+type File = (&'static str, &'static str);
+
+impl Template {
+    fn files(self) -> [File; 4] {
+        let [manifest, library, configuration] = match self {
+            Self::Mapek => [
+                include_str!("template/mapek/manifest.toml"),
+                include_str!("template/mapek/library.rs"),
+                include_str!("template/mapek/configuration.toml"),
+            ],
+            Self::Module => [
+                include_str!("template/plugin/manifest.toml"),
+                include_str!("template/module/library.rs"),
+                include_str!("template/module/configuration.toml"),
+            ],
+            Self::Plugin => [
+                include_str!("template/plugin/manifest.toml"),
+                include_str!("template/plugin/library.rs"),
+                include_str!("template/plugin/configuration.toml"),
+            ],
+        };
+        [
+            ("Cargo.toml", manifest),
+            ("src/lib.rs", library),
+            ("NAME.toml", configuration),
+            (".gitignore", "/target\n/runs\n"),
+        ]
+    }
+
+    /// What the project is, and what to do with it when it runs.
+    fn about(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Mapek => (
+                "is a robot in MAPE-K, with blocks of its own",
+                "To see how the blocks are linked, and what it does while it drives:
+
+  slate graph NAME.toml --out NAME.svg
+  slate run NAME.toml --rate 1 & slate watch /pioneer/execute/status",
+            ),
+            Self::Module => (
+                "is a module `KIND` beside the blocks of a robot",
+                "To see what it says while the robot drives:
+
+  slate run NAME.toml --rate 1 & slate watch /KIND/nearest",
+            ),
+            Self::Plugin => (
+                "is a plugin with a module `KIND`",
+                "To exchange the code under the robot, let it go slowly, and change src/lib.rs meanwhile:
+
+  slate run NAME.toml --set modules.KIND.params.speed=0.05
+  cargo build && slate plugin reload NAME",
+            ),
+        }
+    }
+}
+
+/// What the configuration of the new crate names.
+const NAMED: [&str; 4] = ["simulator", "referee", "wheels", "pioneer"];
+
+/// No package can be called so.
+const RESERVED: [&str; 56] = [
+    "abstract",
+    "alloc",
+    "as",
+    "async",
+    "await",
+    "become",
+    "box",
+    "break",
+    "build",
+    "const",
+    "continue",
+    "core",
+    "crate",
+    "deps",
+    "do",
+    "dyn",
+    "else",
+    "enum",
+    "examples",
+    "extern",
+    "false",
+    "final",
+    "fn",
+    "for",
+    "gen",
+    "if",
+    "impl",
+    "in",
+    "incremental",
+    "let",
+    "loop",
+    "macro",
+    "match",
+    "mod",
+    "move",
+    "mut",
+    "override",
+    "priv",
+    "pub",
+    "ref",
+    "return",
+    "self",
+    "std",
+    "static",
+    "struct",
+    "super",
+    "test",
+    "trait",
+    "true",
+    "try",
+    "type",
+    "unsafe",
+    "use",
+    "where",
+    "while",
+    "yield",
+];
+
+/// Writes a project.
+pub fn new(options: &NewOptions) -> Result<bool, Failure> {
+    let files = write(&options.name, options.template, options.slate.as_deref())?;
+    match options.json {
+        true => output::json(&json!({"schema": "slate.new/1", "name": options.name, "files": files})),
+        false => tell(&options.name, options.template),
+    }
+    Ok(true)
+}
+
+/// Says what to do next.
+pub fn tell(name: &str, template: Template) {
+    let (what, further) = template.about();
+    let kind = name.replace('-', "_");
+    let text = format!(
+        "NAME/ {what}. What to do next:
+
+  cd NAME
+  cargo test
+  cargo build
+  slate check NAME.toml
+  slate plugin info target/debug/libKIND.so
+  slate run NAME.toml
+
+{further}"
+    );
+    output::line(text.replace("NAME", name).replace("KIND", &kind));
+}
+
+/// Writes the files of a project, and returns which.
+pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
+    if let Some(reason) = objection(name) {
+        return Err(Failure::PluginName { name: name.into(), reason });
+    }
+    // Of two kinds of modules of one name, nobody could say which is meant.
+    let kind = name.replace('-', "_");
+    let is_taken =
+        |own: &str| own.strip_prefix(&kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
+    let linked = examples::plugins();
+    if linked.iter().flat_map(|plugin| plugin.kinds()).any(|own| is_taken(own.name())) {
+        let reason = "modules that come with Slate are called so";
+        return Err(Failure::PluginName { name: name.into(), reason });
+    }
+    let slate = checkout(slate)?;
+    let folder = Path::new(name);
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        |source| Failure::File { path, source }
+    };
+    // Whatever is there already is somebody's work.
+    std::fs::create_dir(folder).map_err(|source| match source.kind() {
+        ErrorKind::AlreadyExists => Failure::Taken { path: folder.into() },
+        _ => failed(folder)(source),
+    })?;
+    let slate_path = format!("{:?}", slate.join("crates/plugin"));
+    let mut written = Vec::new();
+    for (file, text) in template.files() {
+        let path = folder.join(file.replace("NAME", name));
+        let text = text.replace("PROJECT_NAME", name).replace("MODULE_KIND", &kind);
+        let text = text.replace("\"SLATE_FOLDER\"", &slate_path);
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent).map_err(failed(parent))?;
+        }
+        std::fs::write(&path, text).map_err(failed(&path))?;
+        written.push(path);
+    }
+    // The versions that Slate is tested with; without them, cargo takes the newest.
+    let _ = std::fs::copy(slate.join("Cargo.lock"), folder.join("Cargo.lock"));
+    Ok(written)
+}
+
+/// Why a plugin can't be called so.
+fn objection(name: &str) -> Option<&'static str> {
+    let small = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+    if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small)) {
+        Some("a name has small letters, digits, - and _, a letter first")
+    } else if RESERVED.contains(&name) {
+        Some("it is a word of Rust or Cargo")
+    } else if name == "slate" || name.starts_with("slate-") {
+        // The new package depends on some of them.
+        Some("Slate's own packages are called so")
+    } else if NAMED.contains(&name) {
+        Some("the simulator's configuration, which comes with the plugin, has something of that name")
+    } else {
+        None
+    }
+}
+
+/// Slate's sources: where they are said to be, or else where this program was built, or where it is called.
+fn checkout(said: Option<&Path>) -> Result<PathBuf, Failure> {
+    let is_checkout = |folder: &Path| folder.join("crates/plugin/Cargo.toml").is_file();
+    let above = |path: Option<PathBuf>| {
+        path.and_then(|path| path.ancestors().find(|folder| is_checkout(folder)).map(Path::to_owned))
+    };
+    let found = match said {
+        Some(said) => std::path::absolute(said).ok().filter(|folder| is_checkout(folder)),
+        None => above(std::env::current_exe().ok()).or_else(|| above(std::env::current_dir().ok())),
+    };
+    found.ok_or_else(|| Failure::NoCheckout { said: said.map(Into::into) })
+}

@@ -1,0 +1,298 @@
+//! A robot in MAPE-K: it drives to a target, and backs off from whatever comes too near.
+//!
+//! `cargo test` tests the blocks without a robot, `slate run PROJECT_NAME.toml` runs them in the simulator.
+
+use serde::{Deserialize, Serialize};
+use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, SonarScan, WheelSpeeds};
+use slate_plugin::mapek::prelude::*;
+use slate_plugin::mapek::{AnalyzeBlock, ExecuteBlock, MonitorBlock, PlanBlock, ReactiveBlock};
+use slate_plugin::prelude::*;
+
+// --- what the robot can do -------------------------------------------------------------------------------------------
+
+/// What actions act on.
+#[ports]
+pub struct Body {
+    /// Where the robot is.
+    #[stale(after = "200ms")]
+    position: Input<Position>,
+    /// Where it looks.
+    #[stale(after = "200ms")]
+    orientation: Input<Orientation>,
+    /// How its wheels shall turn.
+    wheels: Command<WheelSpeeds>,
+}
+
+/// Metres: the radius of a wheel, and the distance between the two.
+const WHEEL: f64 = 0.0975;
+const TRACK: f64 = 0.331;
+
+impl Body {
+    /// Commands metres and radians a second.
+    fn drive(&self, linear: f64, angular: f64, priority: Priority) {
+        let turn = angular * TRACK / 2.0;
+        let [left, right] = [linear - turn, linear + turn].map(|speed| speed / WHEEL);
+        self.wheels.send(WheelSpeeds { left, right }, priority);
+    }
+}
+
+/// Drives to a point of the map.
+#[derive(Serialize, Deserialize)]
+pub struct GoTo {
+    /// Metres.
+    x: f64,
+    y: f64,
+}
+
+impl ActionKind for GoTo {
+    const KIND: &'static str = "GoTo";
+    type Arguments = [f64; 2];
+
+    fn start([x, y]: [f64; 2]) -> Self {
+        Self { x, y }
+    }
+}
+
+impl Action<Body> for GoTo {
+    fn act(&mut self, acting: &Acting<'_, Body>) -> Step {
+        let body = acting.body;
+        let (Some(position), Some(orientation)) = (body.position.fresh(), body.orientation.fresh())
+        else {
+            // Who does not know where it is commands nothing, and the gate stops the wheels.
+            return Step::Running;
+        };
+        let (x, y) = (self.x - position.x, self.y - position.y);
+        let distance = math::hypot(x, y);
+        if distance < 0.05 {
+            return Step::Done;
+        }
+        let error = math::angle_between(orientation.theta, math::atan2(y, x));
+        // It goes only as far as it looks there, and slows down before it arrives.
+        let speed = math::min(0.4, 2.0 * distance) * math::max(math::cos(error), 0.0);
+        body.drive(speed, 2.0 * error, acting.priority);
+        Step::Running
+    }
+}
+
+/// Drives straight back for a while.
+#[derive(Serialize, Deserialize)]
+pub struct BackUp {
+    /// Seconds to go.
+    left: f64,
+}
+
+impl ActionKind for BackUp {
+    const KIND: &'static str = "BackUp";
+    type Arguments = f64;
+
+    fn start(seconds: f64) -> Self {
+        Self { left: seconds }
+    }
+}
+
+impl Action<Body> for BackUp {
+    fn act(&mut self, acting: &Acting<'_, Body>) -> Step {
+        self.left -= acting.now.elapsed();
+        if self.left <= 0.0 {
+            return Step::Done;
+        }
+        acting.body.drive(-0.2, 0.0, acting.priority);
+        Step::Running
+    }
+}
+
+repertoire! {
+    /// All that the robot can do.
+    pub enum Actions for Body as "MODULE_KIND_execute" { GoTo, BackUp }
+}
+
+// --- the deliberative route: Monitor, Analyze, Plan ------------------------------------------------------------------
+
+/// What the Monitor watches.
+#[ports]
+pub struct Sensors {
+    position: Input<Position>,
+    orientation: Input<Orientation>,
+}
+
+/// Puts together where the robot is.
+pub struct PoseMonitor;
+
+impl Monitor for PoseMonitor {
+    const NAME: &'static str = "MODULE_KIND_pose_monitor";
+    type Sensors = Sensors;
+    type Params = ();
+    type State = ();
+    type Value = Pose2;
+
+    fn interpret(_: &mut (), sensors: &Sensors, _: &(), _: &Tick) -> Option<Pose2> {
+        let (position, orientation) = (sensors.position.fresh()?, sensors.orientation.fresh()?);
+        Some(Pose2 {
+            x: position.x,
+            y: position.y,
+            theta: orientation.theta,
+        })
+    }
+}
+
+/// Whether the robot is where it shall be.
+#[interface]
+#[derive(PartialEq)]
+pub struct AtTarget {
+    /// Whether it is.
+    pub there: Bool,
+}
+
+/// What the Analyze observes, and the target.
+#[ports]
+pub struct Observations {
+    pose: Observed<Pose2>,
+    target: Input<Point2>,
+}
+
+/// Tells when the robot arrives or leaves; a pose comes many times a second, and this seldom.
+pub struct Arrival;
+
+impl Analyze for Arrival {
+    const NAME: &'static str = "MODULE_KIND_arrival";
+    type Observed = Observations;
+    type Params = ();
+    type State = Option<bool>;
+    type Value = AtTarget;
+
+    fn process(
+        last: &mut Option<bool>,
+        observed: &Observations,
+        _: &(),
+        _: &Tick,
+    ) -> Option<AtTarget> {
+        let (pose, target) = (observed.pose.new()?, &observed.target);
+        let there = math::hypot(target.x - pose.x, target.y - pose.y) < 0.08;
+        (last.replace(there) != Some(there)).then_some(AtTarget {
+            there: there.into(),
+        })
+    }
+}
+
+/// What the Plan is told, and the target.
+#[ports]
+pub struct Notices {
+    arrival: Noticed<AtTarget>,
+    target: Input<Point2>,
+}
+
+/// Goes to the target, and again whenever a reflex or anything else came between.
+pub struct Planner;
+
+impl Plan for Planner {
+    const NAME: &'static str = "MODULE_KIND_planner";
+    type Noticed = Notices;
+    type Params = ();
+    type State = bool;
+
+    fn run(
+        there: &mut bool,
+        noticed: &Notices,
+        situation: &Situation<'_>,
+        _: &(),
+        _: &Tick,
+        plan: &mut Agenda<'_>,
+    ) {
+        if let Some(arrival) = noticed.arrival.newest() {
+            *there = arrival.there.get();
+        }
+        if !*there && situation.needs_plan() {
+            plan.replace(GoTo::request([noticed.target.x, noticed.target.y]));
+        }
+    }
+}
+
+// --- the reactive route ----------------------------------------------------------------------------------------------
+
+/// What the reflex looks at.
+#[ports]
+pub struct Ears {
+    #[stale(after = "200ms")]
+    sonar: Input<SonarScan>,
+}
+
+#[params]
+pub struct ReflexParams {
+    #[param(default = 0.15, range = 0.0..=2.0, unit = "m", doc = "distance below which it backs off")]
+    distance: f64,
+}
+
+/// Backs off from what is near.
+pub struct BackOff;
+
+impl ReactiveModel for BackOff {
+    const NAME: &'static str = "MODULE_KIND_back_off";
+    type Sensors = Ears;
+    type Params = ReflexParams;
+    type State = ();
+
+    fn run(_: &mut (), sensors: &Ears, params: &ReflexParams, _: &Tick) -> Option<ActionRequest> {
+        let scan = sensors.sonar.fresh()?;
+        let nearest = scan
+            .echoes
+            .iter()
+            .map(|echo| echo.range)
+            .fold(scan.range_max, math::min);
+        (nearest < params.distance).then(|| BackUp::request(0.5))
+    }
+}
+
+plugin!(
+    MonitorBlock<PoseMonitor>,
+    AnalyzeBlock<Arrival>,
+    PlanBlock<Planner>,
+    ReactiveBlock<BackOff>,
+    ExecuteBlock<Actions>,
+);
+
+#[cfg(test)]
+mod tests {
+    use slate_plugin::mapek::Reflex;
+    use slate_plugin::module::testing::Fixture;
+
+    use super::*;
+
+    #[test]
+    fn an_arrival_is_told_once() {
+        let mut arrival = Fixture::<AnalyzeBlock<Arrival>>::new();
+        arrival.set("target", Point2 { x: 1.0, y: 0.0 });
+        let mut tells = |x: f64| {
+            arrival.set(
+                "pose",
+                Pose2 {
+                    x,
+                    y: 0.0,
+                    theta: 0.0,
+                },
+            );
+            arrival.tick();
+            arrival
+                .wrote("change")
+                .then(|| arrival.output::<AtTarget>("change").unwrap().there.get())
+        };
+        assert_eq!(
+            [tells(0.0), tells(0.5), tells(0.99), tells(1.0)],
+            [Some(false), None, Some(true), None]
+        );
+    }
+
+    #[test]
+    fn what_is_near_makes_it_back_off() {
+        let mut reflex = Fixture::<ReactiveBlock<BackOff>>::new();
+        reflex.write("sonar", 0, |scan: &mut SonarScan| scan.range_max = 0.1);
+        reflex.tick();
+        assert_eq!(
+            reflex.sent::<Reflex>("reflex")[0].action,
+            BackUp::request(0.5)
+        );
+        let mut calm = Fixture::<ReactiveBlock<BackOff>>::new();
+        calm.write("sonar", 0, |scan: &mut SonarScan| scan.range_max = 3.0);
+        calm.tick();
+        assert!(calm.sent::<Reflex>("reflex").is_empty());
+    }
+}

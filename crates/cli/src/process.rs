@@ -1,0 +1,61 @@
+//! The process of an agent, as the system shows it.
+
+use std::fmt;
+use std::fs;
+
+use serde::Serialize;
+use slate::runtime::remote::{Lock, folder};
+
+use crate::duration;
+
+/// A process that runs an agent.
+#[derive(Clone, Debug, Serialize)]
+pub struct Process {
+    /// Its number.
+    pub id: u32,
+    /// The memory that it has in use, bytes; nothing where the system does not tell.
+    pub memory: Option<u64>,
+    /// How long it has run, seconds.
+    pub uptime: Option<f64>,
+    /// How many threads it has.
+    pub threads: Option<u64>,
+}
+
+impl Process {
+    /// That of the agent which is reached by a name.
+    pub fn of(agent: &str) -> Option<Self> {
+        let id = Lock::holder(&folder().join(format!("{agent}.lock")))?;
+        let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
+        let number = |name: &str| {
+            let line = status.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(':'))?;
+            line.split_whitespace().next()?.parse::<u64>().ok()
+        };
+        Some(Self {
+            id,
+            memory: number("VmRSS").map(|kibibytes| kibibytes * 1024),
+            uptime: uptime(id),
+            threads: number("Threads"),
+        })
+    }
+}
+
+fn uptime(id: u32) -> Option<f64> {
+    let stat = fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+    // The name may have blanks and parentheses; what follows has not. The start is the 22nd of all.
+    let ticks: f64 = stat.rsplit_once(')')?.1.split_whitespace().nth(19)?.parse().ok()?;
+    let system: f64 = fs::read_to_string("/proc/uptime").ok()?.split_whitespace().next()?.parse().ok()?;
+    Some(system - ticks / rustix::param::clock_ticks_per_second() as f64)
+}
+
+impl fmt::Display for Process {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "process {}", self.id)?;
+        if let Some(memory) = self.memory {
+            write!(f, ", {}", duration::bytes(memory as f64))?;
+        }
+        if let Some(threads) = self.threads {
+            write!(f, ", {threads} threads")?;
+        }
+        self.uptime.map_or(Ok(()), |uptime| write!(f, ", up {uptime:.0} s"))
+    }
+}

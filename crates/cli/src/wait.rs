@@ -1,0 +1,100 @@
+//! Waiting until a value is so.
+
+use std::time::Duration;
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use serde_json::json;
+use slate::runtime::remote::{Reading, Watched};
+
+use crate::condition::Condition;
+use crate::connection::AgentOption;
+use crate::failure::{Failure, TIMED_OUT};
+use crate::property::in_a_line;
+use crate::watch::now;
+use crate::{complete, duration, output};
+
+#[derive(Debug, Args)]
+pub struct WaitOptions {
+    /// A property or a field, such as `/referee/verdict`.
+    #[arg(add = ArgValueCompleter::new(complete::of_properties))]
+    url: String,
+
+    /// What it shall be, such as `state == SUCCEEDED` or `> 0.5`.
+    condition: Condition,
+
+    /// How long it is waited.
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = duration::parse)]
+    timeout: Duration,
+
+    /// For how long it has to stay so, of the agent's time.
+    #[arg(long = "for", value_name = "TIME", value_parser = duration::parse)]
+    time: Option<Duration>,
+
+    /// Prints the value as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+/// How long the agent is asked to wait at a time.
+const WAIT: Duration = Duration::from_millis(100);
+
+/// Waits, and prints the value; returns what the process ends with.
+pub fn wait(options: &WaitOptions) -> Result<u8, Failure> {
+    let mut client = options.agent.connect_for(&options.url)?;
+    let until = now() + options.timeout;
+    let mut of = [Watched { url: options.url.clone(), after: None }];
+    let held = options.time.unwrap_or_default();
+    // The first value of those that were so, and when it was looked.
+    let mut since: Option<(u64, std::time::Instant)> = None;
+    let mut newest: Option<Reading> = None;
+    loop {
+        let left = until.saturating_duration_since(now());
+        let news = client.watch(&of, left.min(WAIT))?;
+        for reading in news.into_iter().flat_map(|news| news.readings) {
+            of[0].after = Some(reading.sequence);
+            let holds = options.condition.holds(&reading.value);
+            let holds = holds.map_err(|problem| Failure::Condition { url: options.url.clone(), problem })?;
+            let begun = if holds { since.or(Some((reading.time, now()))) } else { None };
+            let is_long =
+                begun.is_some_and(|(begin, _)| reading.time.saturating_sub(begin) >= nanoseconds(held));
+            since = begun;
+            newest = Some(reading);
+            if is_long {
+                return Ok(done(options, newest.as_ref()));
+            }
+        }
+        // One that is written when it changes stays as it is without a new value.
+        if since.is_some_and(|(_, looked)| looked.elapsed() >= held) {
+            return Ok(done(options, newest.as_ref()));
+        }
+        if now() >= until {
+            let last = newest.map_or("it was never written".into(), |reading| {
+                format!("it is {}", in_a_line(&reading.value))
+            });
+            eprintln!("{} was not so within {:.1} s: {last}", options.url, options.timeout.as_secs_f64());
+            return Ok(TIMED_OUT);
+        }
+    }
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn done(options: &WaitOptions, reading: Option<&Reading>) -> u8 {
+    let Some(Reading { value, sequence, time }) = reading else { return 0 };
+    match options.json {
+        true => {
+            let (schema, url) = ("slate.wait/1", &options.url);
+            output::json(
+                &json!({"schema": schema, "url": url, "sequence": sequence, "time": time, "value": value}),
+            );
+        }
+        false => output::line(in_a_line(value)),
+    }
+    0
+}

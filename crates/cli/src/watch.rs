@@ -1,0 +1,244 @@
+//! Values as they come.
+
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use clap_complete::ArgValueCompleter;
+use serde_json::json;
+use slate::runtime::remote::{Client, ClientError, Reading, Watched};
+
+use crate::condition::Condition;
+use crate::connection::AgentOption;
+use crate::failure::{Failure, TIMED_OUT};
+use crate::property::{flatten, in_a_line};
+use crate::{complete, duration, output};
+
+#[derive(Debug, Args)]
+pub struct WatchOptions {
+    /// Properties or fields, such as `/simulator/r2/truth` or `/r2/*/state`.
+    #[arg(required = true, value_name = "URL", add = ArgValueCompleter::new(complete::of_properties))]
+    urls: Vec<String>,
+
+    /// Ends after so many values.
+    #[arg(long, short = 'n', value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
+    count: Option<u64>,
+
+    /// Ends after the first value of each.
+    #[arg(long, conflicts_with = "count")]
+    once: bool,
+
+    /// Ends after that time, such as `10s`.
+    #[arg(long = "for", value_name = "TIME", value_parser = duration::parse)]
+    time: Option<Duration>,
+
+    /// Shows at most so many values a second of each, of the agent's time.
+    #[arg(long, value_name = "RATE", value_parser = positive)]
+    max_hz: Option<f64>,
+
+    /// Shows a value only when it is another one than that before.
+    #[arg(long)]
+    changes: bool,
+
+    /// Shows only values that are so, such as `range < 0.5 and state == WORKING`.
+    #[arg(long = "where", value_name = "CONDITION")]
+    condition: Option<Condition>,
+
+    /// Prints each value as a line of JSON.
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+
+    /// Prints each value of one property as a line of a table with commas.
+    #[arg(long)]
+    csv: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.trim_end_matches("Hz").trim().parse::<f64>() {
+        Ok(rate) if rate.is_finite() && rate > 0.0 => Ok(rate),
+        _ => Err("expected a positive number of values a second, such as 10".into()),
+    }
+}
+
+/// How long the agent is asked to wait at a time; then it is looked whether somebody wants to end.
+const WAIT: Duration = Duration::from_millis(250);
+
+/// Whether Ctrl-C was pressed.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Has Ctrl-C end what goes on with what there is to say at the end.
+pub fn end_well_on_interrupt() {
+    // Without it, Ctrl-C ends the process at once.
+    let _ = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+}
+
+/// Whether Ctrl-C was pressed since.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// The properties that URLs name, patterns replaced by what they are of.
+pub fn expand(client: &mut Client, urls: &[String]) -> Result<Vec<String>, Failure> {
+    let mut all = Vec::new();
+    for url in urls {
+        if !url.contains('*') {
+            all.push(url.clone());
+            continue;
+        }
+        let root = match url.strip_prefix("slate://").and_then(|rest| rest.split('/').next()) {
+            Some(agent) => format!("slate://{agent}/"),
+            None => "/".into(),
+        };
+        let found = client.properties(Some(url))?.into_iter();
+        let found = found.filter(|property| property.access != "messages");
+        all.extend(found.map(|property| format!("{root}{}", property.path)));
+    }
+    match all.is_empty() {
+        true => Err(Failure::NothingLike { pattern: urls.join(" ") }),
+        false => Ok(all),
+    }
+}
+
+/// What is watched, and what was shown of it.
+struct Line {
+    url: String,
+    shown: u64,
+    last: Option<Reading>,
+    /// Values that came and could not be shown, as they came too fast.
+    missed: u64,
+}
+
+/// Prints values until it is enough; returns what the process ends with.
+pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
+    let mut client = options.agent.connect_for(&options.urls[0])?;
+    let urls = expand(&mut client, &options.urls)?;
+    if options.csv && urls.len() > 1 {
+        return Err(Failure::SeveralInTable { urls });
+    }
+    end_well_on_interrupt();
+    let width = urls.iter().map(|url| url.chars().count()).max().filter(|_| urls.len() > 1);
+    let mut of: Vec<_> = urls.iter().map(|url| Watched { url: url.clone(), after: None }).collect();
+    let new = |url| Line { url, shown: 0, last: None, missed: 0 };
+    let mut lines: Vec<Line> = urls.into_iter().map(new).collect();
+    let until = options.time.map(|time| now() + time);
+    let (mut total, mut has_head, mut since) = (0, false, None);
+    loop {
+        let left = until.map_or(WAIT, |until| until.saturating_duration_since(now()).min(WAIT));
+        let news = match client.watch(&of, left) {
+            Ok(news) => news,
+            // It has ended, and what it had to show was shown.
+            Err(ClientError::Lost { .. }) if total > 0 => break,
+            Err(error) => return Err(error.into()),
+        };
+        for one in news {
+            let (Some(line), Some(watched)) = (lines.get_mut(one.of), of.get_mut(one.of)) else { continue };
+            line.missed += one.missed;
+            for reading in one.readings {
+                watched.after = Some(reading.sequence);
+                if !wanted(options, line, &reading)? {
+                    continue;
+                }
+                if options.csv && !std::mem::replace(&mut has_head, true) {
+                    head(&reading);
+                }
+                show(options, line, &reading, one.missed, width);
+                (line.shown, line.last) = (line.shown + 1, Some(reading));
+                total += 1;
+                since.get_or_insert_with(now);
+                if options.count == Some(total) || output::is_unread() {
+                    return Ok(0);
+                }
+            }
+        }
+        // What a pattern is of may have no value for long, such as the timing of a module that is off.
+        let is_all = lines.iter().all(|line| line.shown > 0) || total > 0 && lines.len() > options.urls.len();
+        let is_enough = options.once && is_all;
+        if is_enough || output::is_unread() {
+            return Ok(0);
+        }
+        if is_interrupted() || until.is_some_and(|until| now() >= until) {
+            break;
+        }
+    }
+    if total == 0 && !is_interrupted() {
+        eprintln!("no value came in that time");
+        return Ok(TIMED_OUT);
+    }
+    if is_interrupted() && std::io::stderr().is_terminal() {
+        let missed: u64 = lines.iter().map(|line| line.missed).sum();
+        let seconds = since.map_or(0.0, |since: Instant| since.elapsed().as_secs_f64());
+        eprintln!("{total} values in {seconds:.1} s, {missed} came too fast to be seen");
+    }
+    Ok(0)
+}
+
+/// Whether a value is to be shown.
+fn wanted(options: &WatchOptions, line: &Line, reading: &Reading) -> Result<bool, Failure> {
+    if options.once && line.shown > 0 {
+        return Ok(false);
+    }
+    if let Some(last) = &line.last {
+        let is_soon = options.max_hz.is_some_and(|rate| {
+            (reading.time.saturating_sub(last.time) as f64) < 1e9 / rate && reading.time >= last.time
+        });
+        if is_soon || options.changes && last.value == reading.value {
+            return Ok(false);
+        }
+    }
+    let Some(condition) = &options.condition else { return Ok(true) };
+    let holds = condition.holds(&reading.value);
+    holds.map_err(|problem| Failure::Condition { url: line.url.clone(), problem })
+}
+
+fn show(options: &WatchOptions, line: &Line, reading: &Reading, missed: u64, width: Option<usize>) {
+    let Reading { value, sequence, time } = reading;
+    if options.json {
+        let (url, schema) = (&line.url, "slate.watch/1");
+        let text = json!({"schema": schema, "url": url, "sequence": sequence, "time": time, "missed": missed, "value": value});
+        return output::json(&text);
+    }
+    let seconds = *time as f64 * 1e-9;
+    if options.csv {
+        let mut rows = Vec::new();
+        flatten(String::new(), value, &mut rows);
+        let cells = rows.iter().map(|[_, cell]| cell.as_str());
+        let cells = cells.map(quoted).collect::<Vec<_>>().join(",");
+        return output::line(format_args!("{seconds},{sequence},{cells}"));
+    }
+    match width {
+        Some(width) => {
+            let url = &line.url;
+            output::line(format_args!("{seconds:12.3}  {url:width$}  {}", in_a_line(value)));
+        }
+        None => output::line(format_args!("{seconds:12.3}  {}", in_a_line(value))),
+    }
+}
+
+fn head(reading: &Reading) {
+    let mut rows = Vec::new();
+    flatten(String::new(), &reading.value, &mut rows);
+    let names = rows.iter().map(|[name, _]| if name.is_empty() { "value" } else { name.as_str() });
+    let names = names.map(quoted).collect::<Vec<_>>().join(",");
+    output::line(format_args!("time,sequence,{names}"));
+}
+
+/// A cell, in quotes when it has what parts cells.
+fn quoted(cell: &str) -> String {
+    match cell.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell.into(),
+    }
+}
+
+#[allow(clippy::disallowed_methods, reason = "who waits at a terminal waits on the wall clock")]
+pub fn now() -> Instant {
+    Instant::now()
+}

@@ -1,0 +1,131 @@
+//! What is said of a configuration that does not run.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use common::{Running, text};
+use serde_json::Value;
+
+const EXP1: &str = include_str!("../../../examples/exp1/exp1.toml");
+
+fn findings(running: &Running, code: i32, arguments: &[&str]) -> Value {
+    let output = running.call(&[arguments, &["--json"]].concat());
+    assert_eq!(output.status.code(), Some(code), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn what_fits_is_called_good_and_leaves_nothing_behind() {
+    let running = Running::new("check-good");
+    let said = running.done(&["check", "exp3", "--strict"]);
+    assert!(said.contains("exp3 is good: 1 agent, 23 modules, 62 links, 2 actuators"), "{said}");
+    let checked = findings(&running, 0, &["check", "exp1"]);
+    assert_eq!((&checked["schema"], &checked["ok"]), (&"slate.check/1".into(), &true.into()), "{checked}");
+    assert_eq!(checked["counts"]["modules"], 13, "{checked}");
+    // A log that a run is writing is not touched.
+    let file = EXP1.replacen("[world]", "[log.targets]\nfile = \"robot.log\"\n[world]", 1);
+    std::fs::write(running.folder().join("logged.toml"), file).unwrap();
+    running.done(&["check", "logged.toml"]);
+    assert!(!running.folder().join("robot.log").exists() && !running.folder().join("runs").exists());
+}
+
+#[test]
+fn all_mistakes_are_told_at_once_with_their_places() {
+    let running = Running::new("check-bad");
+    let wrong = EXP1
+        .replacen("time_limit = 120.0", "time_limit = -1.0", 1)
+        .replacen("tolerance = 0.1", "tolerence = 0.1", 1)
+        .replacen(
+            "\"knowledge/chassis\" = \"/simulator/r2/chassis\"",
+            "\"knowledge/chassis\" = \"/simulator/r2/sonar\"",
+            1,
+        )
+        .replacen(
+            "\"pass_range/range\" = \"range_monitor/percept\"",
+            "\"pass_range/range\" = \"range_monitr/percept\"",
+            1,
+        );
+    std::fs::write(running.folder().join("wrong.toml"), &wrong).unwrap();
+    let checked = findings(&running, 7, &["check", "wrong.toml"]);
+    let found = checked["findings"].as_array().unwrap();
+    for words in ["outside 0 to", "tolerence", "range_monitr", "chassis"] {
+        let one = found.iter().find(|one| one["message"].as_str().unwrap().contains(words));
+        let one = one.unwrap_or_else(|| panic!("{words}: {checked}"));
+        // The line that it names is the line where that stands.
+        let line = wrong.lines().nth(one["line"].as_u64().unwrap() as usize - 1).unwrap();
+        assert!(line.contains(words.trim_start_matches("outside 0 to")), "{line}: {one}");
+        assert_eq!((&one["severity"], &one["file"]), (&"error".into(), &"wrong.toml".into()), "{one}");
+    }
+    let output = running.call(&["check", "wrong.toml"]);
+    assert_eq!(output.status.code(), Some(7));
+    assert!(text(&output.stderr).contains("───") && text(&output.stdout).contains("errors"), "{output:?}");
+    running.fails(2, &["check", "nothing.toml"], &["no example and no file"]);
+}
+
+#[test]
+fn each_agent_of_a_file_is_checked_and_nobody_is_reached() {
+    let running = Running::new("check-agents");
+    let example = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/sharing");
+    let text = std::fs::read_to_string(example.join("team.toml")).unwrap();
+    let included = |name: &str| format!("include = {:?}", example.join(name));
+    let file = ["robot.toml", "watcher.toml"]
+        .into_iter()
+        .fold(text, |text, name| text.replace(&format!("include = {name:?}"), &included(name)));
+    std::fs::write(running.folder().join("team.toml"), &file).unwrap();
+    let checked = findings(&running, 0, &["check", "team.toml"]);
+    assert_eq!(checked["counts"]["agents"], 2, "{checked}");
+    let wrong = format!("{file}\n[nonsense]\n");
+    std::fs::write(running.folder().join("wrong.toml"), wrong).unwrap();
+    let checked = findings(&running, 7, &["check", "wrong.toml"]);
+    // Once, although both agents have it.
+    let found = checked["findings"].as_array().unwrap();
+    assert_eq!(
+        found.iter().filter(|one| one["message"].as_str().unwrap().contains("nonsense")).count(),
+        1,
+        "{checked}"
+    );
+}
+
+#[test]
+fn a_plugin_that_no_module_is_of_is_a_warning() {
+    let running = Running::new("check-unused");
+    let library = common::library("libslate_adaptation.so");
+    let file = format!("{EXP1}\n[plugins.slate-adaptation]\nfile = {library:?}\n");
+    std::fs::write(running.folder().join("unused.toml"), file).unwrap();
+    let checked = findings(&running, 0, &["check", "unused.toml"]);
+    assert_eq!(checked["findings"][0]["severity"], "warning", "{checked}");
+    findings(&running, 7, &["check", "unused.toml", "--strict"]);
+}
+
+#[test]
+fn a_drawing_has_all_modules_and_links() {
+    let mut running = Running::new("graph");
+    let svg = running.done(&["graph", "exp3"]);
+    let drawing = roxmltree::Document::parse(&svg).unwrap();
+    let texts: Vec<_> = drawing.descendants().filter_map(|node| node.text()).collect();
+    for name in ["simulator", "r2/planner", "r3/avoid_obstacle", "r2/wheels", "pursuit"] {
+        assert!(texts.contains(&name), "{name}");
+    }
+    let edges = drawing.descendants().filter(|node| node.attribute("marker-end").is_some()).count();
+    let graph: Value = serde_json::from_str(&running.done(&["graph", "exp3", "--format", "json"])).unwrap();
+    // The links of the configuration, and what commands the two actuators.
+    assert_eq!((edges, graph["edges"].as_array().unwrap().len()), (64, 64));
+    let reflex = graph["edges"].as_array().unwrap().iter().find(|edge| edge["output"] == "reflex").unwrap();
+    assert_eq!((&reflex["flow"], &reflex["input"]), (&"messages".into(), &"reflexes".into()), "{reflex}");
+
+    assert!(running.done(&["graph", "exp1", "--format", "mermaid"]).starts_with("flowchart LR"));
+    assert!(running.done(&["graph", "exp1", "--format", "dot"]).starts_with("digraph"));
+    let hidden = running.done(&["graph", "exp3", "--format", "dot", "--hide", "r3/*", "--hide", "referee"]);
+    assert!(
+        hidden.contains("r2/planner") && !hidden.contains("r3/planner") && !hidden.contains("referee"),
+        "{hidden}"
+    );
+
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    let live: Value = serde_json::from_str(&running.done(&["graph", "--format", "json"])).unwrap();
+    let written: Value = serde_json::from_str(&running.done(&["graph", "exp1", "--format", "json"])).unwrap();
+    assert_eq!(live["edges"].as_array().unwrap().len(), written["edges"].as_array().unwrap().len());
+    assert!(live["nodes"].as_array().unwrap().iter().any(|node| node["note"] == "working"), "{live}");
+    running.done(&["graph", "--out", "exp1.svg"]);
+    assert!(running.folder().join("exp1.svg").is_file());
+}

@@ -1,0 +1,75 @@
+//! Interfaces are made, looked at and compared.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use common::Running;
+use serde_json::Value;
+
+#[test]
+fn a_new_interface_has_no_gaps_and_a_later_version_is_compared_with_it() {
+    let running = Running::new("interface");
+    let fields = ["voltage:f32:V:At the poles.", "charge:f64::From 0 to 1.", "charging:Bool"];
+    let fields = fields.iter().flat_map(|field| ["--field", field]);
+    let arguments: Vec<&str> =
+        ["interface", "new", "BatteryState", "--doc", "How full a battery is.", "--out", "battery.rs"]
+            .into_iter()
+            .chain(fields)
+            .collect();
+    running.done(&arguments);
+    let source = std::fs::read_to_string(running.folder().join("battery.rs")).unwrap();
+    for line in
+        ["/// How full a battery is.", "#[unit(\"V\")]", "pub reserved: [u8; 4],", "pub reserved_2: [u8; 7],"]
+    {
+        assert!(source.contains(line), "{line}: {source}");
+    }
+    running.fails(2, &arguments, &["it is there already"]);
+
+    let said = running.done(&["interface", "check", "battery.rs", "--json"]);
+    let checked: Value = serde_json::from_str(&said).unwrap();
+    let interface = &checked["interfaces"][0];
+    assert_eq!(
+        (&interface["name"], &interface["size"], &interface["line"]),
+        (&"BatteryState".into(), &24.into(), &6.into())
+    );
+    assert!(running.done(&["interface", "check", "battery.rs"]).contains("BatteryState: 24 bytes, schema "));
+
+    let version = |name: &str, from: &str, to: &str| {
+        let changed = source.replace(from, to);
+        assert_ne!(changed, source);
+        std::fs::write(running.folder().join(name), changed).unwrap();
+    };
+    // What it is said to be is no part of the layout.
+    version("words.rs", "At the poles.", "Between the poles.");
+    let said = running.done(&["interface", "diff", "battery.rs", "words.rs"]);
+    assert!(said.contains("BatteryState: compatible") && said.contains("voltage"), "{said}");
+    version("unit.rs", "\"V\"", "\"mV\"");
+    let output = running.call(&["interface", "diff", "battery.rs", "unit.rs", "--json"]);
+    assert_eq!(output.status.code(), Some(7), "{output:?}");
+    let differences: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(differences["interfaces"][0]["changes"].to_string().contains("V -> mV"), "{differences}");
+    version("field.rs", "pub reserved: [u8; 4],", "pub current: f32,");
+    let output = running.call(&["interface", "diff", "battery.rs", "field.rs"]);
+    let said = common::text(&output.stdout);
+    for words in ["INCOMPATIBLE", "- reserved", "+ current (f32) is new", "built against the new one"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    version("gap.rs", "    pub reserved: [u8; 4],\n", "");
+    running.fails(
+        7,
+        &["interface", "check", "gap.rs"],
+        &["gap.rs:", "`charge` begins at byte 8", "reserved: [u8; 4]"],
+    );
+}
+
+#[test]
+fn what_is_no_field_or_type_is_refused() {
+    let running = Running::new("interface-wrong");
+    running.fails(2, &["interface", "new", "battery", "--field", "x:f64"], &["called as types are"]);
+    running.fails(2, &["interface", "new", "Battery", "--field", "x"], &["NAME:TYPE"]);
+    running.fails(2, &["interface", "new", "Battery", "--field", "x:bool"], &["`Bool`"]);
+    running.fails(2, &["interface", "new", "Battery", "--field", "x:Pose3"], &["did you mean Pose2"]);
+    running.fails(2, &["interface", "check", "nothing.rs"], &["nothing.rs"]);
+    assert!(running.done(&["explain", "s006"]).contains("S006: the two ends of a link don't fit"));
+    running.fails(2, &["explain", "S999"], &["`slate explain` lists all"]);
+}

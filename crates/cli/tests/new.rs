@@ -1,0 +1,79 @@
+//! Projects written by `slate new`, from their tests to a run in the simulator.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::path::Path;
+use std::process::Command;
+
+use common::{Running, json, text};
+use serde_json::Value;
+
+/// Calls cargo in the new project. What it builds is kept for the next time, and nothing is downloaded.
+fn cargo(folder: &Path, verb: &str) -> String {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target");
+    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".into()))
+        .args([verb, "--offline"])
+        .current_dir(folder)
+        .env("CARGO_TARGET_DIR", &target)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Tests and builds a project, and returns what the simulator says of a run.
+fn run(running: &Running, name: &str, passed: &str) -> Value {
+    let folder = running.folder().join(name);
+    let said = cargo(&folder, "test");
+    assert!(said.contains(passed), "{said}");
+    cargo(&folder, "build");
+    let library = format!("lib{}.so", name.replace('-', "_"));
+    let built = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target/debug").join(&library);
+    std::fs::create_dir_all(folder.join("target/debug")).unwrap();
+    std::fs::copy(built, folder.join("target/debug").join(library)).unwrap();
+    let configuration = format!("{name}/{name}.toml");
+    assert!(running.done(&["check", &configuration, "--strict"]).contains("is good"));
+    json(&running.call(&["run", &configuration, "--headless", "--json"]))
+}
+
+#[test]
+fn a_new_robot_in_mape_k_passes_its_tests_and_reaches_its_target() {
+    let running = Running::new("new-mapek");
+    let said = running.done(&["new", "pathfinder-one"]);
+    for step in [
+        "cd pathfinder-one",
+        "cargo test",
+        "slate check pathfinder-one.toml",
+        "slate run pathfinder-one.toml",
+    ] {
+        assert!(said.contains(step), "{step}: {said}");
+    }
+    assert_eq!(run(&running, "pathfinder-one", "2 passed")["outcome"], "goal_reached");
+}
+
+#[test]
+fn a_new_module_runs_beside_the_blocks_of_a_robot() {
+    let running = Running::new("new-module");
+    let said = running.done(&["new", "nearest-thing", "--template", "module", "--json"]);
+    let written: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(
+        (&written["schema"], &written["files"][1]),
+        (&"slate.new/1".into(), &"nearest-thing/src/lib.rs".into())
+    );
+    assert_eq!(run(&running, "nearest-thing", "3 passed")["outcome"], "goal_reached");
+}
+
+#[test]
+fn a_project_is_not_written_over_another_nor_called_what_is_taken() {
+    let running = Running::new("new-taken");
+    running.done(&["new", "rover", "-t", "plugin"]);
+    running.fails(2, &["new", "rover"], &["it is there already"]);
+    // Its kinds of modules would be called as those of another plugin.
+    running.fails(2, &["new", "differential"], &["come with Slate"]);
+    running.fails(2, &["new", "Rover"], &["small letters"]);
+    running.fails(2, &["new", "pioneer"], &["has something of that name"]);
+    running.fails(2, &["new", "other", "--template", "robot"], &["mapek, module, plugin"]);
+    running.fails(2, &["new", "other", "--slate", "/nowhere"], &["no folder of Slate's sources"]);
+    assert!(!running.folder().join("other").exists());
+}

@@ -1,0 +1,174 @@
+//! Commands that look at values of an agent that runs, and set them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and times what a person waits for"
+)]
+
+mod common;
+
+use common::{Running, text};
+use serde_json::Value;
+
+const EXP1: [&str; 6] = ["run", "exp1", "--headless", "--json", "--rate", "0.3"];
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn values_are_watched_as_they_come_and_only_those_that_are_meant() {
+    let mut running = Running::new("watch");
+    running.start("exp1", &EXP1);
+    let truth = "/simulator/r2/truth";
+    let seen = lines(&running.done(&["watch", truth, "-n", "5", "--json"]));
+    let numbers: Vec<_> = seen.iter().map(|line| line["sequence"].as_u64().unwrap()).collect();
+    assert!(numbers.is_sorted() && numbers.len() == 5, "{numbers:?}");
+    assert!(seen.iter().all(|line| line["schema"] == "slate.watch/1" && line["url"] == truth), "{seen:?}");
+    assert!(seen.iter().all(|line| line["value"]["x"].is_f64()), "{seen:?}");
+
+    // Slower than they come.
+    let slow = lines(&running.done(&["watch", truth, "-n", "3", "--max-hz", "10", "--json"]));
+    let times: Vec<_> = slow.iter().map(|line| line["time"].as_u64().unwrap()).collect();
+    assert!(times.windows(2).all(|pair| pair[1] - pair[0] >= 100_000_000), "{times:?}");
+
+    let table = running.done(&["watch", truth, "-n", "2", "--csv"]);
+    assert_eq!(
+        (table.lines().next(), table.lines().count()),
+        (Some("time,sequence,theta,x,y"), 3),
+        "{table}"
+    );
+
+    // Once of each that a pattern is of.
+    let states = lines(&running.done(&["watch", "/r2/*/timing", "--once", "--json"]));
+    assert!(states.len() > 5, "{states:?}");
+
+    // A field is a property of its own, and what does not change is not shown twice.
+    let ticks =
+        lines(&running.done(&["watch", "/referee/params/tolerance", "--changes", "--for", "0.3s", "--json"]));
+    assert_eq!(ticks.len(), 1, "{ticks:?}");
+    let far = running.call(&["watch", truth, "--where", "x > 1000", "--for", "0.3s"]);
+    assert_eq!((far.status.code(), text(&far.stdout)), (Some(6), String::new()));
+
+    running.fails(1, &["watch", "/simulator/r2/trut"], &["simulator/r2/truth"]);
+    running.fails(2, &["watch", truth, "--where", "x ="], &["FIELD OPERATOR VALUE"]);
+    running.fails(2, &["watch", truth, "--where", "z > 1"], &["there is no `z`", "x, y"]);
+    running.fails(2, &["watch", "/r2/*/state", "--csv"], &["of one property"]);
+    running.fails(2, &["watch", truth, "--max-hz", "0"], &["positive"]);
+}
+
+#[test]
+fn a_script_waits_for_a_value() {
+    let mut running = Running::new("wait");
+    running.start("exp1", &EXP1);
+    let said = running.done(&["wait", "/loop/histogram/count", "> 10", "--json"]);
+    let value: Value = serde_json::from_str(&said).unwrap();
+    assert!(value["value"].as_u64() > Some(10), "{said}");
+    // What does not change any more stays so.
+    running.done(&["wait", "/referee/enabled", "== true", "--for", "200ms", "--timeout", "5s"]);
+    let output = running.call(&["wait", "/simulator/r2/truth", "x > 1000", "--timeout", "300ms"]);
+    assert_eq!(output.status.code(), Some(6), "{output:?}");
+    assert!(text(&output.stderr).contains("was not so within 0.3 s: it is theta="), "{output:?}");
+    running.fails(2, &["wait", "/simulator/r2/truth", "x"], &["FIELD OPERATOR VALUE"]);
+}
+
+#[test]
+fn how_often_values_come_is_measured_in_the_agent() {
+    let mut running = Running::new("stat");
+    running.start("exp1", &EXP1);
+    let sonar = "/simulator/r2/sonar";
+    let said = running.done(&["stat", sonar, "--for", "1s", "--min", "49", "--max", "51", "--json"]);
+    let measured: Value = serde_json::from_str(&said).unwrap();
+    let one = &measured["properties"][0];
+    // In lockstep it is exact, however busy the machine is.
+    assert!((one["rate"].as_f64().unwrap() - 50.0).abs() < 1e-6, "{said}");
+    assert_eq!((&one["interval"]["p50"], &one["interval"]["max"]), (&20_000_000.into(), &20_000_000.into()));
+    assert_eq!((&measured["schema"], &one["interface"]), (&"slate.stat/1".into(), &"SonarScan".into()));
+    let output = running.call(&["hz", sonar, "--for", "300ms", "--min", "100"]);
+    assert_eq!(output.status.code(), Some(7), "{output:?}");
+    assert!(text(&output.stderr).contains("it shall be at least 100 Hz"), "{output:?}");
+    assert!(text(&output.stdout).contains("50.00 Hz"), "{output:?}");
+    assert!(running.done(&["bw", "/referee/params", "--for", "200ms"]).contains("no new value came"));
+    running.fails(2, &["stat", sonar, "--for", "60s"], &["50 s at most"]);
+}
+
+#[test]
+fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
+    let mut running = Running::new("set");
+    running.start("exp1", &EXP1);
+    let said = running.done(&["set", "/r2/planner/params/speed", "0.3"]);
+    assert!(said.contains("0.4 (default) -> 0.3"), "{said}");
+    assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.3);
+    running.done(&["set", "/r2/avoid_wall/rank", r#"{"rank": 3}"#]);
+    assert_eq!(running.read("exp1", "/r2/avoid_wall/rank/rank"), 3);
+    running.done(&["set", "/r2/avoid_wall/rank/rank", "-4"]);
+    assert_eq!(running.read("exp1", "/r2/avoid_wall/rank/rank"), -4);
+    // It is a setting like others: it is known what has changed, and it can be taken back.
+    assert!(running.done(&["config", "diff"]).contains("inputs"));
+    running.done(&["config", "revert", "robots.r2.modules.planner"]);
+    assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.4);
+    assert_eq!(running.done(&["set", "/referee/enabled", "false"]).trim(), "/referee is off");
+    assert_eq!(running.read("exp1", "/referee/enabled/value"), false);
+    running.done(&["set", "/referee/enabled", "true"]);
+
+    running.fails(1, &["set", "/r2/planner/params/speed", "99"], &["99, outside 0 to 3"]);
+    running.fails(1, &["set", "/r2/planner/params/speed", "fast"], &["speed"]);
+    running.fails(1, &["set", "/r2/planner/params/sped", "1"], &["speed"]);
+    running.fails(1, &["set", "/simulator/r2/truth", "1"], &["written by module `simulator`", "slate link"]);
+    running.fails(1, &["set", "/r2/planner/position", "1"], &["is linked, from", "slate unlink"]);
+    running.fails(1, &["set", "/r2/execute/plan", "1"], &["takes messages"]);
+    running.fails(1, &["set", "/loop/state", "1"], &["the host's own", "slate config set"]);
+}
+
+#[test]
+fn the_tree_the_modules_and_the_agents_are_shown() {
+    let mut running = Running::new("tree");
+    running.start("exp1", &EXP1);
+    running.done(&["wait", "/loop/histogram/count", "> 5"]);
+    let tree = running.done(&["tree", "/r2/planner/*", "--values"]);
+    assert!(tree.contains("└─ planner") && tree.contains("speed=0.4"), "{tree}");
+    assert!(!running.done(&["tree", "--depth", "1"]).contains("planner"));
+    let tree: Value = serde_json::from_str(&running.done(&["tree", "--json"])).unwrap();
+    let planner = &tree["tree"]["below"]["r2"]["below"]["planner"]["below"];
+    assert_eq!(planner["params"]["value"]["speed"], 0.4, "{planner}");
+    assert_eq!(
+        (&planner["params"]["access"], &planner["state"]["access"]),
+        (&"setting".into(), &"output".into())
+    );
+
+    let top: Value = serde_json::from_str(&running.done(&["top", "--json"])).unwrap();
+    let modules = top["modules"].as_array().unwrap();
+    let simulator = modules.iter().find(|module| module["module"] == "simulator").unwrap();
+    assert_eq!(simulator["period"], 20_000_000, "{simulator}");
+    assert!(simulator["p50"].as_u64() > Some(0) && simulator["p50"].as_u64() <= simulator["max"].as_u64());
+    assert!(running.done(&["top", "--once", "--sort", "name"]).contains("overruns"));
+
+    running.start("exp1-2", &EXP1);
+    let agents: Value = serde_json::from_str(&running.done(&["ps", "--json"])).unwrap();
+    let agents = agents["agents"].as_array().unwrap();
+    assert_eq!(agents.iter().map(|agent| &agent["agent"]).collect::<Vec<_>>(), ["exp1", "exp1-2"]);
+    assert!(agents.iter().all(|agent| agent["process"]["memory"].as_u64() > Some(1 << 20)), "{agents:?}");
+    assert!(running.done(&["ps"]).contains("exp1-2"));
+}
+
+#[test]
+fn an_agent_that_hangs_holds_up_nobody_who_asks_for_another_one() {
+    let mut running = Running::new("hangs");
+    running.start("exp1", &EXP1);
+    running.start("exp1-2", &EXP1);
+    let second = std::fs::read_to_string(running.sockets().join("slate/exp1-2.lock")).unwrap();
+    let signal = |name: &str| {
+        let done = std::process::Command::new("kill").args([name, &second]).status().unwrap();
+        assert!(done.success());
+    };
+    signal("-STOP");
+    let begin = std::time::Instant::now();
+    let listed = running.call(&["ps"]);
+    let read = running.call(&["get", "/referee/params/tolerance"]);
+    let took = begin.elapsed();
+    signal("-CONT");
+    assert!(text(&listed.stdout).contains("it does not answer"), "{listed:?}");
+    assert_eq!(text(&read.stdout).trim(), "0.1", "{read:?}");
+    assert!(took < std::time::Duration::from_secs(4), "{took:?}");
+}
