@@ -29,8 +29,8 @@ pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
-    Agent, Composer, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus,
-    Reload, StartError, Stopper, SystemClock,
+    Agent, Composer, ControlsError, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError,
+    PluginStatus, Reload, StartError, Stopper, SystemClock, Teleoperation,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{

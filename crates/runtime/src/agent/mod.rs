@@ -40,7 +40,10 @@ use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
-pub use composer::{Composer, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload};
+pub use composer::{
+    Composer, ControlsError, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload,
+    Teleoperation,
+};
 pub(crate) use composer::{Property, WeakComposer};
 use composition::Composition;
 pub use looping::SystemClock;

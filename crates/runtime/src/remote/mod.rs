@@ -41,6 +41,7 @@ mod settings;
 mod trace;
 
 pub use client::{Client, ClientError};
+pub use desk::Desk;
 pub use lock::Lock;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub use place::{agents, folder};
