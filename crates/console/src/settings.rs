@@ -29,8 +29,6 @@ pub struct Settings {
     pub port: Option<u16>,
     /// The addresses that it listens at; those of this computer alone unless said.
     pub addresses: Vec<IpAddr>,
-    /// Whether those were said.
-    pub(crate) chosen: bool,
     /// By which names browsers may call it, beside `localhost` and the addresses.
     pub names: Vec<String>,
     /// Pages of others that may open WebSockets, such as `https://app.foxglove.dev`.
@@ -48,7 +46,6 @@ impl Default for Settings {
             enabled: None,
             port: None,
             addresses: vec![Ipv4Addr::LOCALHOST.into(), Ipv6Addr::LOCALHOST.into()],
-            chosen: false,
             names: Vec::new(),
             origins: Vec::new(),
             tokens: BTreeMap::new(),
@@ -109,7 +106,6 @@ impl Reader<'_> {
         }
         if let Some(value) = table.get("addresses") {
             settings.addresses.clear();
-            settings.chosen = true;
             for (address, span) in self.texts(table, "addresses", "0.0.0.0") {
                 match address.parse() {
                     Ok(address) => settings.addresses.push(address),

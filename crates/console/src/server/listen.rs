@@ -26,6 +26,7 @@ pub(super) fn listen(settings: &Settings) -> Result<Vec<TcpListener>, StartError
 fn listen_at(settings: &Settings, port: u16) -> Result<Vec<TcpListener>, StartError> {
     let mut listeners: Vec<TcpListener> = Vec::new();
     let mut port = port;
+    let is_default = settings.addresses == Settings::default().addresses;
     for ip in &settings.addresses {
         let address = SocketAddr::new(*ip, port);
         match bind(address) {
@@ -35,7 +36,7 @@ fn listen_at(settings: &Settings, port: u16) -> Result<Vec<TcpListener>, StartEr
                 listeners.push(listener);
             }
             // Without IPv6 the other address does.
-            Err(_) if !settings.chosen && !listeners.is_empty() => {}
+            Err(_) if is_default && !listeners.is_empty() => {}
             Err(error) => return Err(StartError::Listen { address, reason: error.to_string() }),
         }
     }
