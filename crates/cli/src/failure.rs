@@ -31,6 +31,9 @@ pub enum Failure {
     Recording(#[from] slate::record::replay::ReadError),
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
+    #[cfg(feature = "console")]
+    #[error("{0}")]
+    Console(#[from] slate::console::StartError),
     #[error("{0}")]
     World(String),
     #[error("without a simulator the agent runs on the wall clock, which goes by itself")]
@@ -138,6 +141,8 @@ impl Failure {
             ),
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Memory(error) => miette::Diagnostic::help(error)?.to_string(),
+            #[cfg(feature = "console")]
+            Self::Console(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
                               XDG_RUNTIME_DIR"
                 .into(),

@@ -5,6 +5,7 @@ mod bag;
 mod batch;
 mod config;
 mod connection;
+mod console;
 mod course;
 mod deployment;
 mod display;

@@ -42,6 +42,8 @@ pub(crate) struct Context {
     pub logger: Arc<Logger>,
     pub is_lockstep: bool,
     pub documents: Vec<Document>,
+    /// Tells one run from another.
+    pub session: String,
     /// Who sends messages, by the path of the mailbox.
     senders: Mutex<BTreeMap<String, Sender>>,
     /// Held by who changes something under a condition.
@@ -49,8 +51,22 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    pub fn new(desk: Desk, logger: Arc<Logger>, is_lockstep: bool, documents: Vec<Document>) -> Self {
-        Self { desk, logger, is_lockstep, documents, senders: Mutex::default(), turn: Mutex::default() }
+    pub fn new(
+        desk: Desk,
+        logger: Arc<Logger>,
+        is_lockstep: bool,
+        documents: Vec<Document>,
+        session: String,
+    ) -> Self {
+        Self {
+            session,
+            desk,
+            logger,
+            is_lockstep,
+            documents,
+            senders: Mutex::default(),
+            turn: Mutex::default(),
+        }
     }
 
     pub fn board(&self) -> &Arc<Board> {

@@ -30,6 +30,7 @@ mod schema;
 mod select;
 mod server;
 mod settings;
+mod socket;
 mod stream;
 mod text;
 mod token;

@@ -141,10 +141,17 @@ impl Console {
         let scheme = if tls.is_some() { "https" } else { "http" };
         let hosts = listen::hosts(&addresses, &settings.names);
         let shown = hosts.first().cloned().unwrap_or_default();
-        let file = tokens.write(agent.board().agent(), &format!("{scheme}://{shown}"))?;
+        let port = addresses.first().map_or(0, SocketAddr::port);
+        let file = tokens.write(agent.board().agent(), port, &format!("{scheme}://{shown}"))?;
         let link = format!("{scheme}://{shown}/#token={}", tokens.highest());
-        let context =
-            Context::new(Desk::new(agent), Arc::clone(agent.logger()), agent.is_lockstep(), documents);
+        let session = Tokens::generate()?.session();
+        let context = Context::new(
+            Desk::new(agent),
+            Arc::clone(agent.logger()),
+            agent.is_lockstep(),
+            documents,
+            session,
+        );
         let hall = Arc::new(Hall {
             context: Arc::new(context),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),

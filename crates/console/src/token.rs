@@ -63,19 +63,26 @@ impl Tokens {
         found
     }
 
+    /// A name of a run, that is no secret: these are thrown away.
+    pub fn session(self) -> String {
+        self.0.into_values().next().unwrap_or_default().chars().take(16).collect()
+    }
+
     /// The secret of the highest role.
     pub fn highest(&self) -> &str {
         self.0.values().next_back().map_or("", String::as_str)
     }
 
     /// Writes them where tools of this user find them.
-    pub fn write(&self, agent: &str, address: &str) -> io::Result<TokenFile> {
+    ///
+    /// The port is part of the name, as there may be several agents of one name.
+    pub fn write(&self, agent: &str, port: u16, address: &str) -> io::Result<TokenFile> {
         let folder = folder();
         match DirBuilder::new().recursive(true).mode(0o700).create(&folder) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
             _ => check_folder(&folder)?,
         }
-        let path = folder.join(format!("{agent}.console"));
+        let path = folder.join(format!("{agent}-{port}.console"));
         let content = json!({
             "address": address,
             "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<BTreeMap<_, _>>(),

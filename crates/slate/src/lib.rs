@@ -3,6 +3,8 @@
 //!
 //! This is the crate to depend on; [`prelude`] has what the file of a module imports.
 
+#[cfg(feature = "console")]
+pub use slate_console as console;
 pub use slate_interfaces as interfaces;
 pub use slate_mapek as mapek;
 pub use slate_module as module;
@@ -56,4 +58,7 @@ mod documents {
     mod recording {}
     #[doc = include_str!("../../../book/src/23-bags.md")]
     mod bags {}
+    #[cfg(feature = "console")]
+    #[doc = include_str!("../../../book/src/26-http-api.md")]
+    mod http_api {}
 }

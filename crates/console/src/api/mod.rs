@@ -11,6 +11,8 @@ mod tree;
 mod values;
 mod write;
 
+use std::sync::Arc;
+
 use serde_json::{Value as Json, json};
 use slate_runtime::remote::Call;
 
@@ -18,7 +20,8 @@ use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
-use crate::route::{Operation, Parameter};
+use crate::query::Query;
+use crate::route::{Ask, Operation, Parameter};
 
 /// The name of the operation that waits for nobody.
 pub(crate) const STOP: &str = "stop";
@@ -576,6 +579,41 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         handler: tree::document,
     },
 ];
+
+/// Sets what the host sets, for a client that speaks otherwise.
+pub(crate) fn put_value(
+    context: &Arc<Context>,
+    role: Role,
+    who: &str,
+    path: &str,
+    value: &Json,
+) -> Result<Answer, Problem> {
+    write::put(context, &spoken(context, role, who, path, value))
+}
+
+/// Sends a message, for a client that speaks otherwise.
+pub(crate) fn send_value(
+    context: &Arc<Context>,
+    role: Role,
+    who: &str,
+    path: &str,
+    value: &Json,
+) -> Result<Answer, Problem> {
+    write::send(context, &spoken(context, role, who, path, value))
+}
+
+fn spoken(context: &Context, role: Role, who: &str, path: &str, value: &Json) -> Ask {
+    Ask {
+        role,
+        who: who.to_owned(),
+        captured: vec![("agent", context.agent().to_owned()), ("path", path.to_owned())],
+        query: Query::default(),
+        accept: String::new(),
+        if_match: None,
+        last_event: None,
+        body: Some(value.clone()),
+    }
+}
 
 /// Asks the desk that the tools at the local socket ask too.
 fn ask(context: &Context, call: Call) -> Result<Answer, Problem> {

@@ -17,6 +17,7 @@ use crate::connection::Place;
 use crate::problem::Problem;
 use crate::query::Query;
 use crate::route::{Ask, BASE, Found, check_query, find};
+use crate::socket;
 
 /// The longest body, bytes.
 const BODY: usize = 1 << 20;
@@ -49,17 +50,13 @@ async fn answer(
     from: SocketAddr,
     request: Request<Incoming>,
 ) -> Result<Response<Body>, Problem> {
-    let (head, body) = request.into_parts();
-    let is_socket = head.headers.contains_key(UPGRADE);
-    hall.guard.check_place(&head.uri, &head.headers, is_socket)?;
-    let path = head.uri.path();
+    let is_socket = request.headers().contains_key(UPGRADE);
+    hall.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {
-        let _ = place;
-        return Err(Problem::not_found(
-            format!("there is no WebSocket at {path}"),
-            "see /api/v1/openapi.json",
-        ));
+        return socket::open(&hall.context, &hall.guard, place, from, request);
     }
+    let (head, body) = request.into_parts();
+    let path = head.uri.path();
     if let Some(answer) = page(hall, &head.method, path) {
         return Ok(answer);
     }

@@ -157,7 +157,8 @@ fn take(context: &Arc<Context>, subscriptions: &mut BTreeMap<u32, Subscription>,
 }
 
 fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(Subscription, Json), Problem> {
-    let url = Url::parse(&wish.url).map_err(|error| Problem::bad(error.to_string(), "such as /module/property"))?;
+    let url =
+        Url::parse(&wish.url).map_err(|error| Problem::bad(error.to_string(), "such as /module/property"))?;
     if url.agent().is_some_and(|agent| agent != context.agent()) {
         return Err(Problem::not_found(format!("{url} is of another agent"), "ask that agent"));
     }
@@ -170,7 +171,10 @@ fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(Subscription, Json),
         return Err(Problem::not_found(format!("there is nothing at {url}"), "see /api/v1/properties"));
     };
     if property.access() == Access::Messages {
-        return Err(Problem::unfit(format!("{url} takes messages, and has no value"), "subscribe to a value"));
+        return Err(Problem::unfit(
+            format!("{url} takes messages, and has no value"),
+            "subscribe to a value",
+        ));
     }
     let descriptor = property.descriptor();
     let told = json!({
@@ -185,12 +189,17 @@ fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(Subscription, Json),
 }
 
 /// Tells what is new and due; false when the client is gone.
-async fn tell(context: &Arc<Context>, subscriptions: &mut BTreeMap<u32, Subscription>, sink: &mut Sink) -> bool {
+async fn tell(
+    context: &Arc<Context>,
+    subscriptions: &mut BTreeMap<u32, Subscription>,
+    sink: &mut Sink,
+) -> bool {
     let now = Instant::now();
     let due: Vec<u32> = subscriptions
         .iter_mut()
-        .filter(|(_, subscription)| subscription.due <= now && subscription.watcher.has_news(context))
-        .map(|(id, _)| *id)
+        .filter_map(|(id, subscription)| {
+            (subscription.due <= now && subscription.watcher.has_news(context)).then_some(*id)
+        })
         .collect();
     for id in due {
         let Some(mut subscription) = subscriptions.remove(&id) else { continue };
@@ -222,8 +231,11 @@ enum Encoded {
 
 fn encode(id: u32, subscription: &mut Subscription) -> Vec<Encoded> {
     let watcher = &mut subscription.watcher;
-    let samples =
-        if subscription.every { watcher.take_all() } else { watcher.take().map(|sample| sample.into_iter().collect()) };
+    let samples = if subscription.every {
+        watcher.take_all()
+    } else {
+        watcher.take().map(|sample| sample.into_iter().collect())
+    };
     let one = |sample: Sample| match subscription.form {
         Form::Binary => {
             let mut bytes = vec![VALUE];

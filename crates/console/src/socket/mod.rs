@@ -10,7 +10,9 @@ use std::time::Duration;
 
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
-use hyper::header::{CONNECTION, HeaderMap, HeaderValue, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_PROTOCOL, UPGRADE};
+use hyper::header::{
+    CONNECTION, HeaderMap, HeaderValue, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_PROTOCOL, UPGRADE,
+};
 use hyper::upgrade::Upgraded;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::TokioIo;
@@ -153,7 +155,9 @@ pub(crate) fn open<B>(
     }
     if !place.becomes_socket() {
         let message = "too many WebSockets are open";
-        return Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5"));
+        return Err(
+            Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
+        );
     }
     let mut answer = response(StatusCode::SWITCHING_PROTOCOLS, "", Body::Whole(None));
     let accepted = derive_accept_key(key.as_bytes());
@@ -187,10 +191,14 @@ fn key<'h>(method: &Method, headers: &'h HeaderMap) -> Result<&'h str, Problem> 
     let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let is_upgrade = text("connection").split(',').any(|part| part.trim().eq_ignore_ascii_case("upgrade"));
     if *method != Method::GET || !is_upgrade || !text("upgrade").eq_ignore_ascii_case("websocket") {
-        return Err(Problem::bad("this is no handshake of a WebSocket", "open it with GET and `Upgrade: websocket`"));
+        return Err(Problem::bad(
+            "this is no handshake of a WebSocket",
+            "open it with GET and `Upgrade: websocket`",
+        ));
     }
     if text("sec-websocket-version") != "13" {
-        let problem = Problem::new(StatusCode::UPGRADE_REQUIRED, "the version of WebSockets is 13", "use that");
+        let problem =
+            Problem::new(StatusCode::UPGRADE_REQUIRED, "the version of WebSockets is 13", "use that");
         return Err(problem.with("sec-websocket-version", "13"));
     }
     let key = text("sec-websocket-key");

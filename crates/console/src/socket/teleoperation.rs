@@ -42,9 +42,8 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
     // With the visit end the controls, wherever it is left.
     while let Some(said) = listener.next().await {
         let Said::Text(text) = said else { continue };
-        let answer = take(&visitor, &mut controls, &text).unwrap_or_else(|(sequence, problem)| {
-            json!({ "problem": problem.json(), "sequence": sequence })
-        });
+        let answer = take(&visitor, &mut controls, &text)
+            .unwrap_or_else(|(sequence, problem)| json!({ "problem": problem.json(), "sequence": sequence }));
         if !say(&mut sink, answer.to_string()).await {
             return;
         }
@@ -76,7 +75,8 @@ fn take(
         *controls = None;
         let taken = context.desk.composer().take_controls(&name);
         let taken = taken.map_err(|error| {
-            let help = "GET /api/v1/actuators lists the actuators; who has them lets go with {\"leave\": true}";
+            let help =
+                "GET /api/v1/actuators lists the actuators; who has them lets go with {\"leave\": true}";
             wrong(Problem::new(StatusCode::CONFLICT, error.to_string(), help))
         })?;
         let answer = json!({
@@ -94,7 +94,8 @@ fn take(
         return Ok(json!({ "left": true, "sequence": sequence }));
     }
     let Some(controls) = controls else {
-        let problem = Problem::new(StatusCode::CONFLICT, "you have no controls", "say {\"take\": \"ACTUATOR\"} first");
+        let problem =
+            Problem::new(StatusCode::CONFLICT, "you have no controls", "say {\"take\": \"ACTUATOR\"} first");
         return Err(wrong(problem));
     };
     match (request.command, request.release) {

@@ -10,6 +10,9 @@
 mod agent;
 mod attacks;
 mod client;
+mod foxglove;
 mod modules;
+mod openapi;
 mod reading;
+mod sockets;
 mod writing;
