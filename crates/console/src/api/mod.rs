@@ -77,7 +77,7 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         body: None,
         answer: shape::anything,
         kinds: &[],
-        handler: |_, _| Ok(Answer::json(openapi::document(OPERATIONS))),
+        handler: |context, _| Ok(Answer::json(openapi::document(OPERATIONS, context))),
     },
     Operation {
         method: "GET",

@@ -1,8 +1,12 @@
 //! What the API is, for programs.
 
+use std::sync::Arc;
+
 use serde_json::{Map, Value as Json, json};
+use slate_blackboard::{Access, Property};
 
 use super::shape;
+use crate::context::Context;
 use crate::route::{BASE, Operation};
 
 /// The paths, each with what can be done there.
@@ -19,11 +23,11 @@ pub(super) fn index(operations: &[Operation]) -> Json {
 }
 
 /// The document, of OpenAPI 3.1.
-pub(super) fn document(operations: &[Operation]) -> Json {
+pub(super) fn document(operations: &[Operation], context: &Context) -> Json {
     let mut paths = Map::new();
     for operation in operations {
         let path = paths.entry(format!("{BASE}{}", operation.path)).or_insert_with(|| json!({}));
-        path[operation.method.to_ascii_lowercase()] = of(operation);
+        path[operation.method.to_ascii_lowercase()] = of(operation, context);
     }
     json!({
         "openapi": "3.1.0",
@@ -42,10 +46,35 @@ pub(super) fn document(operations: &[Operation]) -> Json {
     })
 }
 
-fn of(operation: &Operation) -> Json {
+/// Something that is there, as an example of a part of a path. A stream has no end, so of what may be one there is none.
+fn example(operation: &Operation, part: &str, context: &Context) -> Option<String> {
+    let properties = context.board().properties();
+    let is_settable = |property: &&Arc<Property>| {
+        property.access() == Access::Setting && property.path().ends_with("/params")
+    };
+    match part {
+        _ if operation.name == "read" => None,
+        "agent" => Some(context.agent().to_owned()),
+        "path" if operation.method == "GET" => Some("log/tail".into()),
+        "path" => properties.iter().find(is_settable).map(|property| property.path().to_owned()),
+        "interface" => Some("LogLine".into()),
+        "module" => context.desk.composer().modules().first().map(|module| module.name.clone()),
+        "plugin" => context.desk.composer().plugins().first().map(|plugin| plugin.name.clone()),
+        "input" => context.desk.composer().links().first().map(|link| link.to.clone()),
+        "document" => context.documents.first().map(|document| document.name.clone()),
+        _ => None,
+    }
+}
+
+fn of(operation: &Operation, context: &Context) -> Json {
     let in_path = operation.path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
     let in_path = in_path.map(|name| {
-        json!({ "name": name, "in": "path", "required": true, "schema": { "type": "string", "minLength": 1 } })
+        let mut part =
+            json!({ "name": name, "in": "path", "required": true, "schema": { "type": "string", "minLength": 1 } });
+        if let Some(example) = example(operation, name, context) {
+            part["example"] = json!(example);
+        }
+        part
     });
     // The token is said once, as the scheme of all.
     let in_query =

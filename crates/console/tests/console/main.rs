@@ -15,4 +15,5 @@ mod modules;
 mod openapi;
 mod reading;
 mod sockets;
+mod tls;
 mod writing;

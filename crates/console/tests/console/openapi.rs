@@ -60,5 +60,7 @@ fn whatever_is_asked_is_answered_as_the_document_says() {
         "an answer is not what the document says",
     );
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.contains("No issues found"), "{text}");
+    let line = text.lines().find(|line| line.contains("generated,")).unwrap_or_default();
+    let numbers: Vec<u32> = line.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
+    assert!(matches!(numbers[..], [generated, passed] if generated == passed && passed > 500), "{text}");
 }
