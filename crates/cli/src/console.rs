@@ -59,7 +59,9 @@ mod built_in {
             let Some(table) = configuration.value("console") else { return Ok(Self) };
             let help = "build it with the feature `console`, or take the table away";
             let message = "this program is built without a console";
-            Err(Failure::Configuration(configuration.diagnostic(table.span, message, Some(help.into())).into()))
+            Err(Failure::Configuration(
+                configuration.diagnostic(table.span, message, Some(help.into())).into(),
+            ))
         }
 
         pub fn open(&self, _: &Mission, _: bool) -> Result<Option<()>, Failure> {

@@ -6,6 +6,7 @@ mod openapi;
 mod parts;
 mod settings;
 mod shape;
+mod snapshots;
 mod statistics;
 mod tree;
 mod values;
@@ -541,6 +542,30 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         answer: || json!({ "type": "object", "maxProperties": 0 }),
         kinds: &[],
         handler: motion::arm,
+    },
+    Operation {
+        method: "POST",
+        path: "/snapshots/{snapshot}/load",
+        name: "load_snapshot",
+        summary: "Goes on from a snapshot",
+        role: Role::Developer,
+        parameters: &[],
+        body: None,
+        answer: shape::snapshot,
+        kinds: &[],
+        handler: snapshots::load,
+    },
+    Operation {
+        method: "POST",
+        path: "/snapshots/{snapshot}",
+        name: "save_snapshot",
+        summary: "Takes a snapshot, into the folder `snapshots` where the agent was started",
+        role: Role::Developer,
+        parameters: &[],
+        body: None,
+        answer: shape::snapshot,
+        kinds: &[],
+        handler: snapshots::save,
     },
     Operation {
         method: "GET",

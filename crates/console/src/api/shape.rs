@@ -179,3 +179,7 @@ pub(super) fn actuator() -> Json {
         ("interface", text()),
     ])
 }
+
+pub(super) fn snapshot() -> Json {
+    object(&[("agent", text()), ("time", count()), ("cycle", count()), ("file", text())])
+}

@@ -127,6 +127,25 @@ fn anybody_stops_and_an_operator_lets_it_go_on() {
 }
 
 #[test]
+fn a_snapshot_is_taken_and_gone_on_from() {
+    let run = Running::start("snapshot");
+    let developer = run.client("developer");
+    let name = format!("console-{}", std::process::id());
+    let taken = developer.send("POST", &format!("/snapshots/{name}"), None).json();
+    let file = std::path::PathBuf::from(taken["file"].as_str().unwrap());
+    assert!(file.is_file() && file.ends_with(format!("snapshots/{name}.snapshot")), "{taken}");
+    let then = run.number("sensor/count/value");
+    run.wait_for("later", || run.number("sensor/count/value") > then + 100.0);
+    let loaded = developer.send("POST", &format!("/snapshots/{name}/load"), None).json();
+    assert_eq!(loaded["cycle"], taken["cycle"]);
+    assert!(run.number("sensor/count/value") < then + 100.0);
+    std::fs::remove_file(&file).unwrap();
+    let _ = std::fs::remove_dir(file.parent().unwrap());
+    developer.send("POST", &format!("/snapshots/{name}/load"), None).problem(404);
+    developer.send("POST", "/snapshots/..%2fx", None).problem(400);
+}
+
+#[test]
 fn modules_links_and_levels_change_while_it_runs() {
     let run = Running::start("parts");
     let developer = run.client("developer");
