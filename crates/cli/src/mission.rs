@@ -116,6 +116,7 @@ impl Mission {
     }
 
     /// The world at the start.
+    #[cfg(feature = "console")]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
