@@ -47,7 +47,7 @@ const EXAMPLES: [Example; 3] = [
 const CHOICES: [&str; 2] = ["controller", "pace"];
 
 /// Names at the top of a configuration that belong to applications.
-const EXTRA_TABLES: [&str; 4] = ["world", "report", CHOICES[0], CHOICES[1]];
+const EXTRA_TABLES: [&str; 5] = ["world", "report", "console", CHOICES[0], CHOICES[1]];
 
 impl Example {
     fn read(&self, options: Options) -> Result<Database, Failure> {

@@ -41,6 +41,9 @@ pub enum Failure {
     Recording(#[from] slate::record::replay::ReadError),
     #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
+    #[cfg(feature = "console")]
+    #[error("{0}")]
+    Console(#[from] slate::console::StartError),
     #[error("{0}")]
     Play(PlayError),
     #[error("{0}")]
@@ -192,6 +195,8 @@ impl Failure {
             ),
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Memory(error) => miette::Diagnostic::help(error)?.to_string(),
+            #[cfg(feature = "console")]
+            Self::Console(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::NoAgent => "start one with `slate run`; it must be of the same user, and have the same \
                               XDG_RUNTIME_DIR"
                 .into(),

@@ -9,6 +9,7 @@ mod complete;
 mod condition;
 mod config;
 mod connection;
+mod console;
 mod course;
 mod deployment;
 mod display;

@@ -114,6 +114,12 @@ impl Mission {
         }
     }
 
+    /// The world at the start.
+    #[cfg(feature = "console")]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// Goes on from a snapshot, with the settings that the application was loaded with.
     pub fn resume(&self, snapshot: &Snapshot) -> Result<(), Failure> {
         Ok(self.agent.restore_under_own_settings(snapshot)?)

@@ -9,6 +9,7 @@ use slate::runtime::remote::Server;
 use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};
+use crate::console;
 use crate::deployment::{self, Tether};
 use crate::display::{Display, Lines};
 use crate::examples;
@@ -69,6 +70,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         disarmed: options.disarmed,
     };
     let judge = application.configuration.mission().map(|mission| mission.outcome.agent().map(str::to_owned));
+    let wish = console::Wish::of(&application.configuration)?;
     let mission = Mission::load(application, how)?;
     if let Some(snapshot) = &snapshot {
         mission.resume(snapshot)?;
@@ -125,9 +127,10 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         // A robot does not stand still because of it.
         Err(error) => eprintln!("{error}"),
     }
+    let console = wish.open(&mission, live)?;
     let display = live.then(|| Display::start(&name, seed, &mission, &log_lines));
     let finished = mission.run();
-    drop(server);
+    drop((server, console));
     drop(display);
     let finished = finished?;
     let is_lost = finished.remembered.is_err() || matches!(finished.recorded, Some(Err(_)));

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-use slate_blackboard::channel::Writer;
+use slate_blackboard::channel::{Budget, Channel, Latest, Writer};
 use slate_blackboard::interface::{Descriptor, View};
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, BoardError};
 use slate_module::Priority;
 use slate_safety::{Gate, GateState, Verdict};
 
+use crate::clock::monotonic;
 use crate::digest::Digest;
 use crate::snapshot::{Bytes, FrozenActuator, FrozenProperty};
 
@@ -20,8 +21,14 @@ pub(crate) struct Actuator {
     /// Who may command it: paths of ports, and of modules. The gate counts them from 1.
     commanders: Vec<String>,
     descriptor: &'static Descriptor,
+    /// What a person at the controls commands, for whoever takes them. It is read by the loop, so that nobody but the
+    /// agent's own threads is ever in the gate.
+    controls: Mutex<Option<Writer>>,
     inner: Mutex<Inner>,
 }
+
+/// Under which name a person at the controls commands.
+const TELEOPERATION: &str = "teleoperation";
 
 #[derive(Debug)]
 struct Inner {
@@ -30,6 +37,10 @@ struct Inner {
     state: Writer,
     index: u32,
     wakes: Vec<Arc<Wake>>,
+    /// What comes from the controls; the time of a value is the monotonic one until which it is meant.
+    controls: Option<Latest>,
+    /// Whether the last look at the controls found a command.
+    steered: bool,
     last_state: Option<GateState>,
     /// What was published last, so that only changes and renewals are.
     fresh: bool,
@@ -45,8 +56,26 @@ impl Actuator {
         index: u32,
     ) -> Self {
         let descriptor = gate.descriptor();
-        let inner = Inner { gate, command, state, index, wakes: Vec::new(), last_state: None, fresh: false };
-        Self { name: name.into(), commanders, descriptor, inner: Mutex::new(inner) }
+        let channel = Channel::new(descriptor.shape(0), 1, Budget { latest: 1, queues: 0, window: 0 });
+        let (writer, controls) = channel.writer().ok().zip(channel.latest().ok()).unzip();
+        let inner = Inner {
+            gate,
+            command,
+            state,
+            index,
+            wakes: Vec::new(),
+            controls,
+            steered: false,
+            last_state: None,
+            fresh: false,
+        };
+        Self {
+            name: name.into(),
+            commanders,
+            descriptor,
+            controls: Mutex::new(writer),
+            inner: Mutex::new(inner),
+        }
     }
 
     /// Wakes a thread when a command has passed.
@@ -82,7 +111,21 @@ impl Actuator {
 
     /// The path that commands under a number, from the agent's root.
     pub fn commander_name(&self, number: u32) -> &str {
-        self.commanders.get((number as usize).wrapping_sub(1)).map_or("", String::as_str)
+        match (number as usize).checked_sub(1) {
+            Some(place) if place == self.commanders.len() => TELEOPERATION,
+            Some(place) => self.commanders.get(place).map_or("", String::as_str),
+            None => "",
+        }
+    }
+
+    /// The controls, unless somebody has them.
+    pub fn take_controls(&self) -> Option<Writer> {
+        self.controls.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// Leaves the controls to the next one.
+    pub fn give_controls_back(&self, writer: Writer) {
+        *self.controls.lock().unwrap_or_else(PoisonError::into_inner) = Some(writer);
     }
 
     /// How its gate stands now; nothing when another thread is in it.
@@ -129,9 +172,10 @@ impl Actuator {
         inner.publish(now);
     }
 
-    /// Ends what is stale; adds what the actuator gets to the digest.
+    /// Follows the controls, and ends what is stale; adds what the actuator gets to the digest.
     pub fn expire(&self, now: u64, digest: Option<&mut Digest>) {
         let Some(mut inner) = self.free() else { return };
+        inner.follow_controls(self.commanders.len() as u32 + 1, now);
         inner.publish(now);
         if let Some(digest) = digest {
             let index = inner.index;
@@ -219,6 +263,21 @@ impl Actuator {
 }
 
 impl Inner {
+    /// Offers what a person commands, as long as it is meant: whoever is at the controls may be gone.
+    fn follow_controls(&mut self, commander: u32, now: u64) {
+        let Some(controls) = &mut self.controls else { return };
+        controls.refresh();
+        let Some(command) = controls.value() else { return };
+        let until = command.stamp().time;
+        if until != 0 && monotonic() < until {
+            let verdict = self.gate.offer(commander, Priority::Teleoperation, command.bytes(), now);
+            self.fresh |= matches!(verdict, Verdict::Passed | Verdict::Limited);
+            self.steered = true;
+        } else if std::mem::take(&mut self.steered) {
+            self.gate.withdraw(commander, now);
+        }
+    }
+
     /// Publishes the command that holds now, and the gate's state when it changed.
     fn publish(&mut self, now: u64) {
         let output = self.gate.output(now);

@@ -30,8 +30,8 @@ pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
-    Agent, Composer, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus,
-    Reload, StartError, Stopper, SystemClock, WeakComposer,
+    Agent, Composer, ControlsError, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError,
+    PluginStatus, Reload, StartError, Stopper, SystemClock, Teleoperation, WeakComposer,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{

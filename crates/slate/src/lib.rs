@@ -3,6 +3,8 @@
 //!
 //! This is the crate to depend on; [`prelude`] has what the file of a module imports.
 
+#[cfg(feature = "console")]
+pub use slate_console as console;
 pub use slate_interfaces as interfaces;
 pub use slate_mapek as mapek;
 pub use slate_module as module;
@@ -60,4 +62,7 @@ mod documents {
     mod replay {}
     #[doc = include_str!("../../../book/src/25-reports.md")]
     mod reports {}
+    #[cfg(feature = "console")]
+    #[doc = include_str!("../../../book/src/28-http-api.md")]
+    mod http_api {}
 }

@@ -283,7 +283,7 @@ impl Client {
 
     /// Makes changes, all or none; each a path and a value as `--set` takes them.
     pub fn set(&mut self, changes: &[(String, String)]) -> Result<Vec<Changed>, ClientError> {
-        self.call(&Call::ConfigSet { changes: changes.to_vec() })
+        self.call(&Call::ConfigSet { changes: changes.to_vec(), dry_run: false })
     }
 
     /// Takes back what was changed at run time and not saved, at a path and below it; an empty path is all of it.

@@ -8,19 +8,27 @@ use slate_blackboard::BoardError;
 use slate_blackboard::interface;
 
 use super::protocol::{
-    Answer, Call, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
-    SnapshotEntry, Switched, UnloadedPlugin,
+    Answer, Call, Changed, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
+    Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
 };
 use super::trace::ToolTrace;
 use crate::configuration::{Configuration, Database, Report};
 use crate::recording::{self, RecordingControl, RecordingRefusal};
 use crate::snapshot::{Snapshot, SnapshotError};
-use crate::{Composer, Loaded, NewLink, PluginError, Reload};
+use crate::{Agent, Composer, Loaded, NewLink, PluginError, Reload};
 
-/// What calls act on.
-pub(super) struct Desk {
-    pub composer: Composer,
-    pub database: Option<Database>,
+/// Does what tools ask for, whichever way they come: each [`Call`] as its documentation says. Calls may be made from several
+/// threads at once; those that change what the agent is made of wait for each other.
+#[derive(Clone)]
+pub struct Desk {
+    pub(super) composer: Composer,
+    pub(super) database: Option<Database>,
+}
+
+impl std::fmt::Debug for Desk {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Desk").field("agent", &self.composer.board().agent()).finish_non_exhaustive()
+    }
 }
 
 /// What comes of a call.
@@ -37,8 +45,57 @@ pub(super) fn read(line: &[u8]) -> Result<Call, Refusal> {
 }
 
 impl Desk {
+    /// That of an agent, which it keeps.
+    pub fn new(agent: &Agent) -> Self {
+        Self { composer: agent.composer(), database: agent.database().cloned() }
+    }
+
+    /// What changes the agent.
+    pub fn composer(&self) -> &Composer {
+        &self.composer
+    }
+
+    /// Where its configuration is changed; none when it was loaded without one.
+    pub fn settings(&self) -> Option<&Database> {
+        self.database.as_ref()
+    }
+
+    /// Does what a call asks for. Traces are recorded over a connection of the local socket alone.
+    ///
+    /// # Errors
+    /// When it can't be done; nothing is changed then.
+    pub fn make(&self, call: Call) -> Result<serde_json::Value, Refusal> {
+        let mut trace = ToolTrace::default();
+        match call {
+            Call::TraceRecord { .. } | Call::TraceProgress {} | Call::TraceEnd {} => {
+                Err(refusal("a trace needs a connection of its own", "record it with `slate trace`"))
+            }
+            call => self.call(call, &mut trace),
+        }
+    }
+
+    /// Changes settings as [`Call::ConfigSet`] does, if `holds` still says so right before; it is asked again when somebody
+    /// else was faster.
+    ///
+    /// # Errors
+    /// What `holds` says, or that the changes don't fit.
+    pub fn set_if<E: From<Refusal>>(
+        &self,
+        changes: &[(String, String)],
+        holds: impl Fn() -> Result<(), E>,
+    ) -> Result<Vec<Changed>, E> {
+        loop {
+            let proposal = self.proposal(changes).map_err(E::from)?;
+            holds()?;
+            if let Some(changed) = proposal.apply() {
+                self.composer.say_changes("a tool has changed", &changed);
+                return Ok(self.changed(changed));
+            }
+        }
+    }
+
     /// Answers a call of the tool with that trace.
-    pub fn answer(&self, call: Call, trace: &mut ToolTrace) -> Answer {
+    pub(super) fn answer(&self, call: Call, trace: &mut ToolTrace) -> Answer {
         match self.call(call, trace) {
             Ok(result) => Answer::Result(result),
             Err(refusal) => Answer::Error(refusal),
@@ -109,8 +166,8 @@ impl Desk {
                 result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
             }
             Call::Peers {} => result(super::peers::peers(&self.composer)),
-            Call::ConfigGet { path } => self.settings(&path),
-            Call::ConfigSet { changes } => self.set(&changes),
+            Call::ConfigGet { path } => self.settings_at(&path),
+            Call::ConfigSet { changes, dry_run } => self.set(&changes, dry_run),
             Call::ConfigRevert { path } => self.revert(&path),
             Call::ConfigDiff {} => self.differences(),
             Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),

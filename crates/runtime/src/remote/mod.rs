@@ -42,6 +42,7 @@ mod trace;
 mod values;
 
 pub use client::{Client, ClientError};
+pub use desk::Desk;
 pub use lock::Lock;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub use place::{agents, folder};

@@ -144,6 +144,9 @@ pub enum Call {
     ConfigSet {
         /// Paths and values, each as `--set` takes them.
         changes: Vec<(String, String)>,
+        /// Whether it is only found out if it can be done.
+        #[serde(default)]
+        dry_run: bool,
     },
     /// Takes back what was changed at run time and not saved, at a path and below it: a list of [`Changed`].
     #[serde(rename = "config/revert")]

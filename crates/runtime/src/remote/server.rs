@@ -101,7 +101,7 @@ impl Server {
     pub fn open(agent: &Agent) -> Result<Self, OpenError> {
         let (place, listener) = Place::take(agent.board().agent())?;
         let hall = Arc::new(Hall {
-            desk: Desk { composer: agent.composer(), database: agent.database().cloned() },
+            desk: Desk::new(agent),
             name: place.name.clone(),
             closed: AtomicBool::new(false),
             guests: Mutex::default(),

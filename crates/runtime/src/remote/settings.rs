@@ -4,7 +4,7 @@ use slate_blackboard::{interface, nearest_paths};
 
 use super::desk::{Desk, Done, refusal, result};
 use super::protocol::{Changed, Different, Refusal, Saved, SettingEntry};
-use crate::configuration::{Change, Database, SaveTo, Value};
+use crate::configuration::{Change, Database, Proposal, SaveTo, Value};
 
 impl Desk {
     pub(super) fn database(&self) -> Result<&Database, Refusal> {
@@ -13,7 +13,7 @@ impl Desk {
         })
     }
 
-    pub(super) fn settings(&self, path: &str) -> Done {
+    pub(super) fn settings_at(&self, path: &str) -> Done {
         let entry = |setting: crate::configuration::Setting| {
             let value = serde_json::to_value(interface::Value::from(&setting.value)).unwrap_or_default();
             let (text, origin) = (setting.value.to_string(), setting.origin.to_string());
@@ -26,17 +26,26 @@ impl Desk {
         result(settings)
     }
 
-    pub(super) fn set(&self, changes: &[(String, String)]) -> Done {
+    pub(super) fn set(&self, changes: &[(String, String)], dry_run: bool) -> Done {
+        if dry_run {
+            return result(self.changed(self.proposal(changes)?.changes().to_vec()));
+        }
+        result(self.set_if(changes, || Ok::<(), Refusal>(()))?)
+    }
+
+    /// Changes that can be made.
+    pub(super) fn proposal(&self, changes: &[(String, String)]) -> Result<Proposal, Refusal> {
         let database = self.database()?;
-        let changed = self.composer.commit(|| database.propose(changes)).map_err(|report| match self.loaded_by_hand(database, changes) {
+        let proposal = database.propose(changes).and_then(|proposal| self.composer.judged(proposal));
+        proposal.map_err(|report| match self.loaded_by_hand(database, changes) {
             Some(module) => refusal(
-                format!("module `{module}` came with a plugin that was loaded by hand, so it has no settings"),
+                format!(
+                    "module `{module}` came with a plugin that was loaded by hand, so it has no settings"
+                ),
                 "add the module to [modules], and its plugin with its `file` to [plugins], and start again",
             ),
             None => report.into(),
-        })?;
-        self.composer.say_changes("a tool has changed", &changed);
-        result(self.changed(changed))
+        })
     }
 
     pub(super) fn revert(&self, path: &str) -> Done {

@@ -197,7 +197,7 @@ impl Desk {
         let keys: Vec<_> =
             setting.iter().map(|name| toml_edit::Key::new(*name).display_repr().into_owned()).collect();
         let value = toml(value).ok_or_else(|| refusal("nothing can't be set", "give a value"))?;
-        self.set(&[(keys.join("."), value)])
+        self.set(&[(keys.join("."), value)], false)
     }
 }
 

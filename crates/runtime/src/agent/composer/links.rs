@@ -237,7 +237,8 @@ impl Composer {
         }
     }
 
-    fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
+    /// Refuses changes of links that a module is in the way of.
+    pub(crate) fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
         if proposal.changes().iter().any(|change| change.names().first().is_some_and(|name| name == "links"))
         {
             self.check_returned(proposal.configuration())?;

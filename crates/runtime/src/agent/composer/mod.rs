@@ -8,6 +8,7 @@ mod links;
 mod overview;
 mod reload;
 mod shadow;
+mod teleoperation;
 mod threads;
 
 use std::collections::BTreeMap;
@@ -31,6 +32,7 @@ pub use links::{LinkStatus, NewLink};
 use overview::{Held, Overview};
 pub use reload::Reload;
 pub(super) use shadow::Trial;
+pub use teleoperation::{ControlsError, Teleoperation};
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]

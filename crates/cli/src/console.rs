@@ -1,0 +1,73 @@
+//! How a run is reached over HTTP.
+
+use slate::runtime::configuration::Configuration;
+
+use crate::failure::Failure;
+use crate::mission::Mission;
+
+#[cfg(feature = "console")]
+mod built_in {
+    use std::sync::Arc;
+
+    use slate::console::{Console, Document, Settings};
+
+    use super::{Configuration, Failure, Mission};
+
+    /// What a configuration says of it.
+    pub struct Wish {
+        settings: Settings,
+        is_named: bool,
+    }
+
+    impl Wish {
+        pub fn of(configuration: &Configuration) -> Result<Self, Failure> {
+            let is_named = configuration.value(slate::console::TABLE).is_some();
+            Ok(Self { settings: Settings::of(configuration)?, is_named })
+        }
+
+        /// Begins, in a run that somebody watches or whose configuration asks for it.
+        pub fn open(&self, mission: &Mission, is_watched: bool) -> Result<Option<Console>, Failure> {
+            if !self.settings.enabled.unwrap_or(is_watched || self.is_named) {
+                return Ok(None);
+            }
+            let scene = serde_json::to_value(mission.scene()).unwrap_or_default();
+            let world = Document { name: "world".into(), read: Arc::new(move || scene.clone()) };
+            match Console::start(&mission.agent, &self.settings, vec![world]) {
+                Ok(console) => {
+                    eprintln!("console: {}", console.link());
+                    Ok(Some(console))
+                }
+                Err(error) if self.is_named => Err(error.into()),
+                // A run that nobody has asked it of goes on without.
+                Err(error) => {
+                    eprintln!("{error}");
+                    Ok(None)
+                }
+            }
+        }
+    }
+}
+
+#[cfg(not(feature = "console"))]
+mod built_in {
+    use super::{Configuration, Failure, Mission};
+
+    pub struct Wish;
+
+    impl Wish {
+        pub fn of(configuration: &Configuration) -> Result<Self, Failure> {
+            let Some(table) = configuration.value("console") else { return Ok(Self) };
+            let help = "build it with the feature `console`, or take the table away";
+            let message = "this program is built without a console";
+            Err(Failure::Configuration(
+                configuration.diagnostic(table.span, message, Some(help.into())).into(),
+            ))
+        }
+
+        pub fn open(&self, _: &Mission, _: bool) -> Result<Option<()>, Failure> {
+            Ok(None)
+        }
+    }
+}
+
+pub use built_in::Wish;

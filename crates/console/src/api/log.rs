@@ -1,0 +1,72 @@
+//! The log.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::Stamp;
+use slate_blackboard::interface::Value;
+
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::route::Ask;
+use crate::select::Selection;
+use crate::stream::{Follow, Watcher, What};
+
+/// Where the last lines are.
+const TAIL: &str = "log/tail";
+
+/// The levels, the most important one first.
+const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
+
+pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let after = ask.query.count("after", u64::MAX)?.or(ask.last_event).unwrap_or(0);
+    let rank = |level: &str| LEVELS.iter().position(|known| level.eq_ignore_ascii_case(known));
+    let least = ask.query.get("level").map(|level| {
+        let help = format!("there are {}", LEVELS.join(", "));
+        rank(level).ok_or_else(|| Problem::bad(format!("`level` is `{level}`"), help))
+    });
+    let least = least.transpose()?.unwrap_or(LEVELS.len());
+    let module = ask.query.get("module");
+    let events = match ask.query.get("format") {
+        None => ask.accept.contains("text/event-stream"),
+        Some("events") => true,
+        Some("json") => false,
+        Some(other) => {
+            return Err(Problem::bad(format!("`format` is `{other}`"), "there are json and events"));
+        }
+    };
+    if events {
+        if ask.query.get("level").is_some() || module.is_some() {
+            let help = "ask for all lines, and leave out what is not wanted";
+            return Err(Problem::bad("a stream of the log has all lines", help));
+        }
+        let watcher = Watcher::new(context, TAIL, after)?;
+        let what = What::Events { selection: Selection::Whole, every: true };
+        let period = Duration::from_millis(100);
+        return Ok(Answer::Follow(Follow { context: Arc::clone(context), watcher, period, what }));
+    }
+    let is_wanted = |line: &Json| {
+        let level = line["level"].as_str().and_then(rank).unwrap_or(0);
+        let of_module = |prefix: &str| {
+            line["module"].as_str().is_some_and(|name| slate_blackboard::is_within(name, prefix))
+        };
+        level <= least && module.is_none_or(of_module)
+    };
+    let kept = context.board().history(TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
+    Ok(Answer::json(kept.map(line).filter(is_wanted).collect()))
+}
+
+fn line((value, stamp): (Value, Stamp)) -> Json {
+    let text = |name| value.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
+    let dropped = value.get("dropped").and_then(Value::as_integer).unwrap_or(0);
+    json!({
+        "sequence": stamp.sequence,
+        "time": stamp.time,
+        "level": text("level").to_ascii_lowercase(),
+        "module": text("module"),
+        "text": text("text"),
+        "dropped": u64::try_from(dropped).unwrap_or(0),
+    })
+}

@@ -1,0 +1,118 @@
+//! What there is.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::{Access, Pattern, Property};
+use slate_runtime::remote::Call;
+
+use super::made;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::route::Ask;
+use crate::schema;
+
+/// The largest value that a list has, bytes.
+const SMALL: usize = 4096;
+
+pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let stopped = context.desk.composer().actuators().into_iter().find_map(|(_, reason)| reason);
+    Ok(Answer::json(json!({
+        "name": context.agent(),
+        "version": env!("CARGO_PKG_VERSION"),
+        "role": ask.role.name(),
+        "time": context.now(),
+        "lockstep": context.is_lockstep,
+        "stopped": stopped,
+    })))
+}
+
+pub(super) fn properties(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let pattern = ask.query.get("pattern");
+    let values = ask.query.flag("values")?;
+    let elsewhere = pattern.and_then(|pattern| pattern.strip_prefix("slate://"));
+    if let (Some(pattern), Some(rest)) = (pattern, elsewhere)
+        && rest.split('/').next() != Some(context.agent())
+    {
+        return Ok(Answer::json(made(context, Call::PropertyList { pattern: Some(pattern.into()) })?));
+    }
+    let path = elsewhere.map(|rest| rest.split_once('/').map_or("**", |(_, path)| path)).or(pattern);
+    let pattern = path.map(Pattern::parse).transpose();
+    let pattern =
+        pattern.map_err(|error| Problem::bad(error.to_string(), "such as /r2/planner/* or /**/timing"))?;
+    let found = match &pattern {
+        Some(pattern) => context.board().matching(pattern),
+        None => context.board().properties(),
+    };
+    Ok(Answer::json(found.iter().map(|property| entry(context, property, values)).collect()))
+}
+
+fn entry(context: &Context, property: &Property, values: bool) -> Json {
+    let access = match property.access() {
+        Access::Output => "output",
+        Access::Setting => "setting",
+        Access::Messages => "messages",
+    };
+    let channel = property.channel();
+    let mut entry = json!({
+        "path": property.path(),
+        "url": format!("slate://{}/{}", context.agent(), property.path()),
+        "interface": property.descriptor().name,
+        "doc": property.doc(),
+        "access": access,
+        "sequence": channel.map_or(0, |channel| channel.published()),
+        "readers": property.readers(),
+    });
+    let is_small = channel.is_some_and(|channel| channel.shape().bytes(channel.shape().capacity) <= SMALL);
+    if values
+        && is_small
+        && let Ok(Some((value, stamp))) = context.board().read(property.path())
+    {
+        entry["value"] = serde_json::to_value(value).unwrap_or_default();
+        entry["time"] = json!(stamp.time);
+    }
+    entry
+}
+
+/// The interfaces of all properties, by name; of two of one name, that of the first property.
+fn known(context: &Context) -> BTreeMap<&'static str, &'static Descriptor> {
+    let mut known = BTreeMap::new();
+    for property in context.board().properties() {
+        known.entry(property.descriptor().name).or_insert(property.descriptor());
+    }
+    known
+}
+
+pub(super) fn interfaces(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    let schemas = known(context).into_iter().map(|(name, of)| (name.to_owned(), schema::of_interface(of)));
+    Ok(Answer::json(Json::Object(schemas.collect())))
+}
+
+pub(super) fn interface(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let name = ask.part("interface");
+    let known = known(context);
+    let descriptor = known.get(name).ok_or_else(|| {
+        let near = slate_blackboard::nearest_names(name, known.keys().copied());
+        let help = match near.is_empty() {
+            true => "GET /api/v1/interfaces lists them".into(),
+            false => format!("did you mean {}?", near.join(" or ")),
+        };
+        Problem::not_found(format!("no property has the interface `{name}`"), help)
+    })?;
+    Ok(Answer::json(schema::of_interface(descriptor)))
+}
+
+pub(super) fn documents(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    Ok(Answer::json(context.documents.iter().map(|document| json!(document.name)).collect()))
+}
+
+pub(super) fn document(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let name = ask.part("document");
+    let found = context.documents.iter().find(|document| document.name == name);
+    let unknown =
+        || Problem::not_found(format!("no document is called `{name}`"), "GET /api/v1/documents lists them");
+    Ok(Answer::json((found.ok_or_else(unknown)?.read)()))
+}

@@ -1,0 +1,293 @@
+//! Setting what the host sets, and sending messages.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use hyper::StatusCode;
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::{Value, edit};
+use slate_blackboard::message::{Mailbox, Sender, Status, Ticket};
+use slate_blackboard::{Access, BoardError, Carrier, Property, is_within};
+use slate_runtime::remote::{Call, Refusal};
+
+use super::values::{own_path, url, version};
+use super::{ask, made};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::route::Ask;
+use crate::text::{quoted, toml};
+
+/// How long a message may take to be answered before its sender is told that it waits.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// How often it is looked whether it is.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// What can be set.
+struct Target {
+    property: Arc<Property>,
+    module: String,
+    what: What,
+}
+
+enum What {
+    Enabled,
+    /// The setting of the whole, and the fields behind it.
+    Setting {
+        path: String,
+        fields: Vec<String>,
+        is_parameter: bool,
+    },
+}
+
+pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let body: Json = ask.body()?;
+    let target = target(context, ask)?;
+    if let What::Setting { fields, .. } = &target.what
+        && fields.is_empty()
+    {
+        // What is put is the whole.
+        let entries = body.as_object();
+        let named = |name: &str| entries.is_some_and(|entries| entries.contains_key(name));
+        let missing: Vec<_> = target
+            .property
+            .descriptor()
+            .fields
+            .iter()
+            .map(|field| field.name)
+            .filter(|name| !named(name))
+            .collect();
+        if !missing.is_empty() {
+            let message = format!("it lacks {}", missing.join(", "));
+            return Err(Problem::unfit(message, "PATCH leaves what is not named as it is"));
+        }
+    }
+    set(context, ask, &target, &body)
+}
+
+pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let body: Json = ask.body()?;
+    if body.as_object().is_none_or(serde_json::Map::is_empty) {
+        return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
+    }
+    let target = target(context, ask)?;
+    if let (What::Enabled, Some(value)) = (&target.what, body.get("value")) {
+        return set(context, ask, &target, &value.clone());
+    }
+    set(context, ask, &target, &body)
+}
+
+/// What a path leads to, if it can be set.
+fn target(context: &Context, ask: &Ask) -> Result<Target, Problem> {
+    let url = url(ask)?;
+    let other =
+        || Problem::not_found(format!("{url} is of another agent"), "ask that agent: nobody else changes it");
+    let path = own_path(context, &url).ok_or_else(other)?;
+    let (property, field) = context.board().find(&path)?;
+    let not_allowed = |message: String, help: &str, allowed: &str| {
+        Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help).with("allow", allowed))
+    };
+    let own = property.path().to_owned();
+    if !is_within(&path, &own) {
+        let help = "take the link away first: DELETE /api/v1/links/INPUT";
+        return not_allowed(format!("/{path} is linked to /{own}"), help, "GET");
+    }
+    match property.access() {
+        Access::Setting => {}
+        Access::Output => {
+            return not_allowed(format!("/{own} is written by its module"), "link to it, or read it", "GET");
+        }
+        Access::Messages => {
+            return not_allowed(format!("/{own} takes messages"), "send one with POST", "POST");
+        }
+    }
+    let modules = context.desk.composer().modules().into_iter().map(|module| module.name);
+    let module = modules.filter(|module| own.starts_with(&format!("{module}/"))).max_by_key(String::len);
+    let Some(module) = module else {
+        return not_allowed(format!("/{own} is set by the agent itself"), "read it", "GET");
+    };
+    let port = &own[module.len() + 1..];
+    let key = quoted(&module);
+    let fields: Vec<_> = field.split('/').filter(|field| !field.is_empty()).map(ToOwned::to_owned).collect();
+    let what = match port {
+        "enabled" => What::Enabled,
+        "params" => What::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
+        port => What::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false },
+    };
+    let developer = !matches!(what, What::Setting { is_parameter: false, .. });
+    if developer && ask.role < Role::Developer {
+        let message = format!("a {} may not change parameters", ask.role);
+        return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of a developer"));
+    }
+    Ok(Target { property, module, what })
+}
+
+fn set(context: &Arc<Context>, asked: &Ask, target: &Target, body: &Json) -> Result<Answer, Problem> {
+    let dry = asked.is_dry()?;
+    // One at a time, so that of two who have seen one version only the first one changes it.
+    let _turn = context.turn();
+    let holds = || check_version(asked, &target.property);
+    let (path, fields, is_parameter) = match &target.what {
+        What::Setting { path, fields, is_parameter } => (path, fields, *is_parameter),
+        What::Enabled => {
+            let wrong = || Problem::unfit("`enabled` is true or false", "send true or false");
+            let on = body.as_bool().ok_or_else(wrong)?;
+            holds()?;
+            let name = target.module.clone();
+            let call = if on { Call::ModuleEnable { name } } else { Call::ModuleDisable { name } };
+            if dry {
+                return Ok(Answer::json(json!([])));
+            }
+            made(context, call)?;
+            let path = format!("modules.{}.enabled", quoted(&target.module));
+            return Ok(Answer::json(json!([{ "path": path, "before": null, "after": on.to_string() }])));
+        }
+    };
+    check_value(target, fields, body)?;
+    let changes = match (is_parameter, fields.is_empty(), body) {
+        (_, true, Json::Object(entries)) if is_parameter => entries
+            .iter()
+            .map(|(name, value)| Ok((format!("{path}.{}", quoted(name)), toml(value)?)))
+            .collect::<Result<Vec<_>, Problem>>()?,
+        // An input is a whole in the configuration, with the other fields as they are.
+        (false, ..) => vec![(path.clone(), toml(&whole(target, fields, body)?)?)],
+        _ => {
+            let names: Vec<_> = fields.iter().map(|field| quoted(field)).collect();
+            vec![(format!("{path}.{}", names.join(".")), toml(body)?)]
+        }
+    };
+    if dry {
+        holds()?;
+        return ask(context, Call::ConfigSet { changes, dry_run: true });
+    }
+    let changed = context.desk.set_if(&changes, holds)?;
+    Ok(Answer::json(serde_json::to_value(changed).unwrap_or_default()))
+}
+
+/// Refuses what is no value of the interface, in words of the interface.
+fn check_value(target: &Target, fields: &[String], body: &Json) -> Result<(), Problem> {
+    let descriptor = target.property.descriptor();
+    let (mut bytes, items) = present(&target.property)?;
+    let wrong = |error| BoardError::Access { url: format!("/{}", target.property.path()), error };
+    edit(descriptor, &mut bytes, items, &fields.join("/"), &value(body)?).map(drop).map_err(wrong)?;
+    Ok(())
+}
+
+/// The value as it would be, as JSON.
+fn whole(target: &Target, fields: &[String], body: &Json) -> Result<Json, Problem> {
+    let descriptor = target.property.descriptor();
+    let (mut bytes, items) = present(&target.property)?;
+    let wrong = |error| BoardError::Access { url: format!("/{}", target.property.path()), error };
+    let items = edit(descriptor, &mut bytes, items, &fields.join("/"), &value(body)?).map_err(wrong)?;
+    let view = slate_blackboard::interface::View::new(descriptor, &bytes, items);
+    let mut whole = view.and_then(|view| serde_json::to_value(view).ok()).unwrap_or_default();
+    // No setting says that there is nothing.
+    without_nothing(&mut whole);
+    Ok(whole)
+}
+
+fn without_nothing(value: &mut Json) {
+    match value {
+        Json::Object(entries) => {
+            entries.retain(|_, value| !value.is_null());
+            entries.values_mut().for_each(without_nothing);
+        }
+        Json::Array(items) => items.iter_mut().for_each(without_nothing),
+        _ => {}
+    }
+}
+
+/// The present bytes, with room for the longest tail, and how many items of that there are.
+fn present(property: &Property) -> Result<(Vec<u8>, usize), Problem> {
+    let shape = property.channel().map(|channel| channel.shape());
+    let room = shape.map_or(0, |shape| shape.bytes(shape.capacity));
+    let (mut bytes, items) = property.newest()?.map_or((Vec::new(), 0), |(bytes, items, _)| (bytes, items));
+    bytes.resize(room, 0);
+    Ok((bytes, items))
+}
+
+fn value(body: &Json) -> Result<Value, Problem> {
+    serde_json::from_value(body.clone()).map_err(|error| Problem::unfit(error.to_string(), "send a value"))
+}
+
+/// Refuses a change of what is not what the caller has seen.
+fn check_version(ask: &Ask, property: &Property) -> Result<(), Problem> {
+    let Some(wanted) = &ask.if_match else { return Ok(()) };
+    let newest = property.newest()?.map_or(0, |(_, _, stamp)| stamp.sequence);
+    let present = version(newest);
+    let mut wanted = wanted.split(',').map(str::trim);
+    if wanted.any(|version| version == "*" || version == present) {
+        return Ok(());
+    }
+    let message = format!("the value is of version {present} now");
+    Err(Problem::new(StatusCode::PRECONDITION_FAILED, message, "read it again").with("etag", present))
+}
+
+pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let body: Json = ask.body()?;
+    let dry = ask.is_dry()?;
+    let url = url(ask)?;
+    let other = || Problem::not_found(format!("{url} is of another agent"), "ask that agent");
+    let path = own_path(context, &url).ok_or_else(other)?;
+    let (property, field) = context.board().find(&path)?;
+    let Carrier::Mailbox(mailbox) = property.carrier() else {
+        let message = format!("/{} takes no messages", property.path());
+        let problem = Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, "PUT sets what can be set");
+        return Err(problem.with("allow", "GET, PUT, PATCH"));
+    };
+    if !field.is_empty() {
+        return Err(Problem::not_found(format!("/{path} is part of a message"), "send the whole one"));
+    }
+    let shape = mailbox.shape();
+    let mut bytes = vec![0; shape.bytes(shape.capacity)];
+    let wrong = |error| BoardError::Access { url: format!("/{path}"), error };
+    let items = edit(property.descriptor(), &mut bytes, 0, "", &value(&body)?).map_err(wrong)?;
+    if dry {
+        return Ok(Answer::json(json!({ "status": "fits" })));
+    }
+    let ticket = hand_over(context, &path, mailbox, &bytes[..shape.bytes(items)], items)?;
+    await_answer(context, &path, ticket)
+}
+
+fn hand_over(
+    context: &Context,
+    path: &str,
+    mailbox: &Arc<Mailbox>,
+    bytes: &[u8],
+    items: usize,
+) -> Result<Ticket, Problem> {
+    let full = |reason: String| {
+        Problem::new(StatusCode::SERVICE_UNAVAILABLE, reason, "wait for the module that takes them")
+    };
+    let mut senders = context.senders();
+    if senders.get(path).is_none_or(|sender| !sender.is_of(mailbox)) {
+        let sender: Sender = mailbox.sender().map_err(|error| full(error.to_string()))?;
+        senders.insert(path.to_owned(), sender);
+    }
+    let sender = senders.get_mut(path).ok_or_else(|| full("there is no sender".into()))?;
+    sender.send(bytes, items, context.now()).map_err(|error| full(error.to_string()))
+}
+
+fn await_answer(context: &Context, path: &str, ticket: Ticket) -> Result<Answer, Problem> {
+    let mut waited = Duration::ZERO;
+    loop {
+        let status = context.senders().get(path).map_or(Status::Unknown, |sender| sender.status(ticket));
+        match status {
+            Status::Done => return Ok(Answer::json(json!({ "status": "done" }))),
+            Status::Refused(code) => {
+                let refusal = Refusal {
+                    message: format!("the message was refused with code {code}"),
+                    help: "see the interface for what its codes mean".into(),
+                    report: None,
+                };
+                return Err(Problem::refused(StatusCode::CONFLICT, refusal));
+            }
+            Status::Accepted if waited < ANSWER => {}
+            Status::Accepted | Status::Unknown => return Ok(Answer::json(json!({ "status": "accepted" }))),
+        }
+        std::thread::sleep(LOOK);
+        waited += LOOK;
+    }
+}

@@ -1,0 +1,97 @@
+//! What goes wrong, as RFC 9457 has it.
+
+use hyper::StatusCode;
+use serde_json::{Value as Json, json};
+use slate_blackboard::BoardError;
+use slate_runtime::configuration::Report;
+use slate_runtime::remote::Refusal;
+
+/// Why something is not done.
+#[derive(Debug)]
+pub(crate) struct Problem {
+    pub status: StatusCode,
+    /// What is wrong.
+    detail: String,
+    /// What to do about it.
+    help: String,
+    /// File, line and caret of mistakes in a configuration.
+    report: Option<String>,
+    /// Headers that the status wants.
+    pub headers: Vec<(&'static str, String)>,
+}
+
+impl Problem {
+    pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { status, detail: detail.into(), help: help.into(), report: None, headers: Vec::new() }
+    }
+
+    pub fn with(mut self, name: &'static str, value: impl Into<String>) -> Self {
+        self.headers.push((name, value.into()));
+        self
+    }
+
+    /// A request that is none.
+    pub fn bad(detail: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, detail, help)
+    }
+
+    pub fn not_found(detail: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(StatusCode::NOT_FOUND, detail, help)
+    }
+
+    /// Something that is understood, and does not fit.
+    pub fn unfit(detail: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, detail, help)
+    }
+
+    pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
+        Self { report: refusal.report, ..Self::new(status, refusal.message, refusal.help) }
+    }
+
+    pub fn json(&self) -> Json {
+        let mut body = json!({
+            "type": "about:blank",
+            "title": self.status.canonical_reason().unwrap_or("Error"),
+            "status": self.status.as_u16(),
+            "detail": self.detail,
+        });
+        for (name, text) in [("help", Some(&self.help)), ("report", self.report.as_ref())] {
+            if let Some(text) = text.filter(|text| !text.is_empty()) {
+                body[name] = json!(text);
+            }
+        }
+        body
+    }
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.detail)?;
+        if self.help.is_empty() { Ok(()) } else { write!(f, " ({})", self.help) }
+    }
+}
+
+impl From<Refusal> for Problem {
+    fn from(refusal: Refusal) -> Self {
+        Self::refused(StatusCode::UNPROCESSABLE_ENTITY, refusal)
+    }
+}
+
+impl From<Report> for Problem {
+    fn from(report: Report) -> Self {
+        Self { report: Some(report.render(false)), ..Self::unfit(report.to_string(), "") }
+    }
+}
+
+impl From<BoardError> for Problem {
+    fn from(error: BoardError) -> Self {
+        let text = error.to_string();
+        match error {
+            BoardError::Unknown { .. } => {
+                Self::not_found(text, "GET /api/v1/properties lists the properties")
+            }
+            BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
+            _ => Self::unfit(text, "GET /api/v1/interfaces/NAME tells what values are made of"),
+        }
+    }
+}

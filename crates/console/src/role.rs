@@ -1,0 +1,32 @@
+use std::fmt;
+
+/// What somebody may do; each role may do what those before it may. A stop is for all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// Looks, and stops the actuators.
+    Viewer,
+    /// Drives, sets goals, arms, resets a stop.
+    Operator,
+    /// Changes parameters, links, modules and plugins.
+    Developer,
+}
+
+impl Role {
+    /// All of them, the least one first.
+    pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Developer];
+
+    /// As configurations and tools call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Viewer => "viewer",
+            Self::Operator => "operator",
+            Self::Developer => "developer",
+        }
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

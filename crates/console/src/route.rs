@@ -1,0 +1,155 @@
+//! Which operations there are: what is served, and what the OpenAPI document says, come from one list.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::de::DeserializeOwned;
+use serde_json::Value as Json;
+
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::query::{Query, decode};
+
+/// What stands before the paths of all operations.
+pub(crate) const BASE: &str = "/api/v1";
+
+/// One operation of the API.
+pub(crate) struct Operation {
+    pub method: &'static str,
+    /// Behind [`BASE`]; a name in braces is a part, and at the end all that is left.
+    pub path: &'static str,
+    /// Its name in the document.
+    pub name: &'static str,
+    pub summary: &'static str,
+    /// Who may do it.
+    pub role: Role,
+    pub parameters: &'static [Parameter],
+    /// The schema of the body, if it takes one.
+    pub body: Option<fn() -> Json>,
+    /// The schema of the answer as JSON.
+    pub answer: fn() -> Json,
+    /// The other kinds of answers.
+    pub kinds: &'static [&'static str],
+    pub handler: fn(&Arc<Context>, &Ask) -> Result<Answer, Problem>,
+}
+
+/// What may stand behind the question mark.
+#[derive(Clone, Copy)]
+pub(crate) struct Parameter {
+    pub name: &'static str,
+    pub doc: &'static str,
+    pub schema: fn() -> Json,
+}
+
+/// A request that is to be answered.
+pub(crate) struct Ask {
+    pub role: Role,
+    /// Who asks, for the log.
+    pub who: String,
+    pub captured: Vec<(&'static str, String)>,
+    pub query: Query,
+    /// Which kinds of answers are wanted.
+    pub accept: String,
+    pub if_match: Option<String>,
+    /// Where a stream that broke off goes on.
+    pub last_event: Option<u64>,
+    pub body: Option<Json>,
+}
+
+impl Ask {
+    /// What a path has in the place of a name in braces.
+    pub fn part(&self, name: &str) -> &str {
+        self.captured.iter().find(|(own, _)| *own == name).map_or("", |(_, part)| part)
+    }
+
+    /// The body, which has to be there.
+    pub fn body<T: DeserializeOwned>(&self) -> Result<T, Problem> {
+        match &self.body {
+            Some(body) => read(body),
+            None => Err(Problem::bad(
+                "the request has no body",
+                "send JSON, as the document at /api/v1/openapi.json says",
+            )),
+        }
+    }
+
+    /// The body, or what holds without one.
+    pub fn body_or_default<T: DeserializeOwned + Default>(&self) -> Result<T, Problem> {
+        self.body.as_ref().map_or_else(|| Ok(T::default()), read)
+    }
+
+    /// Whether something is only found out.
+    pub fn is_dry(&self) -> Result<bool, Problem> {
+        self.query.flag("dry_run")
+    }
+}
+
+fn read<T: DeserializeOwned>(body: &Json) -> Result<T, Problem> {
+    T::deserialize(body).map_err(|error| {
+        Problem::unfit(format!("the body does not fit: {error}"), "see /api/v1/openapi.json")
+    })
+}
+
+/// The operation of a request, and the parts of its path.
+pub(crate) type Found = (&'static Operation, Vec<(&'static str, String)>);
+
+/// Finds the operation of a request.
+pub(crate) fn find(operations: &'static [Operation], method: &str, path: &str) -> Result<Found, Problem> {
+    let rest = path.strip_prefix(BASE).filter(|rest| rest.is_empty() || rest.starts_with('/'));
+    let unknown = || Problem::not_found(format!("there is nothing at {path}"), "see /api/v1/openapi.json");
+    let parts = rest.ok_or_else(unknown)?.split('/').skip(1);
+    let parts = parts.map(decode).collect::<Result<Vec<_>, _>>()?;
+    let mut allowed: Vec<&str> = Vec::new();
+    for operation in operations {
+        let Some(captured) = fits(operation.path, &parts) else { continue };
+        if operation.method == method || (method == "HEAD" && operation.method == "GET") {
+            return Ok((operation, captured));
+        }
+        // What is more general comes later, and is no other way to say the same.
+        if allowed.is_empty()
+            || operations.iter().any(|other| other.path == operation.path && allowed.contains(&other.method))
+        {
+            allowed.push(operation.method);
+        }
+    }
+    if allowed.is_empty() {
+        return Err(unknown());
+    }
+    let allowed = allowed.join(", ");
+    let message = format!("{method} is nothing that can be done with {path}");
+    Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, format!("{allowed} can"))
+        .with("allow", allowed))
+}
+
+fn fits(template: &'static str, parts: &[String]) -> Option<Vec<(&'static str, String)>> {
+    let names: Vec<&'static str> = template.split('/').skip(1).collect();
+    let mut captured = Vec::new();
+    for (place, name) in names.iter().enumerate() {
+        let part = parts.get(place)?;
+        match name.strip_prefix('{').and_then(|name| name.strip_suffix('}')) {
+            Some(name) if place + 1 == names.len() => {
+                let rest = parts[place..].join("/");
+                captured.push((name, rest));
+                return parts[place..].iter().all(|part| !part.is_empty()).then_some(captured);
+            }
+            Some(name) => captured.push((name, part.clone())),
+            None if name == part => {}
+            None => return None,
+        }
+    }
+    (names.len() == parts.len()).then_some(captured)
+}
+
+/// Refuses what an operation does not know.
+pub(crate) fn check_query(operation: &Operation, query: &Query) -> Result<(), Problem> {
+    let known = |name: &str| operation.parameters.iter().any(|parameter| parameter.name == name);
+    let Some(other) = query.names().find(|name| !known(name)) else { return Ok(()) };
+    let names: Vec<_> = operation.parameters.iter().map(|parameter| parameter.name).collect();
+    let help = match names.is_empty() {
+        true => "it takes none".into(),
+        false => format!("it takes {}", names.join(", ")),
+    };
+    Err(Problem::bad(format!("`{other}` is no parameter of this"), help))
+}

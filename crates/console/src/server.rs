@@ -1,0 +1,263 @@
+//! The thread of the console: it listens, lets in whom it may, and answers.
+
+mod listen;
+mod respond;
+mod secure;
+
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use slate_module::Level;
+use slate_runtime::remote::Desk;
+use slate_runtime::{Agent, printable};
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpListener;
+use tokio::sync::{Notify, Semaphore};
+
+use crate::connection::{Guests, Patient, Place};
+use crate::context::{Context, Document, Page};
+use crate::guard::Guard;
+use crate::settings::Settings;
+use crate::token::{TokenFile, Tokens};
+use secure::Tls;
+
+/// How long a request may take to come.
+const REQUEST: Duration = Duration::from_secs(10);
+
+/// The longest head of a request, bytes; hyper reads bodies in pieces of this size too.
+const HEAD: usize = 16 << 10;
+
+/// How many headers one may have.
+const HEADERS: usize = 64;
+
+/// How many requests are worked on at once; a stop needs none of these places.
+const WORKING: usize = 12;
+
+/// Threads for what may take long, of which some are kept for stops.
+const THREADS: usize = WORKING + 4;
+
+/// Why an agent is not reached over HTTP.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum StartError {
+    /// It can't listen there.
+    #[error("the console can't listen at {address}: {reason}")]
+    #[diagnostic(help("name another `console.port`, or 0 for any that is free"))]
+    Listen {
+        /// Where.
+        address: SocketAddr,
+        /// Why.
+        reason: String,
+    },
+    /// A file with a token, a certificate or a key is not as it should be.
+    #[error("the console can't use {}: {reason}", printable(path))]
+    #[diagnostic(help("see `tokens`, `certificate` and `key` in [console]"))]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// Others would reach it, and nothing protects it.
+    #[error("others reach {address}, and the console has no TLS or no tokens")]
+    #[diagnostic(help("give `certificate`, `key` and `tokens`, or listen at this computer alone"))]
+    Exposed {
+        /// Where.
+        address: SocketAddr,
+    },
+    /// It has no secrets, no thread, or nowhere to say its secrets.
+    #[error("the console can't begin: {0}")]
+    System(#[from] std::io::Error),
+}
+
+/// An agent that is reached over HTTP as long as this lives.
+pub struct Console {
+    addresses: Vec<SocketAddr>,
+    link: String,
+    file: TokenFile,
+    end: Arc<Notify>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl std::fmt::Debug for Console {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Console").field("addresses", &self.addresses).finish_non_exhaustive()
+    }
+}
+
+/// What connections share.
+pub(crate) struct Hall {
+    pub context: Arc<Context>,
+    pub guard: Guard,
+    pages: Vec<Page>,
+    guests: Arc<Guests>,
+    /// Places of requests that are worked on.
+    work: Arc<Semaphore>,
+}
+
+impl Console {
+    /// Begins to listen, on a thread of its own.
+    ///
+    /// # Errors
+    /// When it can't listen there, a file is wrong, or others could reach it unprotected.
+    pub fn start(agent: &Agent, settings: &Settings, documents: Vec<Document>) -> Result<Self, StartError> {
+        Self::start_with(agent, settings, documents, Vec::new())
+    }
+
+    /// As [`start`](Console::start), with files that a browser gets without a token: the pages of a console.
+    ///
+    /// # Errors
+    /// As [`start`](Console::start).
+    pub fn start_with(
+        agent: &Agent,
+        settings: &Settings,
+        documents: Vec<Document>,
+        pages: Vec<Page>,
+    ) -> Result<Self, StartError> {
+        let tokens = match settings.tokens.is_empty() {
+            true => Tokens::generate()?,
+            false => {
+                Tokens::read(&settings.tokens).map_err(|(path, reason)| StartError::File { path, reason })?
+            }
+        };
+        let tls = settings
+            .certificate
+            .as_ref()
+            .map(|(certificate, key)| Tls::load(certificate, key))
+            .transpose()?;
+        let listeners = listen::listen(settings)?;
+        let addresses: Vec<_> =
+            listeners.iter().map(|listener| listener.local_addr()).collect::<Result<_, _>>()?;
+        let open = addresses.iter().find(|address| !address.ip().is_loopback());
+        if let Some(address) = open.filter(|_| tls.is_none() || settings.tokens.is_empty()) {
+            // Also for who has made the settings by hand.
+            return Err(StartError::Exposed { address: *address });
+        }
+        let scheme = if tls.is_some() { "https" } else { "http" };
+        let hosts = listen::hosts(&addresses, &settings.names);
+        let shown = hosts.first().cloned().unwrap_or_default();
+        let port = addresses.first().map_or(0, SocketAddr::port);
+        let file = tokens.write(agent.board().agent(), port, &format!("{scheme}://{shown}"))?;
+        let link = format!("{scheme}://{shown}/#token={}", tokens.highest());
+        let session = Tokens::generate()?.session();
+        let context = Context::new(
+            Desk::new(agent),
+            Arc::clone(agent.logger()),
+            agent.is_lockstep(),
+            documents,
+            session,
+        );
+        let hall = Arc::new(Hall {
+            context: Arc::new(context),
+            guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
+            pages,
+            guests: Arc::default(),
+            work: Arc::new(Semaphore::new(WORKING)),
+        });
+        let end = Arc::new(Notify::new());
+        let ended = Arc::clone(&end);
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .thread_name("console work")
+            .max_blocking_threads(THREADS)
+            .build()?;
+        let thread = std::thread::Builder::new().name("console".into()).spawn(move || {
+            // Its threads get that from it. Where it can't be had, nothing is worse than without.
+            let _ = rustix::process::nice(10);
+            runtime.block_on(serve(listeners, tls, hall, &ended));
+            // What still runs for somebody is no reason to wait.
+            runtime.shutdown_background();
+        })?;
+        Ok(Self { addresses, link, file, end, thread: Some(thread) })
+    }
+
+    /// Where it listens.
+    pub fn addresses(&self) -> &[SocketAddr] {
+        &self.addresses
+    }
+
+    /// What a browser opens: the address, and behind `#` the secret of the highest role, which browsers keep to themselves.
+    pub fn link(&self) -> &str {
+        &self.link
+    }
+
+    /// The file with the address and the secrets of all roles, which its owner alone can read.
+    pub fn token_file(&self) -> &Path {
+        self.file.path()
+    }
+}
+
+impl Drop for Console {
+    fn drop(&mut self) {
+        self.end.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // It has nothing that panics.
+            let _ = thread.join();
+        }
+    }
+}
+
+async fn serve(listeners: Vec<std::net::TcpListener>, tls: Option<Tls>, hall: Arc<Hall>, ended: &Notify) {
+    for listener in listeners {
+        match TcpListener::from_std(listener) {
+            Ok(listener) => drop(tokio::spawn(receive(listener, tls.clone(), Arc::clone(&hall)))),
+            Err(error) => hall.context.log(Level::Error, &format!("the console does not listen: {error}")),
+        }
+    }
+    ended.notified().await;
+}
+
+async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {
+    loop {
+        let Ok((stream, from)) = listener.accept().await else {
+            // No file handle is left, for example; it may be otherwise in a while.
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            continue;
+        };
+        // One that is closed at once asks again later.
+        let Some(place) = hall.guests.admit().map(Arc::new) else { continue };
+        // Small answers are not held back.
+        let _ = stream.set_nodelay(true);
+        let (hall, tls) = (Arc::clone(&hall), tls.clone());
+        let task = async move {
+            let leave = Arc::clone(&place.leave);
+            let greeted = async move {
+                match tls {
+                    None => converse(stream, from, hall, place).await,
+                    Some(tls) => {
+                        if let Ok(Some(stream)) = tokio::time::timeout(REQUEST, tls.accept(stream)).await {
+                            converse(stream, from, hall, place).await;
+                        }
+                    }
+                }
+            };
+            let (greeted, left) = (std::pin::pin!(greeted), std::pin::pin!(leave.notified()));
+            futures_util::future::select(greeted, left).await;
+        };
+        tokio::spawn(task);
+    }
+}
+
+async fn converse<S>(stream: S, from: SocketAddr, hall: Arc<Hall>, place: Arc<Place>)
+where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
+    let service = service_fn(move |request| {
+        let (hall, place) = (Arc::clone(&hall), Arc::clone(&place));
+        async move { Ok::<_, std::convert::Infallible>(respond::respond(&hall, &place, from, request).await) }
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(REQUEST)
+        .max_buf_size(HEAD)
+        .max_headers(HEADERS)
+        .serve_connection(TokioIo::new(Patient::new(stream)), service)
+        .with_upgrades();
+    // Who is gone misses nothing.
+    let _ = connection.await;
+}

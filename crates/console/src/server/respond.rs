@@ -1,0 +1,150 @@
+//! One request and its answer.
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+use http_body_util::{BodyExt, LengthLimitError, Limited};
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{ACCEPT, CONTENT_TYPE, HeaderMap, IF_MATCH, UPGRADE};
+use hyper::{Method, Request, Response, StatusCode};
+use serde_json::{Value as Json, json};
+use slate_module::Level;
+
+use super::{Hall, REQUEST};
+use crate::answer::{Body, json_response, response, whole};
+use crate::api::{OPERATIONS, STOP};
+use crate::connection::Place;
+use crate::problem::Problem;
+use crate::query::Query;
+use crate::route::{Ask, BASE, Found, check_query, find};
+use crate::socket;
+
+/// The longest body, bytes.
+const BODY: usize = 1 << 20;
+
+/// Answers a request.
+pub(super) async fn respond(
+    hall: &Arc<Hall>,
+    place: &Arc<Place>,
+    from: SocketAddr,
+    request: Request<Incoming>,
+) -> Response<Body> {
+    let _work = place.work();
+    let is_get = *request.method() == Method::GET;
+    match answer(hall, place, from, request).await {
+        Ok(response) => response,
+        Err(problem) => {
+            let mut response = problem.response();
+            if !is_get && problem.status == StatusCode::PAYLOAD_TOO_LARGE {
+                // What still comes is not read.
+                response.headers_mut().insert("connection", hyper::header::HeaderValue::from_static("close"));
+            }
+            response
+        }
+    }
+}
+
+async fn answer(
+    hall: &Arc<Hall>,
+    place: &Arc<Place>,
+    from: SocketAddr,
+    request: Request<Incoming>,
+) -> Result<Response<Body>, Problem> {
+    let is_socket = request.headers().contains_key(UPGRADE);
+    hall.guard.check_place(request.uri(), request.headers(), is_socket)?;
+    if is_socket {
+        return socket::open(&hall.context, &hall.guard, place, from, request);
+    }
+    let (head, body) = request.into_parts();
+    let path = head.uri.path();
+    if let Some(answer) = page(hall, &head.method, path) {
+        return Ok(answer);
+    }
+    let mut query = Query::parse(head.uri.query().unwrap_or_default())?;
+    let role = hall.guard.role(&head.method, &head.headers, &mut query)?;
+    let (operation, captured): Found = find(OPERATIONS, head.method.as_str(), path)?;
+    // A stop waits for nobody, and is never too much.
+    let is_stop = operation.name == STOP;
+    if !is_stop {
+        hall.guard.check_rate()?;
+    }
+    if role < operation.role {
+        let message = format!("a {role} may not do this");
+        let help = format!("ask with the token of a {}", operation.role);
+        return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
+    }
+    check_query(operation, &query)?;
+    let body = read(&head.headers, body, operation.body.is_some()).await?;
+    let who = format!("{role} at {from}");
+    let ask = Ask {
+        role,
+        who: who.clone(),
+        captured,
+        query,
+        accept: text(&head.headers, ACCEPT.as_str()).unwrap_or_default(),
+        if_match: text(&head.headers, IF_MATCH.as_str()),
+        last_event: text(&head.headers, "last-event-id").and_then(|text| text.parse().ok()),
+        body,
+    };
+    let _permit = match is_stop {
+        true => None,
+        // It is closed by nobody.
+        false => Arc::clone(&hall.work).acquire_owned().await.ok(),
+    };
+    let context = Arc::clone(&hall.context);
+    let worked = tokio::task::spawn_blocking(move || (operation.handler)(&context, &ask)).await;
+    let broken = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log");
+    let answer = worked.map_err(broken)?;
+    if operation.method != "GET" {
+        let done = match &answer {
+            Ok(_) => "is done".to_owned(),
+            Err(problem) => format!("is refused with {}", problem.status.as_u16()),
+        };
+        let path = slate_runtime::printable_text(path);
+        hall.context.log(Level::Info, &format!("{who}: {} {path} {done}", operation.method));
+    }
+    Ok(whole(answer?))
+}
+
+/// What is shown without a token: pages, and where the rest is.
+fn page(hall: &Hall, method: &Method, path: &str) -> Option<Response<Body>> {
+    let wanted = *method == Method::GET || *method == Method::HEAD;
+    if let Some(page) = hall.pages.iter().find(|page| page.path == path).filter(|_| wanted) {
+        return Some(response(StatusCode::OK, &page.kind, Body::of(page.content.clone())));
+    }
+    let index = json!({ "api": BASE, "openapi": format!("{BASE}/openapi.json") });
+    (wanted && path == "/").then(|| json_response(StatusCode::OK, &index))
+}
+
+fn text(headers: &HeaderMap, name: &str) -> Option<String> {
+    headers.get(name)?.to_str().ok().map(ToOwned::to_owned)
+}
+
+/// The body as JSON; nothing when it is empty.
+async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Option<Json>, Problem> {
+    let collected = tokio::time::timeout(REQUEST, Limited::new(body, BODY).collect()).await;
+    let late =
+        |_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the body has not come in time", "send it at once");
+    let bytes: Bytes = match collected.map_err(late)? {
+        Ok(collected) => collected.to_bytes(),
+        Err(error) if error.is::<LengthLimitError>() => {
+            let message = format!("the body is longer than {BODY} bytes");
+            return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, message, "send less at once"));
+        }
+        Err(error) => return Err(Problem::bad(format!("the body can't be read: {error}"), "send it again")),
+    };
+    if bytes.is_empty() {
+        return Ok(None);
+    }
+    if !is_taken {
+        return Err(Problem::bad("this takes no body", "send none"));
+    }
+    let kind = text(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
+    let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+    if kind != "application/json" && kind != "application/merge-patch+json" {
+        let message = format!("the body is `{kind}`");
+        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send application/json"));
+    }
+    let wrong = |error| Problem::bad(format!("the body is no JSON: {error}"), "send one JSON value");
+    serde_json::from_slice(&bytes).map(Some).map_err(wrong)
+}

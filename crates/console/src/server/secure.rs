@@ -1,0 +1,89 @@
+//! TLS.
+
+use std::path::Path;
+
+use tokio::net::TcpStream;
+
+use super::StartError;
+
+#[cfg(feature = "tls")]
+mod with {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use tokio::net::TcpStream;
+    use tokio_rustls::TlsAcceptor;
+    use tokio_rustls::rustls::ServerConfig;
+    use tokio_rustls::rustls::crypto::ring;
+    use tokio_rustls::rustls::pki_types::pem::PemObject;
+    use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+    use tokio_rustls::server::TlsStream;
+
+    pub type Stream = TlsStream<TcpStream>;
+
+    #[derive(Clone)]
+    pub struct Acceptor(TlsAcceptor);
+
+    impl Acceptor {
+        pub fn load(certificate: &Path, key: &Path) -> Result<Self, (bool, String)> {
+            let of_certificate = |error: &dyn std::fmt::Display| (true, error.to_string());
+            let of_key = |error: &dyn std::fmt::Display| (false, error.to_string());
+            let chain =
+                CertificateDer::pem_file_iter(certificate).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+            let chain = chain.map_err(|error| of_certificate(&error))?;
+            let key = PrivateKeyDer::from_pem_file(key).map_err(|error| of_key(&error))?;
+            let settings = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
+                .with_safe_default_protocol_versions()
+                .map_err(|error| of_certificate(&error))?
+                .with_no_client_auth()
+                .with_single_cert(chain, key)
+                .map_err(|error| of_certificate(&error))?;
+            Ok(Self(TlsAcceptor::from(Arc::new(settings))))
+        }
+
+        pub async fn accept(&self, stream: TcpStream) -> Option<Stream> {
+            self.0.accept(stream).await.ok()
+        }
+    }
+}
+
+#[cfg(not(feature = "tls"))]
+mod with {
+    use std::path::Path;
+
+    use tokio::net::TcpStream;
+
+    pub type Stream = TcpStream;
+
+    #[derive(Clone)]
+    pub enum Acceptor {}
+
+    impl Acceptor {
+        pub fn load(_: &Path, _: &Path) -> Result<Self, (bool, String)> {
+            Err((true, "this program is built without TLS: build it with the feature `tls`".into()))
+        }
+
+        pub async fn accept(&self, _: TcpStream) -> Option<Stream> {
+            match *self {}
+        }
+    }
+}
+
+/// What the agent shows who connects.
+#[derive(Clone)]
+pub(super) struct Tls(with::Acceptor);
+
+impl Tls {
+    pub fn load(certificate: &Path, key: &Path) -> Result<Self, StartError> {
+        let acceptor = with::Acceptor::load(certificate, key).map_err(|(of_certificate, reason)| {
+            let path = if of_certificate { certificate } else { key };
+            StartError::File { path: path.into(), reason }
+        });
+        acceptor.map(Self)
+    }
+
+    /// The stream behind a handshake; nothing when that fails.
+    pub async fn accept(&self, stream: TcpStream) -> Option<with::Stream> {
+        self.0.accept(stream).await
+    }
+}

@@ -1,0 +1,207 @@
+//! The table `[console]` of a configuration.
+
+use std::collections::BTreeMap;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
+use std::path::PathBuf;
+
+use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
+
+use crate::{Role, TABLE};
+
+/// How an agent is reached over HTTP.
+///
+/// ```
+/// use slate_console::Settings;
+/// use slate_runtime::configuration::{Configuration, Options};
+///
+/// let options = Options { extra_tables: vec!["console".into()], ..Options::default() };
+/// let here = Configuration::from_text("a.toml", "[console]\nport = 7878", &options)?;
+/// assert_eq!(Settings::of(&here)?.port, Some(7878));
+/// let open = Configuration::from_text("a.toml", "[console]\naddresses = [\"0.0.0.0\"]", &options)?;
+/// assert!(Settings::of(&open).is_err_and(|refusal| refusal.to_string().contains("TLS")));
+/// # Ok::<(), slate_runtime::configuration::Report>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Whether there is a console; nothing when the configuration does not say.
+    pub enabled: Option<bool>,
+    /// The port; 0 is any that is free, and without one it is 7878 or any that is free.
+    pub port: Option<u16>,
+    /// The addresses that it listens at; those of this computer alone unless said.
+    pub addresses: Vec<IpAddr>,
+    /// By which names browsers may call it, beside `localhost` and the addresses.
+    pub names: Vec<String>,
+    /// Pages of others that may open WebSockets, such as `https://app.foxglove.dev`.
+    pub origins: Vec<String>,
+    /// Files with the secrets of roles; new ones are made when there is none.
+    pub tokens: BTreeMap<Role, PathBuf>,
+    /// Files with the certificate and its key, in PEM.
+    pub certificate: Option<(PathBuf, PathBuf)>,
+}
+
+impl Default for Settings {
+    /// At this computer alone.
+    fn default() -> Self {
+        Self {
+            enabled: None,
+            port: None,
+            addresses: vec![Ipv4Addr::LOCALHOST.into(), Ipv6Addr::LOCALHOST.into()],
+            names: Vec::new(),
+            origins: Vec::new(),
+            tokens: BTreeMap::new(),
+            certificate: None,
+        }
+    }
+}
+
+const KNOWN: [&str; 8] = ["enabled", "port", "addresses", "names", "origins", "tokens", "certificate", "key"];
+
+impl Settings {
+    /// What a configuration says in its table `[console]`, which it has to be read with as one of
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables).
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, and addresses that others reach without TLS and tokens.
+    pub fn of(configuration: &Configuration) -> Result<Self, Report> {
+        let Some(root) = configuration.value(TABLE) else { return Ok(Self::default()) };
+        let mut reader = Reader { configuration, wrong: Vec::new() };
+        let settings = reader.settings(root);
+        if reader.wrong.is_empty() { Ok(settings) } else { Err(Report::from(reader.wrong)) }
+    }
+}
+
+struct Reader<'c> {
+    configuration: &'c Configuration,
+    wrong: Vec<Diagnostic>,
+}
+
+impl Reader<'_> {
+    fn add(&mut self, span: Span, message: impl Into<String>, help: &str) {
+        self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
+    }
+
+    fn settings(&mut self, root: &Spanned<Value>) -> Settings {
+        let mut settings = Settings::default();
+        let Some(table) = root.as_table() else {
+            self.add(
+                root.span,
+                format!("`{TABLE}` is a table, found {}", root.describe()),
+                "write [console]",
+            );
+            return settings;
+        };
+        self.wrong.extend(self.configuration.unknown_keys(table, "in [console]", &KNOWN));
+        if let Some(value) = table.get("enabled") {
+            settings.enabled = value.as_bool();
+            if settings.enabled.is_none() {
+                self.add(value.span, "`enabled` takes true or false", "write enabled = false");
+            }
+        }
+        if let Some(value) = table.get("port") {
+            settings.port = value.as_integer().and_then(|port| u16::try_from(port).ok());
+            if settings.port.is_none() {
+                let help = "write port = 7878; port 0 is any that is free";
+                self.add(value.span, "`port` takes a number from 0 to 65535", help);
+            }
+        }
+        if let Some(value) = table.get("addresses") {
+            settings.addresses.clear();
+            for (address, span) in self.texts(table, "addresses", "0.0.0.0") {
+                match address.parse() {
+                    Ok(address) => settings.addresses.push(address),
+                    Err(_) => self.add(span, format!("`{address}` is no IP address"), "such as 192.168.0.7"),
+                }
+            }
+            if settings.addresses.is_empty() && value.as_list().is_some_and(<[_]>::is_empty) {
+                self.add(value.span, "`addresses` names none", "take it away, or write enabled = false");
+            }
+        }
+        settings.names =
+            self.texts(table, "names", "robot.local").into_iter().map(|(name, _)| name).collect();
+        for (origin, span) in self.texts(table, "origins", "https://app.foxglove.dev") {
+            let rest = origin.strip_prefix("https://").or(origin.strip_prefix("http://"));
+            if rest.is_none_or(|rest| rest.is_empty() || rest.contains('/')) {
+                let help =
+                    "an origin is a scheme, a host and perhaps a port, such as https://app.foxglove.dev";
+                self.add(span, format!("`{origin}` is no origin"), help);
+            }
+            settings.origins.push(origin);
+        }
+        if let Some(value) = table.get("tokens") {
+            settings.tokens = self.tokens(value);
+        }
+        let mut file = |name: &str| self.file(table, name);
+        settings.certificate = file("certificate").zip(file("key"));
+        for (one, other) in [("certificate", "key"), ("key", "certificate")] {
+            if let (Some(value), None) = (table.get(one), table.get(other)) {
+                self.add(
+                    value.span,
+                    format!("[console] has `{one}` and no `{other}`"),
+                    "they belong together",
+                );
+            }
+        }
+        self.check_exposure(table, &settings);
+        settings
+    }
+
+    /// Who listens to others has to know them, and to be known.
+    fn check_exposure(&mut self, table: &Table, settings: &Settings) {
+        let Some(value) = table.get("addresses") else { return };
+        let Some(open) = settings.addresses.iter().find(|address| !address.is_loopback()) else { return };
+        let lacks = match (settings.certificate.is_some(), settings.tokens.is_empty()) {
+            (true, false) => return,
+            (true, true) => "has no tokens",
+            (false, false) => "has no TLS",
+            (false, true) => "has neither TLS nor tokens",
+        };
+        let help = "give `certificate`, `key` and a table `tokens` with a file for each role; or leave the addresses \
+                    away, and reach this computer by `ssh -L 7878:localhost:7878`";
+        self.add(value.span, format!("others reach {open}, and the console {lacks}"), help);
+    }
+
+    fn tokens(&mut self, value: &Spanned<Value>) -> BTreeMap<Role, PathBuf> {
+        let Some(table) = value.as_table() else {
+            self.add(value.span, "`tokens` is a table", "write tokens.operator = \"operator.token\"");
+            return BTreeMap::new();
+        };
+        let known = Role::ALL.map(Role::name);
+        self.wrong.extend(self.configuration.unknown_keys(table, "in [console.tokens]", &known));
+        if known.iter().all(|name| table.get(name).is_none()) {
+            self.add(value.span, "`tokens` names no file", "write tokens.operator = \"operator.token\"");
+        }
+        Role::ALL.into_iter().filter_map(|role| Some((role, self.file(table, role.name())?))).collect()
+    }
+
+    fn file(&mut self, table: &Table, name: &str) -> Option<PathBuf> {
+        let value = table.get(name)?;
+        let path = value.as_str();
+        if path.is_none() {
+            self.add(value.span, format!("`{name}` takes the path of a file"), "such as \"console.pem\"");
+        }
+        path.map(PathBuf::from)
+    }
+
+    fn texts(&mut self, table: &Table, name: &str, example: &str) -> Vec<(String, Span)> {
+        let Some(value) = table.get(name) else { return Vec::new() };
+        let mut texts = Vec::new();
+        let items = value.as_list();
+        if items.is_none() {
+            let help = format!("write {name} = [\"{example}\"]");
+            self.add(
+                value.span,
+                format!("`{name}` takes a list of texts, found {}", value.describe()),
+                &help,
+            );
+        }
+        for item in items.unwrap_or_default() {
+            match item.as_str() {
+                Some(text) => texts.push((text.to_owned(), item.span)),
+                None => {
+                    self.add(item.span, format!("`{name}` takes texts"), &format!("such as \"{example}\""))
+                }
+            }
+        }
+        texts
+    }
+}

@@ -1,0 +1,159 @@
+//! Properties as channels.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::Access;
+use slate_blackboard::interface::Descriptor;
+use slate_record::ros::{self, Definition, Standard};
+
+use super::Out;
+use crate::context::Context;
+use crate::stream::Sample;
+
+/// The frame in which values are told that do not say their own.
+const FRAME: &str = "base_link";
+
+/// How values of an interface become messages.
+pub(super) enum Form {
+    /// As ROS has them.
+    Standard(Box<Standard>),
+    /// As messages of their own.
+    Own(&'static Descriptor, Definition),
+}
+
+impl Form {
+    /// `name` is that of the interface, or another one when two have it.
+    fn new(descriptor: &'static Descriptor, name: &str) -> Self {
+        match ros::standard(descriptor) {
+            Some(standard) => Self::Standard(Box::new(standard)),
+            None => Self::Own(descriptor, ros::definition_named(descriptor, name)),
+        }
+    }
+
+    fn definition(&self) -> &Definition {
+        match self {
+            Self::Standard(standard) => standard.definition(),
+            Self::Own(_, definition) => definition,
+        }
+    }
+
+    /// Appends the message of a value.
+    pub fn encode(&self, sample: &Sample, out: &mut Vec<u8>) -> Result<(), ros::Error> {
+        // Its channel tells of the whole, whatever room the value has.
+        let length = sample.property.descriptor().shape(sample.items).bytes(sample.items);
+        let value = sample.bytes.get(..length).unwrap_or(&sample.bytes);
+        match self {
+            Self::Standard(standard) => standard.encode(value, sample.stamp.time, FRAME, out),
+            Self::Own(descriptor, _) => ros::encode(descriptor, value, out),
+        }
+    }
+}
+
+/// The channels that a client was told of.
+#[derive(Default)]
+pub(super) struct Channels {
+    /// By number: the path, and how its values are told.
+    present: BTreeMap<u32, (String, u64, Arc<Form>)>,
+    forms: BTreeMap<u64, Arc<Form>>,
+    names: BTreeMap<&'static str, u32>,
+    last: u32,
+}
+
+impl Channels {
+    pub fn get(&self, number: u32) -> Option<(&str, &Arc<Form>)> {
+        self.present.get(&number).map(|(path, _, form)| (path.as_str(), form))
+    }
+
+    /// Tells of channels that came, and that went.
+    pub fn survey(&mut self, context: &Context) -> Vec<Out> {
+        let properties = context.board().properties();
+        let values = properties.iter().filter(|property| property.access() != Access::Messages);
+        let there: BTreeMap<&str, &'static Descriptor> =
+            values.map(|property| (property.path(), property.descriptor())).collect();
+        let is_gone =
+            |(path, hash): (&String, u64)| there.get(path.as_str()).is_none_or(|of| of.hash != hash);
+        let gone: Vec<u32> = self
+            .present
+            .iter()
+            .filter(|(_, (path, hash, _))| is_gone((path, *hash)))
+            .map(|(number, _)| *number)
+            .collect();
+        gone.iter().for_each(|number| drop(self.present.remove(number)));
+        let known: BTreeSet<String> = self.present.values().map(|(path, ..)| path.clone()).collect();
+        let mut came = Vec::new();
+        for (path, descriptor) in there.into_iter().filter(|(path, _)| !known.contains(*path)) {
+            let form = self.form(descriptor);
+            self.last += 1;
+            let definition = form.definition();
+            came.push(json!({
+                "id": self.last,
+                "topic": format!("/{path}"),
+                "encoding": "cdr",
+                "schemaName": definition.name,
+                "schemaEncoding": "ros2msg",
+                "schema": definition.text,
+            }));
+            self.present.insert(self.last, (path.to_owned(), descriptor.hash, form));
+        }
+        let mut out = Vec::new();
+        if !gone.is_empty() {
+            out.push(Out::Text(json!({ "op": "unadvertise", "channelIds": gone }).to_string()));
+        }
+        if !came.is_empty() {
+            out.push(Out::Text(json!({ "op": "advertise", "channels": came }).to_string()));
+        }
+        out
+    }
+
+    fn form(&mut self, descriptor: &'static Descriptor) -> Arc<Form> {
+        if let Some(form) = self.forms.get(&descriptor.hash) {
+            return Arc::clone(form);
+        }
+        // To clients all messages of a name are the same.
+        let count = self.names.entry(descriptor.name).or_default();
+        *count += 1;
+        let name =
+            if *count == 1 { descriptor.name.to_owned() } else { format!("{}{count}", descriptor.name) };
+        let form = Arc::new(Form::new(descriptor, &name));
+        self.forms.insert(descriptor.hash, Arc::clone(&form));
+        form
+    }
+
+    /// Which module publishes what, and which reads it.
+    pub fn graph(&self, context: &Context) -> Json {
+        let composer = context.desk.composer();
+        let modules: Vec<String> = composer.modules().into_iter().map(|module| module.name).collect();
+        let owner = |path: &str| {
+            let own = modules.iter().filter(|module| path.starts_with(&format!("{module}/")));
+            own.max_by_key(|module| module.len()).cloned()
+        };
+        let published: Vec<_> = self
+            .present
+            .values()
+            .map(|(path, ..)| json!({ "name": format!("/{path}"), "publisherIds": owner(path).into_iter().collect::<Vec<_>>() }))
+            .collect();
+        let mut readers: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for link in composer.links() {
+            let of_property = context.board().find(link.from.trim_start_matches('/')).ok();
+            let topic =
+                of_property.map_or(link.from.clone(), |(property, _)| format!("/{}", property.path()));
+            readers.entry(topic).or_default().extend(owner(&link.to));
+        }
+        let subscribed: Vec<_> =
+            readers.into_iter().map(|(name, ids)| json!({ "name": name, "subscriberIds": ids })).collect();
+        json!({ "publishedTopics": published, "subscribedTopics": subscribed, "advertisedServices": [] })
+    }
+}
+
+/// The topics that one graph has and a later one has not.
+pub(super) fn removed(before: Option<&Json>, after: &Json) -> Json {
+    let names = |graph: &Json| -> BTreeSet<String> {
+        let lists =
+            ["publishedTopics", "subscribedTopics"].into_iter().filter_map(|list| graph[list].as_array());
+        lists.flatten().filter_map(|topic| topic["name"].as_str().map(ToOwned::to_owned)).collect()
+    };
+    let after = names(after);
+    before.map(names).unwrap_or_default().into_iter().filter(|name| !after.contains(name)).collect()
+}

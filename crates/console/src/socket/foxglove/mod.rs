@@ -1,0 +1,344 @@
+//! The WebSocket protocol of Foxglove, which Foxglove, Lichtblick and PlotJuggler speak.
+//!
+//! Each property is a channel with ROS 2 messages: that which ROS has for it, or else one of its own. Each parameter of a module
+//! is a parameter, by its path. What a client publishes (as JSON) goes to what takes it: a mailbox, an input without a link, or
+//! an actuator, that of a robot with the message `Twist` too. Stop, reset and arm are services.
+
+mod channels;
+mod parameters;
+mod publish;
+mod request;
+mod services;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde_json::json;
+use slate_runtime::Teleoperation;
+use tokio::sync::mpsc;
+use tokio::time::Instant;
+
+use super::{Listener, Said, Sink, Visitor, hand, ping, say};
+use crate::Role;
+use crate::context::Context;
+use crate::stream::{Watcher, apart};
+use channels::{Channels, Form};
+use request::{Call, Request};
+
+/// By which names the protocol goes; both are the same.
+pub(super) const PROTOCOLS: [&str; 2] = ["foxglove.websocket.v1", "foxglove.sdk.v1"];
+
+/// How often it is looked for news, and for properties that came or went.
+const LOOK: Duration = Duration::from_millis(10);
+const SURVEY: Duration = Duration::from_secs(1);
+
+/// How often the time is told, when the agent has one of its own.
+const CLOCK: Duration = Duration::from_millis(100);
+
+/// After how long of sending a client is told that it is slow.
+const SLOW: Duration = Duration::from_millis(250);
+
+/// From this size on values are encoded in another thread, bytes.
+const LARGE: usize = 4096;
+
+/// How many subscriptions a client may have.
+const MOST: usize = 512;
+
+/// What goes out.
+enum Out {
+    Text(String),
+    Bytes(Vec<u8>),
+}
+
+/// What one client wants, and what it was told.
+struct Session {
+    context: Arc<Context>,
+    role: Role,
+    who: String,
+    channels: Channels,
+    subscriptions: BTreeMap<u32, Subscription>,
+    /// The channels that the client publishes, by its numbers.
+    published: BTreeMap<u32, publish::Channel>,
+    /// What it drives.
+    controls: BTreeMap<String, Teleoperation>,
+    /// The parameters that it is told of, as they were told.
+    watched: BTreeMap<String, serde_json::Value>,
+    wants_graph: bool,
+    graph: Option<serde_json::Value>,
+}
+
+struct Subscription {
+    channel: u32,
+    watcher: Watcher,
+    form: Arc<Form>,
+}
+
+pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listener) {
+    let (sender, mut requests) = mpsc::channel(16);
+    let hears = async move {
+        while let Some(said) = listener.next().await {
+            if sender.send(said).await.is_err() {
+                return;
+            }
+        }
+    };
+    let tells = async move {
+        let mut session = Session::new(visitor);
+        let greeting = session.greeting();
+        if !send(&mut sink, greeting).await {
+            return;
+        }
+        let began = Instant::now();
+        let (mut surveyed, mut clocked, mut pinged) = (began, began, began);
+        loop {
+            let mut out = Vec::new();
+            match tokio::time::timeout(LOOK, requests.recv()).await {
+                Ok(None) => return,
+                Ok(Some(said)) => {
+                    // What is asked may take long, or wait for modules.
+                    let asked = apart(true, move || {
+                        let out = session.take(said);
+                        (session, out)
+                    });
+                    let Some((back, answers)) = asked.await else { return };
+                    session = back;
+                    out = answers;
+                }
+                Err(_) if !ping(&mut sink, &mut pinged).await => return,
+                Err(_) => {}
+            }
+            if surveyed.elapsed() >= SURVEY {
+                surveyed = Instant::now();
+                let looked = apart(true, move || {
+                    let mut out = session.channels.survey(&session.context);
+                    out.extend(session.parameters_changed());
+                    out.extend(session.graph_changed());
+                    (session, out)
+                });
+                let Some((back, news)) = looked.await else { return };
+                session = back;
+                out.extend(news);
+            }
+            if session.context.is_lockstep && clocked.elapsed() >= CLOCK {
+                clocked = Instant::now();
+                out.push(Out::Bytes([&[2][..], &session.context.now().to_le_bytes()].concat()));
+            }
+            if !send(&mut sink, out).await {
+                return;
+            }
+            let Some(back) = session.tell(&mut sink).await else { return };
+            session = back;
+        }
+    };
+    let (hears, tells) = (std::pin::pin!(hears), std::pin::pin!(tells));
+    futures_util::future::select(hears, tells).await;
+}
+
+/// False when the client is gone.
+async fn send(sink: &mut Sink, out: Vec<Out>) -> bool {
+    for message in out {
+        let good = match message {
+            Out::Text(text) => say(sink, text).await,
+            Out::Bytes(bytes) => hand(sink, bytes).await,
+        };
+        if !good {
+            return false;
+        }
+    }
+    true
+}
+
+impl Session {
+    fn new(visitor: Visitor) -> Self {
+        Self {
+            channels: Channels::default(),
+            context: visitor.context,
+            role: visitor.role,
+            who: visitor.who,
+            subscriptions: BTreeMap::new(),
+            published: BTreeMap::new(),
+            controls: BTreeMap::new(),
+            watched: BTreeMap::new(),
+            wants_graph: false,
+            graph: None,
+        }
+    }
+
+    /// What a client is told first.
+    fn greeting(&mut self) -> Vec<Out> {
+        let mut capabilities =
+            vec!["clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph"];
+        if self.context.is_lockstep {
+            capabilities.push("time");
+        }
+        let info = json!({
+            "op": "serverInfo",
+            "name": format!("slate://{}", self.context.agent()),
+            "capabilities": capabilities,
+            "supportedEncodings": ["json"],
+            "metadata": { "slate": env!("CARGO_PKG_VERSION") },
+            "sessionId": self.context.session,
+        });
+        let mut out = vec![Out::Text(info.to_string())];
+        out.extend(self.channels.survey(&self.context));
+        out.push(services::advertise());
+        out
+    }
+
+    /// Does what a client asks.
+    fn take(&mut self, said: Said) -> Vec<Out> {
+        let request = match &said {
+            Said::Text(text) => Request::parse(text),
+            Said::Binary(bytes) => Request::parse_bytes(bytes),
+        };
+        let done = request.and_then(|request| self.make(request));
+        done.unwrap_or_else(|reason| vec![status(1, &reason, None)])
+    }
+
+    fn make(&mut self, request: Request) -> Result<Vec<Out>, String> {
+        match request {
+            Request::Subscribe(pairs) => {
+                pairs.into_iter().try_for_each(|(id, channel)| self.subscribe(id, channel))?
+            }
+            Request::Unsubscribe(ids) => ids.iter().for_each(|id| drop(self.subscriptions.remove(id))),
+            Request::Advertise(channels) => {
+                for (id, channel) in channels {
+                    if self.published.len() >= MOST {
+                        return Err(format!("a client publishes at most {MOST} channels"));
+                    }
+                    self.published.insert(id, self.publishing(channel)?);
+                }
+            }
+            Request::Unadvertise(ids) => {
+                for id in ids {
+                    if let Some(channel) = self.published.remove(&id) {
+                        // With it goes what it drives.
+                        self.controls.remove(channel.actuator().unwrap_or_default());
+                    }
+                }
+            }
+            Request::Message { channel, payload } => self.publish(channel, &payload)?,
+            Request::GetParameters { names, id } => return Ok(vec![self.parameters(&names, id.as_deref())]),
+            Request::SetParameters { values, id } => return Ok(self.set_parameters(&values, id.as_deref())),
+            Request::WatchParameters(names) => self.watch_parameters(&names),
+            Request::UnwatchParameters(names) => {
+                names.iter().for_each(|name| drop(self.watched.remove(name)))
+            }
+            Request::Graph(wanted) => {
+                (self.wants_graph, self.graph) = (wanted, None);
+                return Ok(self.graph_changed());
+            }
+            Request::Call(call) => return Ok(vec![self.call(&call)]),
+        }
+        Ok(Vec::new())
+    }
+
+    fn subscribe(&mut self, id: u32, channel: u32) -> Result<(), String> {
+        if self.subscriptions.len() >= MOST {
+            return Err(format!("a client has at most {MOST} subscriptions"));
+        }
+        let Some((path, form)) = self.channels.get(channel) else {
+            return Err(format!("there is no channel {channel}"));
+        };
+        let watcher = Watcher::new(&self.context, path, 0).map_err(|error| error.to_string())?;
+        let form = Arc::clone(form);
+        self.subscriptions.insert(id, Subscription { channel, watcher, form });
+        Ok(())
+    }
+
+    /// Sends what is new; nothing when the client is gone.
+    async fn tell(mut self, sink: &mut Sink) -> Option<Self> {
+        let ids: Vec<u32> = self.subscriptions.keys().copied().collect();
+        for id in ids {
+            let Some(subscription) = self.subscriptions.get_mut(&id) else { continue };
+            if !subscription.watcher.has_news(&self.context) {
+                continue;
+            }
+            let Some(mut subscription) = self.subscriptions.remove(&id) else { continue };
+            let large = subscription.watcher.size() > LARGE;
+            let encoded = apart(large, move || {
+                let messages = encode(id, &mut subscription);
+                (subscription, messages)
+            });
+            let (subscription, messages) = encoded.await?;
+            let (channel, began) = (subscription.channel, Instant::now());
+            self.subscriptions.insert(id, subscription);
+            for message in messages {
+                if !hand(sink, message).await {
+                    return None;
+                }
+            }
+            if began.elapsed() > SLOW {
+                let path = self.channels.get(channel).map_or("", |(path, _)| path);
+                let text = format!("this client reads slowly: of /{path} it gets the newest values");
+                send(sink, vec![status(1, &text, Some(path))]).await.then_some(())?;
+            }
+        }
+        Some(self)
+    }
+
+    fn call(&mut self, call: &Call) -> Out {
+        match services::call(&self.context, self.role, &self.who, call) {
+            Ok(answer) => {
+                let encoding = b"json";
+                let mut bytes = vec![3];
+                bytes.extend(call.service.to_le_bytes());
+                bytes.extend(call.id.to_le_bytes());
+                bytes.extend((encoding.len() as u32).to_le_bytes());
+                bytes.extend(encoding);
+                bytes.extend(answer.to_string().into_bytes());
+                Out::Bytes(bytes)
+            }
+            Err(message) => {
+                let (service, id) = (call.service, call.id);
+                let text = json!({ "op": "serviceCallFailure", "serviceId": service, "callId": id, "message": message });
+                Out::Text(text.to_string())
+            }
+        }
+    }
+
+    /// Who publishes what, and who reads it, when that has changed.
+    fn graph_changed(&mut self) -> Vec<Out> {
+        if !self.wants_graph {
+            return Vec::new();
+        }
+        let graph = self.channels.graph(&self.context);
+        if self.graph.as_ref() == Some(&graph) {
+            return Vec::new();
+        }
+        let mut update = graph.clone();
+        update["op"] = json!("connectionGraphUpdate");
+        update["removedTopics"] = channels::removed(self.graph.as_ref(), &graph);
+        update["removedServices"] = json!([]);
+        self.graph = Some(graph);
+        vec![Out::Text(update.to_string())]
+    }
+}
+
+fn encode(id: u32, subscription: &mut Subscription) -> Vec<Vec<u8>> {
+    let keeps_more =
+        subscription.watcher.property().and_then(|property| property.channel()).map_or(0, |c| c.depth()) > 1;
+    let watcher = &mut subscription.watcher;
+    let samples = match keeps_more {
+        true => watcher.take_all(),
+        false => watcher.take().map(|sample| sample.into_iter().collect()),
+    };
+    let message = |sample: crate::stream::Sample| {
+        let mut bytes = vec![1];
+        bytes.extend(id.to_le_bytes());
+        bytes.extend(sample.stamp.time.to_le_bytes());
+        // A value that can't be told is left out; another one may be.
+        subscription.form.encode(&sample, &mut bytes).ok().map(|()| bytes)
+    };
+    samples.unwrap_or_default().into_iter().filter_map(message).collect()
+}
+
+/// Something to be told to people: 0 is news, 1 a warning, 2 an error.
+fn status(level: u8, text: &str, id: Option<&str>) -> Out {
+    let mut status = json!({ "op": "status", "level": level, "message": text });
+    if let Some(id) = id {
+        status["id"] = json!(id);
+    }
+    Out::Text(status.to_string())
+}

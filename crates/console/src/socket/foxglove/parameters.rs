@@ -1,0 +1,92 @@
+//! Parameters of modules, by their paths.
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::Access;
+use slate_blackboard::interface::{Kind, Value};
+
+use super::{Out, Session, status};
+use crate::api;
+
+impl Session {
+    /// All parameters, or those that are named, as they are.
+    fn values(&self, names: &[String]) -> Vec<(String, Json)> {
+        let mut values = Vec::new();
+        for property in self.context.board().properties() {
+            if property.access() != Access::Setting || !property.path().ends_with("/params") {
+                continue;
+            }
+            let Ok(Some((value, _))) = self.context.board().read(property.path()) else { continue };
+            for field in property.descriptor().fields {
+                let name = format!("/{}/{}", property.path(), field.name);
+                let of_field = value.get(field.name).filter(|_| !matches!(field.kind, Kind::Tail(_)));
+                if let Some(value) = of_field.filter(|_| names.is_empty() || names.contains(&name)) {
+                    values.push((name, told(value)));
+                }
+            }
+        }
+        values
+    }
+
+    pub(super) fn parameters(&self, names: &[String], id: Option<&str>) -> Out {
+        message(self.values(names), id)
+    }
+
+    /// Sets parameters as a developer does over HTTP; the answer says how they are then.
+    pub(super) fn set_parameters(&mut self, values: &[(String, Json)], id: Option<&str>) -> Vec<Out> {
+        let mut out = Vec::new();
+        for (name, value) in values {
+            let path = name.trim_start_matches('/');
+            if let Err(problem) = api::put_value(&self.context, self.role, &self.who, path, value) {
+                out.push(status(2, &format!("{name} is not set: {problem}"), None));
+            }
+        }
+        let names: Vec<_> = values.iter().map(|(name, _)| name.clone()).collect();
+        out.push(self.parameters(&names, id));
+        out.extend(self.parameters_changed());
+        out
+    }
+
+    pub(super) fn watch_parameters(&mut self, names: &[String]) {
+        self.watched.extend(self.values(names));
+    }
+
+    /// Those that are watched and are not what was told last.
+    pub(super) fn parameters_changed(&mut self) -> Vec<Out> {
+        if self.watched.is_empty() {
+            return Vec::new();
+        }
+        let names: Vec<_> = self.watched.keys().cloned().collect();
+        let mut changed = self.values(&names);
+        changed.retain(|(name, value)| self.watched.get(name) != Some(value));
+        self.watched.extend(changed.iter().cloned());
+        if changed.is_empty() { Vec::new() } else { vec![message(changed, None)] }
+    }
+}
+
+/// A value as clients show it: what is not finite is text there.
+fn told(value: &Value) -> Json {
+    match value {
+        Value::Float(number) if !number.is_finite() => json!(number.to_string()),
+        value => serde_json::to_value(value).unwrap_or_default(),
+    }
+}
+
+fn message(values: Vec<(String, Json)>, id: Option<&str>) -> Out {
+    let parameters: Vec<_> = values
+        .into_iter()
+        .map(|(name, value)| {
+            // A whole number may be meant as another one, and only this says so.
+            let is_float = value.is_f64();
+            let mut parameter = json!({ "name": name, "value": value });
+            if is_float {
+                parameter["type"] = json!("float64");
+            }
+            parameter
+        })
+        .collect();
+    let mut message = json!({ "op": "parameterValues", "parameters": parameters });
+    if let Some(id) = id {
+        message["id"] = json!(id);
+    }
+    Out::Text(message.to_string())
+}

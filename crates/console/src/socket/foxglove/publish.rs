@@ -1,0 +1,103 @@
+//! What clients publish, and where it goes.
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::Access;
+use slate_blackboard::interface::{Descriptor, Value};
+
+use super::Session;
+use super::request::Advertised;
+use crate::Role;
+use crate::api;
+
+/// Where the messages of a channel go.
+pub(super) enum Channel {
+    /// To an actuator, as long as they come.
+    Actuator(String),
+    /// To a mailbox.
+    Mailbox(String),
+    /// To an input.
+    Setting(String),
+}
+
+impl Channel {
+    pub fn actuator(&self) -> Option<&str> {
+        match self {
+            Self::Actuator(name) => Some(name),
+            Self::Mailbox(_) | Self::Setting(_) => None,
+        }
+    }
+}
+
+impl Session {
+    /// Where a channel goes, if anywhere.
+    pub(super) fn publishing(&self, channel: Advertised) -> Result<Channel, String> {
+        let topic = &channel.topic;
+        if self.role < Role::Operator {
+            return Err(format!("a {} may not publish {topic}", self.role));
+        }
+        if channel.encoding != "json" {
+            return Err(format!("{topic} is published as `{}`; only json is taken", channel.encoding));
+        }
+        let path = topic.trim_start_matches('/');
+        let actuators = self.context.desk.composer().actuators();
+        if let Some((name, _)) =
+            actuators.into_iter().find(|(name, _)| path == name || path == format!("{name}/command"))
+        {
+            return Ok(Channel::Actuator(name));
+        }
+        let (property, field) = self.context.board().find(path).map_err(|error| error.to_string())?;
+        match property.access() {
+            _ if !field.is_empty() || property.path() != path => {
+                Err(format!("{topic} is no property that takes values"))
+            }
+            Access::Messages => Ok(Channel::Mailbox(path.into())),
+            Access::Setting => Ok(Channel::Setting(path.into())),
+            Access::Output => Err(format!("{topic} is written by its module")),
+        }
+    }
+
+    pub(super) fn publish(&mut self, channel: u32, payload: &[u8]) -> Result<(), String> {
+        let Some(to) = self.published.get(&channel) else {
+            return Err(format!("channel {channel} was not advertised"));
+        };
+        let body: Json =
+            serde_json::from_slice(payload).map_err(|error| format!("a message is no JSON: {error}"))?;
+        let done = match to {
+            Channel::Setting(path) => {
+                api::put_value(&self.context, self.role, &self.who, path, &body).map(drop)
+            }
+            Channel::Mailbox(path) => {
+                api::send_value(&self.context, self.role, &self.who, path, &body).map(drop)
+            }
+            Channel::Actuator(name) => {
+                let name = name.clone();
+                return self.drive(&name, &body);
+            }
+        };
+        done.map_err(|problem| problem.to_string())
+    }
+
+    /// A command of a person, which holds as long as any of teleoperation does.
+    fn drive(&mut self, actuator: &str, body: &Json) -> Result<(), String> {
+        if !self.controls.contains_key(actuator) {
+            let taken =
+                self.context.desk.composer().take_controls(actuator).map_err(|error| error.to_string())?;
+            self.controls.insert(actuator.to_owned(), taken);
+        }
+        let Some(controls) = self.controls.get_mut(actuator) else { return Ok(()) };
+        let body = plain(controls.descriptor(), body);
+        let command: Value = serde_json::from_value(body).map_err(|error| error.to_string())?;
+        controls.command(&command).map_err(|error| error.to_string())
+    }
+}
+
+/// The message `Twist` of ROS in the plane, when a robot takes that; anything else as it is.
+fn plain(descriptor: &Descriptor, body: &Json) -> Json {
+    let (forward, turning) = (body.pointer("/linear/x"), body.pointer("/angular/z"));
+    match (forward, turning) {
+        (Some(forward), Some(turning)) if descriptor.ros == "geometry_msgs/msg/Twist" => {
+            json!({ "linear": forward, "angular": turning })
+        }
+        _ => body.clone(),
+    }
+}

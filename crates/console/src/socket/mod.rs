@@ -1,0 +1,257 @@
+//! WebSockets: live values, teleoperation, and Foxglove.
+
+mod foxglove;
+mod live;
+mod teleoperation;
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use hyper::header::{
+    CONNECTION, HeaderMap, HeaderValue, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_PROTOCOL, UPGRADE,
+};
+use hyper::upgrade::Upgraded;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::TokioIo;
+use slate_module::Level;
+use tokio::time::Instant;
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
+use tokio_tungstenite::tungstenite::protocol::{Role as Side, WebSocketConfig};
+use tokio_tungstenite::tungstenite::{Bytes, Message};
+
+use crate::Role;
+use crate::answer::{Body, response};
+use crate::connection::Place;
+use crate::context::Context;
+use crate::guard::{Guard, TOKEN_PROTOCOL, protocols};
+use crate::problem::Problem;
+use crate::query::Query;
+use crate::route::BASE;
+
+/// The longest message of a client, bytes.
+const MESSAGE: usize = 64 << 10;
+
+/// How many messages a second a client may send.
+const MESSAGES: f64 = 256.0;
+
+/// How long somebody may say nothing, not even that he is still there.
+const SILENCE: Duration = Duration::from_secs(30);
+
+/// How often he is asked.
+const PING: Duration = Duration::from_secs(10);
+
+/// What one end of a socket sends to.
+type Sink = SplitSink<WebSocketStream<TokioIo<Upgraded>>, Message>;
+
+/// What it hears of a client.
+struct Listener {
+    stream: SplitStream<WebSocketStream<TokioIo<Upgraded>>>,
+    /// Messages, and since when they are counted.
+    count: (f64, Instant),
+}
+
+/// What a client says.
+enum Said {
+    Text(String),
+    Binary(Bytes),
+}
+
+impl Listener {
+    /// The next message; nothing when the client is gone, silent for too long, or says too much.
+    async fn next(&mut self) -> Option<Said> {
+        loop {
+            let message = tokio::time::timeout(SILENCE, self.stream.next()).await.ok()??.ok()?;
+            let passed = self.count.1.elapsed().as_secs_f64();
+            if passed >= 1.0 {
+                self.count = (0.0, Instant::now());
+            }
+            self.count.0 += 1.0;
+            if self.count.0 > 2.0 * MESSAGES {
+                return None;
+            }
+            match message {
+                Message::Text(text) => return Some(Said::Text(text.as_str().to_owned())),
+                Message::Binary(bytes) => return Some(Said::Binary(bytes)),
+                Message::Close(_) => return None,
+                Message::Ping(_) | Message::Pong(_) | Message::Frame(_) => {}
+            }
+        }
+    }
+}
+
+/// Which socket it is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Live,
+    Teleoperation,
+    Foxglove,
+}
+
+/// The subprotocol of our own sockets.
+const SLATE: &str = "slate.v1";
+
+impl Kind {
+    /// Which socket is at a path, for who speaks these protocols.
+    fn of(path: &str, offered: &[String]) -> Option<Self> {
+        let speaks_foxglove = offered.iter().any(|protocol| foxglove::PROTOCOLS.contains(&protocol.as_str()));
+        match path.strip_prefix(BASE).unwrap_or(path) {
+            "/live" => Some(Self::Live),
+            "/teleoperation" => Some(Self::Teleoperation),
+            "/foxglove" => Some(Self::Foxglove),
+            // Where its clients look unless a path is given.
+            "/" if speaks_foxglove => Some(Self::Foxglove),
+            _ => None,
+        }
+    }
+
+    fn protocols(self) -> &'static [&'static str] {
+        match self {
+            Self::Live | Self::Teleoperation => &[SLATE],
+            Self::Foxglove => &foxglove::PROTOCOLS,
+        }
+    }
+}
+
+/// Somebody at a socket.
+struct Visitor {
+    context: Arc<Context>,
+    role: Role,
+    /// Who it is, for the log.
+    who: String,
+}
+
+/// Opens a socket.
+pub(crate) fn open<B>(
+    context: &Arc<Context>,
+    guard: &Guard,
+    place: &Arc<Place>,
+    from: SocketAddr,
+    mut request: Request<B>,
+) -> Result<Response<Body>, Problem> {
+    let path = request.uri().path().to_owned();
+    let headers = request.headers();
+    let offered = protocols(headers);
+    let kind = Kind::of(&path, &offered).ok_or_else(|| {
+        let help = format!("there are {BASE}/live, {BASE}/teleoperation and /foxglove");
+        Problem::not_found(format!("there is no WebSocket at {path}"), help)
+    })?;
+    let key = key(request.method(), headers)?.to_owned();
+    let mut query = Query::parse(request.uri().query().unwrap_or_default())?;
+    let role = guard.role(request.method(), headers, &mut query)?;
+    guard.check_rate()?;
+    let mine: Vec<_> = offered.iter().filter(|protocol| !protocol.starts_with(TOKEN_PROTOCOL)).collect();
+    let chosen = kind.protocols().iter().find(|known| mine.iter().any(|protocol| protocol == *known));
+    if chosen.is_none() && !(mine.is_empty() && kind != Kind::Foxglove) {
+        let message = format!("none of the subprotocols is known here: {}", offered.len());
+        return Err(Problem::bad(message, format!("offer {}", kind.protocols().join(" or "))));
+    }
+    if kind == Kind::Teleoperation && role < Role::Operator {
+        let message = format!("a {role} may not drive");
+        return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of an operator"));
+    }
+    if !place.becomes_socket() {
+        let message = "too many WebSockets are open";
+        return Err(
+            Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
+        );
+    }
+    let mut answer = response(StatusCode::SWITCHING_PROTOCOLS, "", Body::Whole(None));
+    let accepted = derive_accept_key(key.as_bytes());
+    let answered = answer.headers_mut();
+    answered.insert(CONNECTION, HeaderValue::from_static("Upgrade"));
+    answered.insert(UPGRADE, HeaderValue::from_static("websocket"));
+    if let Ok(accepted) = HeaderValue::from_str(&accepted) {
+        answered.insert(SEC_WEBSOCKET_ACCEPT, accepted);
+    }
+    if let Some(chosen) = chosen {
+        answered.insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(chosen));
+    }
+    answered.remove(hyper::header::CONTENT_TYPE);
+    let upgrade = hyper::upgrade::on(&mut request);
+    let visitor = Visitor { context: Arc::clone(context), role, who: format!("{role} at {from}") };
+    let place = Arc::clone(place);
+    tokio::spawn(async move {
+        let Ok(upgraded) = upgrade.await else { return };
+        let left = Arc::clone(&place.leave);
+        let visit = visit(kind, visitor, upgraded);
+        let (visit, left) = (std::pin::pin!(visit), std::pin::pin!(left.notified()));
+        futures_util::future::select(visit, left).await;
+        // Until here it counts.
+        drop(place);
+    });
+    Ok(answer)
+}
+
+/// What the other side's key is.
+fn key<'h>(method: &Method, headers: &'h HeaderMap) -> Result<&'h str, Problem> {
+    let text = |name: &str| headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let is_upgrade = text("connection").split(',').any(|part| part.trim().eq_ignore_ascii_case("upgrade"));
+    if *method != Method::GET || !is_upgrade || !text("upgrade").eq_ignore_ascii_case("websocket") {
+        return Err(Problem::bad(
+            "this is no handshake of a WebSocket",
+            "open it with GET and `Upgrade: websocket`",
+        ));
+    }
+    if text("sec-websocket-version") != "13" {
+        let problem =
+            Problem::new(StatusCode::UPGRADE_REQUIRED, "the version of WebSockets is 13", "use that");
+        return Err(problem.with("sec-websocket-version", "13"));
+    }
+    let key = text("sec-websocket-key");
+    if key.len() != 24 {
+        return Err(Problem::bad("the handshake has no key", "send `Sec-WebSocket-Key`"));
+    }
+    Ok(key)
+}
+
+async fn visit(kind: Kind, visitor: Visitor, upgraded: Upgraded) {
+    let mut settings = WebSocketConfig::default();
+    settings.max_message_size = Some(MESSAGE);
+    settings.max_frame_size = Some(MESSAGE);
+    // What does not go out at once waits in the kernel, or its sender does.
+    settings.write_buffer_size = 0;
+    let stream = WebSocketStream::from_raw_socket(TokioIo::new(upgraded), Side::Server, Some(settings)).await;
+    let (sink, stream) = stream.split();
+    let listener = Listener { stream, count: (0.0, Instant::now()) };
+    if kind != Kind::Live {
+        visitor.context.log(Level::Info, &format!("{} has come to {}", visitor.who, kind.name()));
+    }
+    match kind {
+        Kind::Live => live::visit(visitor, sink, listener).await,
+        Kind::Teleoperation => teleoperation::visit(visitor, sink, listener).await,
+        Kind::Foxglove => foxglove::visit(visitor, sink, listener).await,
+    }
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Live => "the live values",
+            Self::Teleoperation => "the controls",
+            Self::Foxglove => "the endpoint for Foxglove",
+        }
+    }
+}
+
+/// Sends text; false when the client is gone.
+async fn say(sink: &mut Sink, text: String) -> bool {
+    sink.send(Message::Text(text.into())).await.is_ok()
+}
+
+/// Sends bytes; false when the client is gone.
+async fn hand(sink: &mut Sink, bytes: Vec<u8>) -> bool {
+    sink.send(Message::Binary(bytes.into())).await.is_ok()
+}
+
+/// Asks whether the client is there, now and then; false when it is gone.
+async fn ping(sink: &mut Sink, last: &mut Instant) -> bool {
+    if last.elapsed() < PING {
+        return true;
+    }
+    *last = Instant::now();
+    sink.send(Message::Ping(Bytes::new())).await.is_ok()
+}

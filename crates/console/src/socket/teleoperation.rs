@@ -1,0 +1,119 @@
+//! A person who drives: a socket of its own, so that nothing he says waits behind what others are told.
+//!
+//! The client says `{"take": "r2/wheels"}`, then `{"command": {"left": 1, "right": 1}, "sequence": 7}` at 20 Hz as long as a key
+//! is held, and `{"release": true}` when it is let go. It is answered how the gate stands. A command holds for 150 ms
+//! ([`Teleoperation::HOLD`]) and ends by the agent's own clock, whatever became of the key, the page, the computer or the network.
+//! `{"stop": "reason"}` stops all actuators at once.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::Value;
+use slate_runtime::Teleoperation;
+use slate_runtime::remote::Call;
+
+use super::{Listener, Said, Sink, Visitor, say};
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::schema;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Request {
+    #[serde(default)]
+    take: Option<String>,
+    #[serde(default)]
+    command: Option<Value>,
+    #[serde(default)]
+    release: Option<bool>,
+    #[serde(default)]
+    leave: Option<bool>,
+    #[serde(default)]
+    stop: Option<String>,
+    /// Comes back with the answer, so that the client can tell how long that took.
+    #[serde(default)]
+    sequence: Option<u64>,
+}
+
+pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listener) {
+    let mut controls = None;
+    // With the visit end the controls, wherever it is left.
+    while let Some(said) = listener.next().await {
+        let Said::Text(text) = said else { continue };
+        let answer = take(&visitor, &mut controls, &text)
+            .unwrap_or_else(|(sequence, problem)| json!({ "problem": problem.json(), "sequence": sequence }));
+        if !say(&mut sink, answer.to_string()).await {
+            return;
+        }
+    }
+}
+
+fn take(
+    visitor: &Visitor,
+    controls: &mut Option<Teleoperation>,
+    text: &str,
+) -> Result<Json, (Option<u64>, Problem)> {
+    let context = &visitor.context;
+    let request: Request = serde_json::from_str(text).map_err(|error| {
+        let help = "such as {\"take\": \"r2/wheels\"} or {\"command\": {...}, \"sequence\": 1}";
+        (None, Problem::bad(format!("this can't be understood: {error}"), help))
+    })?;
+    let sequence = request.sequence;
+    let wrong = |problem| (sequence, problem);
+    if let Some(reason) = request.stop {
+        let reason = if reason.is_empty() { format!("by a {}", visitor.who) } else { reason };
+        if let Some(controls) = controls {
+            controls.release();
+        }
+        context.desk.make(Call::Stop { reason }).map_err(|refusal| wrong(refusal.into()))?;
+        return Ok(json!({ "stopped": true, "sequence": sequence }));
+    }
+    if let Some(name) = request.take {
+        // Nobody has two.
+        *controls = None;
+        let taken = context.desk.composer().take_controls(&name);
+        let taken = taken.map_err(|error| {
+            let help =
+                "GET /api/v1/actuators lists the actuators; who has them lets go with {\"leave\": true}";
+            wrong(Problem::new(StatusCode::CONFLICT, error.to_string(), help))
+        })?;
+        let answer = json!({
+            "taken": name,
+            "hold_ms": Teleoperation::HOLD.as_millis() as u64,
+            "interface": schema::of_interface(taken.descriptor()),
+            "gate": gate(context, &name),
+            "sequence": sequence,
+        });
+        *controls = Some(taken);
+        return Ok(answer);
+    }
+    if request.leave == Some(true) {
+        *controls = None;
+        return Ok(json!({ "left": true, "sequence": sequence }));
+    }
+    let Some(controls) = controls else {
+        let problem =
+            Problem::new(StatusCode::CONFLICT, "you have no controls", "say {\"take\": \"ACTUATOR\"} first");
+        return Err(wrong(problem));
+    };
+    match (request.command, request.release) {
+        (Some(command), None | Some(false)) => {
+            let help = "see the interface in the answer to `take`";
+            controls.command(&command).map_err(|error| wrong(Problem::unfit(error.to_string(), help)))?;
+        }
+        (None, Some(true)) => controls.release(),
+        _ => {
+            let help = "say one of take, command, release, leave and stop";
+            return Err(wrong(Problem::bad("this says nothing", help)));
+        }
+    }
+    Ok(json!({ "gate": gate(context, controls.actuator()), "time": context.now(), "sequence": sequence }))
+}
+
+/// How a gate stands.
+fn gate(context: &Arc<Context>, actuator: &str) -> Json {
+    let newest = context.board().read(&format!("{actuator}/gate")).ok().flatten();
+    newest.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
+}

@@ -1,0 +1,153 @@
+//! Who asks: a secret for each role.
+
+use std::collections::BTreeMap;
+use std::fs::{DirBuilder, OpenOptions};
+use std::io::{self, Error, ErrorKind, Read, Write};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+use slate_runtime::remote::folder;
+
+use crate::Role;
+
+/// Bytes of a secret that is made here.
+const BYTES: usize = 32;
+
+/// The fewest letters of a secret that somebody else made.
+const SHORTEST: usize = 32;
+
+/// The secrets by which roles are known.
+#[derive(Clone)]
+pub(crate) struct Tokens(BTreeMap<Role, String>);
+
+impl Tokens {
+    /// New ones, that nobody else knows.
+    pub fn generate() -> io::Result<Self> {
+        let mut source = std::fs::File::open("/dev/urandom")?;
+        let mut token = || {
+            let mut bytes = [0; BYTES];
+            source.read_exact(&mut bytes)?;
+            Ok::<_, Error>(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+        };
+        Role::ALL.into_iter().map(|role| Ok((role, token()?))).collect::<io::Result<_>>().map(Self)
+    }
+
+    /// Those in files, which nobody but their owner may read.
+    pub fn read(files: &BTreeMap<Role, PathBuf>) -> Result<Self, (PathBuf, String)> {
+        let read = |(role, path): (&Role, &PathBuf)| {
+            let wrong = |reason: String| (path.clone(), reason);
+            let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+            let mode = path.metadata().map_err(|error| wrong(error.to_string()))?.mode();
+            if mode & 0o077 != 0 {
+                return Err(wrong(format!("others may read it (mode {:o}): chmod 600", mode & 0o777)));
+            }
+            let token = text.trim();
+            if token.len() < SHORTEST || !token.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
+                let how = "openssl rand -hex 32";
+                return Err(wrong(format!("a token is at least {SHORTEST} letters and digits: {how}")));
+            }
+            Ok((*role, token.to_owned()))
+        };
+        files.iter().map(read).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// The role of a secret. How long this takes says nothing of the secrets.
+    pub fn role(&self, given: &str) -> Option<Role> {
+        let mut found = None;
+        for (role, token) in &self.0 {
+            if is_same(token, given) {
+                found = Some(*role);
+            }
+        }
+        found
+    }
+
+    /// A name of a run, that is no secret: these are thrown away.
+    pub fn session(self) -> String {
+        self.0.into_values().next().unwrap_or_default().chars().take(16).collect()
+    }
+
+    /// The secret of the highest role.
+    pub fn highest(&self) -> &str {
+        self.0.values().next_back().map_or("", String::as_str)
+    }
+
+    /// Writes them where tools of this user find them.
+    ///
+    /// The port is part of the name, as there may be several agents of one name.
+    pub fn write(&self, agent: &str, port: u16, address: &str) -> io::Result<TokenFile> {
+        let folder = folder();
+        match DirBuilder::new().recursive(true).mode(0o700).create(&folder) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
+            _ => check_folder(&folder)?,
+        }
+        let path = folder.join(format!("{agent}-{port}.console"));
+        let content = json!({
+            "address": address,
+            "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<BTreeMap<_, _>>(),
+        });
+        // What an agent left that was killed.
+        let _ = std::fs::remove_file(&path);
+        let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path)?;
+        writeln!(file, "{content}")?;
+        Ok(TokenFile(path))
+    }
+}
+
+/// As that of the local sockets: nobody else could have made it or looks into it.
+fn check_folder(folder: &Path) -> io::Result<()> {
+    let metadata = std::fs::symlink_metadata(folder)?;
+    let user = rustix::process::geteuid().as_raw();
+    if metadata.is_dir() && metadata.uid() == user && metadata.mode() & 0o077 == 0 {
+        return Ok(());
+    }
+    let folder = slate_runtime::printable(folder);
+    let message = format!("{folder} is not a folder that only its owner {user} may enter");
+    Err(Error::new(ErrorKind::PermissionDenied, message))
+}
+
+fn is_same(token: &str, given: &str) -> bool {
+    let (token, given) = (token.as_bytes(), given.as_bytes());
+    let difference = (0..token.len()).fold(token.len() ^ given.len(), |difference, place| {
+        difference | usize::from(token[place] ^ given.get(place).copied().unwrap_or(!token[place]))
+    });
+    difference == 0
+}
+
+/// The file with the secrets; it goes with this.
+#[derive(Debug)]
+pub(crate) struct TokenFile(PathBuf);
+
+impl TokenFile {
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for TokenFile {
+    fn drop(&mut self) {
+        // Who removed it before did the same.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+    use super::*;
+
+    #[test]
+    fn each_token_is_of_its_role_and_no_part_of_it_is_of_any() {
+        let tokens = Tokens::generate().unwrap();
+        for (role, token) in &tokens.0 {
+            assert_eq!(token.len(), 2 * BYTES);
+            assert_eq!(tokens.role(token), Some(*role));
+            assert_eq!(tokens.role(&token[1..]), None);
+            assert_eq!(tokens.role(&format!("{token}0")), None);
+        }
+        assert_eq!(tokens.role(""), None);
+        assert_eq!(tokens.highest(), tokens.0[&Role::Developer]);
+    }
+}

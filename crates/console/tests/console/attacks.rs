@@ -1,0 +1,227 @@
+//! What attackers try with each operation that changes something, and what must come of it: nothing.
+
+use std::collections::BTreeSet;
+use std::io::Write;
+
+use serde_json::{Value as Json, json};
+use slate_console::{Console, Settings};
+use slate_runtime::configuration::{Configuration, Options};
+
+use crate::agent::Running;
+use crate::client::Client;
+
+/// The operations that change something: method, path, body, and the role that they take.
+fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
+    vec![
+        ("PUT", run.at("sensor/params/step"), json!(2.0), "developer"),
+        ("PATCH", run.at("sensor/params"), json!({ "step": 2.0 }), "developer"),
+        ("PUT", run.at("driver/goal"), json!({ "x": 1.0, "y": 1.0 }), "operator"),
+        ("POST", run.at("driver/notes"), json!({ "value": 1.0 }), "operator"),
+        ("PUT", "/modules/sensor".into(), json!({ "enabled": false }), "developer"),
+        ("PUT", "/plugins/sensor".into(), json!(null), "developer"),
+        ("DELETE", "/plugins/sensor".into(), json!(null), "developer"),
+        ("POST", "/plugins/sensor/reload".into(), json!(null), "developer"),
+        ("PUT", "/links/driver/goal".into(), json!({ "from": "sensor/place" }), "developer"),
+        ("DELETE", "/links/driver/history".into(), json!(null), "developer"),
+        ("PATCH", "/settings".into(), json!({ "log.level": "trace" }), "developer"),
+        ("DELETE", "/settings".into(), json!(null), "developer"),
+        ("POST", "/settings/save".into(), json!({ "to": "origin" }), "developer"),
+        ("POST", "/snapshots/attack".into(), json!(null), "developer"),
+        ("POST", "/snapshots/attack/load".into(), json!(null), "developer"),
+        ("POST", "/reset".into(), json!(null), "operator"),
+        ("POST", "/arm".into(), json!({}), "operator"),
+        ("POST", "/stop".into(), json!({ "reason": "attack" }), "viewer"),
+    ]
+}
+
+/// What must not change.
+fn state(run: &Running) -> String {
+    let parts = ["/settings", "/links", "/plugins"].map(|path| run.get(path).text());
+    let modules = run.get("/modules").json();
+    let conditions: Vec<_> =
+        modules.as_array().unwrap().iter().map(|module| module["condition"].clone()).collect();
+    let stopped = run.get("/agent").json()["stopped"].clone();
+    format!("{parts:?} {conditions:?} {stopped} {}", run.number("driver/heard/value"))
+}
+
+#[test]
+fn no_attack_changes_anything() {
+    let run = Running::start("attacks");
+    let before = state(&run);
+    let listed: BTreeSet<String> = run.get("").json()["operations"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|operation| operation["method"] != "GET")
+        .map(|operation| {
+            format!("{} {}", operation["method"].as_str().unwrap(), operation["path"].as_str().unwrap())
+        })
+        .collect();
+    // Whoever adds an operation adds it here.
+    assert_eq!(listed.len(), 17, "{listed:?}");
+    let mut attacks = 0;
+    for (method, path, body, role) in changes(&run) {
+        let body = Some(&body).filter(|body| !body.is_null());
+        let good = run.client(role);
+        let token = run.token(role);
+        let nobody = Client::new(run.address(), "");
+        let port = run.address().port();
+        let mut refuse = |what: &str, reply: crate::client::Reply| {
+            attacks += 1;
+            assert!(
+                (400..500).contains(&reply.status),
+                "{method} {path}: {what}: {} {}",
+                reply.status,
+                reply.text()
+            );
+            if reply.status == 429 {
+                // Too many wrong tokens; the next one is to be judged for itself.
+                std::thread::sleep(std::time::Duration::from_millis(250));
+            }
+        };
+        refuse("no token", nobody.send(method, &path, body));
+        refuse(
+            "wrong token",
+            Client::new(run.address(), &token.replace(['0', '1', '2'], "f")).send(method, &path, body),
+        );
+        refuse("truncated token", Client::new(run.address(), &token[..63]).send(method, &path, body));
+        if role != "viewer" {
+            refuse("viewer token", run.client("viewer").send(method, &path, body));
+        }
+        refuse("token in the query", nobody.send(method, &format!("{path}?token={token}"), body));
+        refuse("foreign origin", good.with("Origin", "http://evil.example").send(method, &path, body));
+        refuse("null origin", good.with("Origin", "null").send(method, &path, body));
+        refuse("foreign host", good.with("Host", &format!("evil.example:{port}")).send(method, &path, body));
+        refuse("another port", good.with("Host", "127.0.0.1:1").send(method, &path, body));
+        refuse("cross site", good.with("Sec-Fetch-Site", "cross-site").send(method, &path, body));
+        if body.is_some() {
+            refuse("text", good.with("Content-Type", "text/plain").send(method, &path, body));
+            let form = good.with("Content-Type", "application/x-www-form-urlencoded");
+            refuse("form", form.send(method, &path, body));
+        }
+        refuse("override", good.with("X-HTTP-Method-Override", method).send("TRACE", &path, None));
+        refuse("traversal", good.send(method, &format!("/..%2f..{path}"), body));
+        let head = good.head(method, &format!("/api/v1{path}"));
+        let long = format!(
+            "{head}Content-Type: application/json\r\nContent-Length: 9999999\r\n\r\n{}",
+            "1".repeat(2 << 20)
+        );
+        refuse("too long", good.raw(long.as_bytes()));
+        let twice = format!(
+            "{head}Content-Type: application/json\r\nContent-Length: 4\r\nContent-Length: 5\r\n\r\ntrue1"
+        );
+        refuse("two lengths", good.raw(twice.as_bytes()));
+        let upgrade = good
+            .with("Upgrade", "websocket")
+            .with("Connection", "Upgrade")
+            .with("Origin", "http://evil.example");
+        refuse("foreign socket", upgrade.send(method, &path, None));
+    }
+    assert!(attacks > 260, "{attacks}");
+    // Not one of them has got through, and who may still may.
+    assert_eq!(state(&run), before);
+    run.client("viewer").send("POST", "/stop", None).json();
+}
+
+#[test]
+fn whoever_looks_needs_a_token_too_and_no_page_elsewhere_gets_an_answer() {
+    let run = Running::start("looks");
+    let nobody = Client::new(run.address(), "");
+    for path in ["/agent", "/properties", "/openapi.json", "/nothing"] {
+        assert!(nobody.send("GET", path, None).problem(401).contains("token"), "{path}");
+    }
+    let token = run.token("viewer");
+    nobody.send("GET", &format!("/agent?token={token}"), None).json();
+    assert_eq!(nobody.send("GET", "/", None).json()["api"], "/api/v1");
+    let viewer = run.client("viewer");
+    viewer.with("Sec-Fetch-Site", "cross-site").send("GET", "/agent", None).problem(403);
+    let own =
+        viewer.with("Origin", &format!("http://{}", run.address())).with("Sec-Fetch-Site", "same-origin");
+    let reply = own.send("GET", "/agent", None);
+    reply.json();
+    assert_eq!(reply.header("access-control-allow-origin"), "");
+    assert!(reply.header("content-security-policy").contains("default-src 'self'"));
+    assert_eq!(reply.header("x-content-type-options"), "nosniff");
+    assert!(viewer.send("OPTIONS", "/agent", None).problem(405).contains("GET"));
+    // What stands in two places is not what was checked.
+    viewer
+        .raw(
+            format!("GET http://evil.example/api/v1/agent HTTP/1.1\r\nHost: {}\r\n\r\n", run.address())
+                .as_bytes(),
+        )
+        .problem(421);
+    assert_eq!(viewer.raw(b"nonsense\r\n\r\n").status, 400);
+}
+
+#[test]
+fn guesses_are_slowed_down_and_no_reason_against_who_knows() {
+    let run = Running::start("guesses");
+    let guesser = Client::new(run.address(), &"0".repeat(64));
+    let statuses: Vec<_> = (0..40).map(|_| guesser.send("GET", "/agent", None).status).collect();
+    assert!(statuses.contains(&401) && statuses.contains(&429), "{statuses:?}");
+    run.client("viewer").send("GET", "/agent", None).json();
+}
+
+#[test]
+fn connections_that_say_nothing_keep_nobody_out() {
+    let run = Running::start("silent");
+    let silent: Vec<_> = (0..200)
+        .map(|_| {
+            let mut stream = run.client("viewer").connect();
+            let _ = stream.write_all(b"GET /api/v1/agent HTTP/1.1\r\nHo");
+            stream
+        })
+        .collect();
+    run.client("viewer").send("POST", "/stop", None).json();
+    run.client("viewer").send("GET", "/agent", None).json();
+    drop(silent);
+}
+
+#[test]
+fn the_secrets_are_for_their_owner_alone_and_go_with_the_agent() {
+    use std::os::unix::fs::MetadataExt;
+    let run = Running::start("secrets");
+    let path = run.console.token_file().to_owned();
+    assert_eq!(path.metadata().unwrap().mode() & 0o777, 0o600);
+    let (address, token) = run.console.link().split_once("/#token=").unwrap();
+    assert_eq!(address, format!("http://{}", run.address()));
+    assert_eq!(token, run.token("developer"));
+    drop(run);
+    assert!(!path.exists());
+}
+
+fn settings(text: &str) -> Result<Settings, String> {
+    let options = Options { extra_tables: vec!["console".into()], ..Options::default() };
+    let configuration = Configuration::from_text("robot.toml", text, &options).unwrap();
+    Settings::of(&configuration).map_err(|report| report.render(false))
+}
+
+#[test]
+fn what_is_reached_by_others_refuses_to_start_unprotected() {
+    for (text, words) in [
+        ("[console]\naddresses = [\"0.0.0.0\"]", "neither TLS nor tokens"),
+        ("[console]\naddresses = [\"127.0.0.1\", \"192.168.0.7\"]\ntokens.viewer = \"v\"", "has no TLS"),
+        ("[console]\naddresses = [\"::\"]\ncertificate = \"c\"\nkey = \"k\"", "has no tokens"),
+        ("[console]\nport = 70000", "65535"),
+        ("[console]\nport = \"x\"\nadress = []", "addresses"),
+        ("[console]\ncertificate = \"c\"", "key"),
+        ("[console]\norigins = [\"foxglove\"]", "origin"),
+        ("[console]\ntokens = {}", "names no file"),
+    ] {
+        let refusal = settings(text).unwrap_err();
+        assert!(refusal.contains("robot.toml") && refusal.contains(words), "{text}: {refusal}");
+    }
+    assert!(
+        settings(
+            "[console]\naddresses = [\"0.0.0.0\"]\ncertificate = \"c\"\nkey = \"k\"\ntokens.viewer = \"v\""
+        )
+        .is_ok()
+    );
+    let open = Settings { addresses: vec!["0.0.0.0".parse().unwrap()], port: Some(0), ..Settings::default() };
+    let configuration =
+        slate_runtime::configuration::Database::from_text("a.toml", "", Options::default()).unwrap();
+    let agent =
+        slate_runtime::Agent::load_with(&configuration, &[], slate_runtime::Options::default()).unwrap();
+    let refusal = Console::start(&agent, &open, Vec::new()).unwrap_err().to_string();
+    assert!(refusal.contains("0.0.0.0"), "{refusal}");
+}

@@ -1,0 +1,19 @@
+//! An agent that runs, and those who ask it over HTTP.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and the wall clock is what some are about"
+)]
+
+mod agent;
+mod attacks;
+mod client;
+mod foxglove;
+mod modules;
+mod openapi;
+mod reading;
+mod sockets;
+mod tls;
+mod writing;

@@ -1,0 +1,110 @@
+//! What the agent of the tests is made of.
+
+use slate_interfaces::{Image, ImageFormat};
+use slate_module::Plugin;
+use slate_module::prelude::*;
+
+/// A speed.
+#[interface]
+#[derive(PartialEq)]
+pub struct Speed {
+    /// Forward.
+    #[unit("m/s")]
+    pub value: f64,
+}
+
+/// A place.
+#[interface]
+#[derive(PartialEq)]
+pub struct Place {
+    /// East.
+    #[unit("m")]
+    pub x: f64,
+    /// North.
+    #[unit("m")]
+    pub y: f64,
+}
+
+#[ports]
+pub struct SensorIo {
+    count: Output<Speed>,
+    place: Output<Place>,
+    #[capacity(12288)]
+    image: Output<Image>,
+}
+
+#[params]
+pub struct SensorParams {
+    #[param(default = 1.0, range = 0.0..=5.0, unit = "m/s", doc = "by how much it counts")]
+    step: f64,
+    #[param(default = "robot", doc = "what it is called")]
+    label: Text<20>,
+}
+
+/// Counts, is somewhere, and sees a picture.
+pub struct Sensor;
+
+#[module(stage = SensorAcquire)]
+impl Module for Sensor {
+    type Io = SensorIo;
+    type Params = SensorParams;
+    type State = f64;
+
+    fn tick(state: &mut f64, io: &SensorIo, params: &SensorParams, _: &Tick) -> Outcome {
+        *state += params.step;
+        io.count.set(Speed { value: *state });
+        io.place.set(Place { x: 1.5, y: f64::NAN });
+        io.image.write(64 * 64 * 3, |image| {
+            (image.width, image.height, image.step, image.format) = (64, 64, 64 * 3, ImageFormat::RGB8);
+            image.data.fill(*state as u8);
+        });
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct DriverIo {
+    goal: Input<Place>,
+    wheel: Command<Speed>,
+    notes: Inbox<Speed>,
+    heard: Output<Speed>,
+    history: Queue<Speed>,
+}
+
+/// Commands what its goal says, and hears messages.
+pub struct Driver;
+
+#[module(stage = Act)]
+impl Module for Driver {
+    type Io = DriverIo;
+    type Params = ();
+    type State = f64;
+
+    fn tick(state: &mut f64, io: &DriverIo, _: &(), _: &Tick) -> Outcome {
+        io.wheel.send(Speed { value: io.goal.x }, Priority::Plan);
+        *state += io.notes.iter().map(|note| note.value).sum::<f64>();
+        let _ = io.history.iter().count();
+        io.heard.set(Speed { value: *state });
+        Outcome::Ok
+    }
+}
+
+/// All of them.
+pub fn plugins() -> Vec<Plugin> {
+    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>()]
+}
+
+/// How they are put together.
+pub const CONFIGURATION: &str = r#"
+[agent]
+name = "tester"
+[loop]
+period = "10ms"
+[modules.sensor]
+[modules.driver]
+[links]
+"driver/history" = "sensor/count"
+[actuators.wheel]
+command = "driver/wheel"
+limits = { value = [-5.0, 5.0] }
+"#;

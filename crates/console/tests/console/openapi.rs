@@ -1,0 +1,68 @@
+//! Schemathesis, which is not ours, asks for whatever the document allows, and for what it does not.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use crate::agent::Running;
+
+const PACKAGE: &str = "schemathesis==4.32.5";
+
+fn run(command: &mut Command, advice: &str) -> Output {
+    match command.output() {
+        Ok(output) if output.status.success() => output,
+        Ok(output) => panic!(
+            "{advice}\n{command:?}\n{}\n{}",
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr)
+        ),
+        Err(error) => panic!("{advice}\n{command:?}: {error}"),
+    }
+}
+
+/// The program.
+fn schemathesis() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schemathesis");
+    let marker = folder.join("packages");
+    if std::fs::read_to_string(&marker).is_ok_and(|found| found == PACKAGE) {
+        return folder.join("bin/schemathesis");
+    }
+    run(
+        Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder),
+        "this test needs Python with virtual environments: apt-get install python3-venv",
+    );
+    run(
+        Command::new(folder.join("bin/python")).args(["-m", "pip", "install", "--quiet", PACKAGE]),
+        "this test needs a package of PyPI, so it needs a network the first time",
+    );
+    std::fs::write(&marker, PACKAGE).unwrap();
+    folder.join("bin/schemathesis")
+}
+
+#[test]
+fn whatever_is_asked_is_answered_as_the_document_says() {
+    let program = schemathesis();
+    let agent = Running::start("schemathesis");
+    let document = Path::new(env!("CARGO_TARGET_TMPDIR")).join("openapi.json");
+    std::fs::write(&document, agent.get("/openapi.json").body).unwrap();
+    let output = run(
+        Command::new(program)
+            .arg("run")
+            .arg(&document)
+            .args(["--url", &format!("http://{}", agent.address())])
+            .args(["--header", &format!("Authorization: Bearer {}", agent.token("developer"))])
+            // Of what is refused, the document says nothing that could be checked for each value.
+            .args(["--checks", "not_a_server_error,status_code_conformance,content_type_conformance,response_schema_conformance"])
+            .args(["--phases", "examples,coverage,fuzzing", "--max-examples", "15", "--seed", "1"])
+            .args(["--rate-limit", "400/s", "--request-timeout", "10"])
+            // A stream has no end.
+            .args(["--exclude-operation-id", "log", "--no-color"])
+            // It would leave files of any name.
+            .args(["--exclude-operation-id", "save_snapshot"])
+            .env("HYPOTHESIS_STORAGE_DIRECTORY", std::env::temp_dir().join("slate-schemathesis")),
+        "an answer is not what the document says",
+    );
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().find(|line| line.contains("generated,")).unwrap_or_default();
+    let numbers: Vec<u32> = line.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
+    assert!(matches!(numbers[..], [generated, passed] if generated == passed && passed > 500), "{text}");
+}

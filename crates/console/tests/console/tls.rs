@@ -1,0 +1,77 @@
+//! What others reach is encrypted, and asks for secrets of the owner's choice.
+
+use std::io::{BufReader, Write};
+use std::net::TcpStream;
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
+
+use crate::agent::Running;
+use crate::client::{Client, reply};
+use crate::modules::CONFIGURATION;
+
+fn folder(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+#[test]
+fn with_a_certificate_it_speaks_tls_and_nothing_else() {
+    let folder = folder("console-tls");
+    let made = rcgen::generate_simple_self_signed(vec!["localhost".into()]).unwrap();
+    let (certificate, key, token) =
+        (folder.join("c.pem"), folder.join("k.pem"), folder.join("operator.token"));
+    std::fs::write(&certificate, made.cert.pem()).unwrap();
+    std::fs::write(&key, made.signing_key.serialize_pem()).unwrap();
+    let secret = "0123456789abcdef0123456789abcdef";
+    std::fs::write(&token, secret).unwrap();
+    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
+    let text = format!(
+        "{CONFIGURATION}\n[console]\nport = 0\naddresses = [\"127.0.0.1\"]\ncertificate = {certificate:?}\nkey = {key:?}\n\
+         tokens.operator = {token:?}"
+    );
+    let run = Running::start_with("tls", &text);
+    assert!(run.console.link().starts_with("https://127.0.0.1:"));
+    let mut roots = RootCertStore::empty();
+    roots.add(CertificateDer::from(made.cert.der().to_vec())).unwrap();
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let settings =
+        ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+    let settings = settings.with_root_certificates(roots).with_no_client_auth();
+    let name = ServerName::try_from("localhost").unwrap();
+    let connection = ClientConnection::new(Arc::new(settings), name).unwrap();
+    let mut stream = StreamOwned::new(connection, TcpStream::connect(run.address()).unwrap());
+    let head = Client::new(run.address(), secret).head("GET", "/api/v1/agent");
+    stream.write_all(format!("{head}Connection: close\r\n\r\n").as_bytes()).unwrap();
+    let agent = reply(&mut BufReader::new(stream)).json();
+    assert_eq!((&agent["role"], &agent["name"]), (&"operator".into(), &run.name().into()));
+    // Who speaks without it hears nothing.
+    assert_eq!(Client::new(run.address(), secret).send("GET", "/agent", None).status, 0);
+}
+
+#[test]
+fn a_secret_that_others_can_read_or_guess_is_none() {
+    let folder = folder("console-secrets");
+    let token = folder.join("viewer.token");
+    let refusal = |content: &str, mode: u32| {
+        std::fs::write(&token, content).unwrap();
+        std::fs::set_permissions(&token, std::fs::Permissions::from_mode(mode)).unwrap();
+        let options = slate_runtime::configuration::Options {
+            extra_tables: vec!["console".into()],
+            ..Default::default()
+        };
+        let text = format!("[console]\nport = 0\ntokens.viewer = {token:?}");
+        let database = slate_runtime::configuration::Database::from_text("a.toml", &text, options).unwrap();
+        let agent =
+            slate_runtime::Agent::load_with(&database, &[], slate_runtime::Options::default()).unwrap();
+        let settings = slate_console::Settings::of(&agent.configuration()).unwrap();
+        slate_console::Console::start(&agent, &settings, Vec::new()).unwrap_err().to_string()
+    };
+    assert!(refusal("0123456789abcdef0123456789abcdef", 0o644).contains("chmod 600"));
+    assert!(refusal("secret", 0o600).contains("openssl rand"));
+}

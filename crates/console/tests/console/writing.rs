@@ -1,0 +1,186 @@
+//! What can be changed, by whom, and on which condition.
+
+use serde_json::json;
+
+use crate::agent::Running;
+
+#[test]
+fn a_parameter_is_set_checked_and_taken_back() {
+    let run = Running::start("parameter");
+    let developer = run.client("developer");
+    let at = run.at("sensor/params/step");
+    let changed = developer.send("PUT", &at, Some(&json!(2.5))).json();
+    assert_eq!((&changed[0]["before"], &changed[0]["after"]), (&json!(null), &json!("2.5")));
+    assert_eq!(run.get(&format!("{at}?bare")).json(), json!(2.5));
+    // It is a change of the configuration, that can be saved or taken back.
+    assert_eq!(run.get("/settings/differences").json()[0]["present"], "2.5");
+    for (body, words) in [(json!(7.0), "5"), (json!("fast"), "step"), (json!(null), "step")] {
+        let text = developer.send("PUT", &at, Some(&body)).problem(422);
+        assert!(text.contains(words), "{body}: {text}");
+    }
+    assert_eq!(developer.send("DELETE", "/settings?path=modules.sensor", None).json()[0]["before"], "2.5");
+    assert_eq!(run.get(&format!("{at}?bare")).json(), json!(1.0));
+    let text = developer.send("PUT", &run.at("sensor/params"), Some(&json!({ "step": 1.0 }))).problem(422);
+    assert!(text.contains("label"), "{text}");
+    developer
+        .send("PATCH", &run.at("sensor/params"), Some(&json!({ "step": 2.0, "label": "a \"b\"\n" })))
+        .json();
+    assert_eq!(run.get(&run.at("sensor/params?bare")).json(), json!({ "step": 2.0, "label": "a \"b\"\n" }));
+}
+
+#[test]
+fn a_dry_run_changes_nothing_and_says_whether_it_could() {
+    let run = Running::start("dry");
+    let developer = run.client("developer");
+    let at = run.at("sensor/params/step?dry_run");
+    assert_eq!(developer.send("PUT", &at, Some(&json!(2.5))).json()[0]["after"], "2.5");
+    developer.send("PUT", &at, Some(&json!(7.0))).problem(422);
+    assert_eq!(run.get(&run.at("sensor/params/step?bare")).json(), json!(1.0));
+    let linked =
+        developer.send("PUT", "/links/driver/goal?dry_run", Some(&json!({ "from": "sensor/place" })));
+    assert_eq!(linked.json().as_array().map(Vec::len), Some(1));
+    let text = developer
+        .send("PUT", "/links/driver/goal?dry_run", Some(&json!({ "from": "sensor/image" })))
+        .problem(409);
+    assert!(text.contains("Image"), "{text}");
+    assert_eq!(run.get("/links").json().as_array().map(Vec::len), Some(1));
+}
+
+#[test]
+fn of_two_who_have_seen_one_version_one_changes_it() {
+    let run = Running::start("version");
+    let developer = run.client("developer");
+    let at = run.at("sensor/params/step");
+    let version = run.get(&at).header("etag").to_owned();
+    let seen = developer.with("If-Match", &version);
+    seen.send("PUT", &at, Some(&json!(2.0))).json();
+    let late = seen.send("PUT", &at, Some(&json!(3.0)));
+    assert!(late.problem(412).contains("version"));
+    assert_ne!(late.header("etag"), version);
+    assert_eq!(run.get(&format!("{at}?bare")).json(), json!(2.0));
+    developer.with("If-Match", "*").send("PUT", &at, Some(&json!(3.0))).json();
+}
+
+#[test]
+fn an_input_without_a_link_takes_a_goal_of_an_operator() {
+    let run = Running::start("goal");
+    let operator = run.client("operator");
+    operator.send("PUT", &run.at("driver/goal"), Some(&json!({ "x": 2.0, "y": 1.0 }))).json();
+    run.wait_for("the command", || run.number("wheel/command/value") == 2.0);
+    operator.send("PUT", &run.at("driver/goal/x"), Some(&json!(3.0))).json();
+    run.wait_for("the command", || run.number("wheel/command/value") == 3.0);
+    assert_eq!(run.get(&run.at("driver/goal?bare")).json(), json!({ "x": 3.0, "y": 1.0 }));
+    let text = operator.send("PUT", &run.at("driver/goal"), Some(&json!({ "x": 2.0 }))).problem(422);
+    assert!(text.contains('y'), "{text}");
+    assert!(
+        operator
+            .send("PUT", &run.at("sensor/params/step"), Some(&json!(2.0)))
+            .problem(403)
+            .contains("developer")
+    );
+}
+
+#[test]
+fn what_a_module_writes_is_set_by_nobody_else() {
+    let run = Running::start("outputs");
+    let developer = run.client("developer");
+    let refused = developer.send("PUT", &run.at("sensor/count/value"), Some(&json!(0.0)));
+    assert!(refused.problem(405).contains("module"));
+    assert_eq!(refused.header("allow"), "GET");
+    let refused = developer.send("PUT", &run.at("driver/notes"), Some(&json!({ "value": 1.0 })));
+    assert_eq!((refused.status, refused.header("allow")), (405, "POST"));
+    developer.send("PUT", &run.at("driver/history"), Some(&json!({ "value": 1.0 }))).problem(405);
+}
+
+#[test]
+fn a_message_is_sent_and_answered() {
+    let run = Running::start("message");
+    let operator = run.client("operator");
+    let at = run.at("driver/notes");
+    assert_eq!(
+        operator.send("POST", &format!("{at}?dry_run"), Some(&json!({ "value": 2.0 }))).json()["status"],
+        "fits"
+    );
+    let sent = operator.send("POST", &at, Some(&json!({ "value": 4.0 }))).json();
+    assert_eq!(sent["status"], "done");
+    run.wait_for("the message", || run.number("driver/heard/value") == 4.0);
+    assert!(operator.send("POST", &at, Some(&json!({ "speed": 4.0 }))).problem(422).contains("value"));
+    operator.send("POST", &run.at("sensor/count"), Some(&json!({ "value": 4.0 }))).problem(405);
+}
+
+#[test]
+fn anybody_stops_and_an_operator_lets_it_go_on() {
+    let run = Running::start("stop");
+    let (viewer, operator) = (run.client("viewer"), run.client("operator"));
+    operator.send("PUT", &run.at("driver/goal"), Some(&json!({ "x": 2.0, "y": 1.0 }))).json();
+    run.wait_for("the command", || run.number("wheel/command/value") == 2.0);
+    assert_eq!(viewer.send("POST", "/stop", None).json(), json!({ "stopped": ["wheel"] }));
+    assert_eq!(run.number("wheel/command/value"), 0.0);
+    assert!(run.get("/agent").json()["stopped"].as_str().unwrap().contains("viewer"));
+    viewer.send("POST", "/reset", None).problem(403);
+    viewer.send("POST", "/arm", None).problem(403);
+    assert!(operator.send("POST", "/arm", None).problem(409).contains("still stopped"));
+    assert_eq!(operator.send("POST", "/reset", None).json(), json!({ "was_stopped": true }));
+    assert!(operator.send("POST", "/arm", Some(&json!({ "actuator": "arm" }))).problem(422).contains("arm"));
+    operator.send("POST", "/arm", Some(&json!({ "actuator": "wheel" }))).json();
+    run.wait_for("the command", || run.number("wheel/command/value") == 2.0);
+}
+
+#[test]
+fn a_snapshot_is_taken_and_gone_on_from() {
+    let run = Running::start("snapshot");
+    let developer = run.client("developer");
+    let name = format!("console-{}", std::process::id());
+    let taken = developer.send("POST", &format!("/snapshots/{name}"), None).json();
+    let file = std::path::PathBuf::from(taken["file"].as_str().unwrap());
+    assert!(file.is_file() && file.ends_with(format!("snapshots/{name}.snapshot")), "{taken}");
+    let then = run.number("sensor/count/value");
+    run.wait_for("later", || run.number("sensor/count/value") > then + 100.0);
+    let loaded = developer.send("POST", &format!("/snapshots/{name}/load"), None).json();
+    assert_eq!(loaded["cycle"], taken["cycle"]);
+    assert!(run.number("sensor/count/value") < then + 100.0);
+    std::fs::remove_file(&file).unwrap();
+    let _ = std::fs::remove_dir(file.parent().unwrap());
+    developer.send("POST", &format!("/snapshots/{name}/load"), None).problem(404);
+    developer.send("POST", "/snapshots/..%2fx", None).problem(400);
+}
+
+#[test]
+fn modules_links_and_levels_change_while_it_runs() {
+    let run = Running::start("parts");
+    let developer = run.client("developer");
+    assert_eq!(
+        developer.send("PUT", "/modules/sensor", Some(&json!({ "enabled": false }))).json()["changed"],
+        true
+    );
+    assert_eq!(
+        developer.send("PUT", &run.at("sensor/enabled"), Some(&json!(true))).json()[0]["after"],
+        "true"
+    );
+    assert!(
+        developer
+            .send("PUT", "/modules/senser", Some(&json!({ "enabled": false })))
+            .problem(404)
+            .contains("senser")
+    );
+    developer.send("PUT", "/links/driver/goal", Some(&json!({ "from": "sensor/place" }))).json();
+    run.wait_for("the command", || run.number("wheel/command/value") == 1.5);
+    let links = run.get("/links").json();
+    assert!(links.as_array().unwrap().iter().any(|link| link["to"] == "driver/goal"), "{links}");
+    developer.send("DELETE", "/links/driver/goal", None).json();
+    assert!(developer.send("DELETE", "/links/driver/goal", None).problem(409).contains("no link"));
+    developer.send("PATCH", "/settings", Some(&json!({ "log.level": "debug" }))).json();
+    assert!(
+        developer
+            .send("PATCH", "/settings", Some(&json!({ "loop.period": "1s" })))
+            .problem(422)
+            .contains("loop")
+    );
+    assert!(developer.send("DELETE", "/plugins/nothing", None).problem(404).contains("nothing"));
+    // Who has done it is in the log.
+    let lines = run.get("/log").text();
+    assert!(
+        lines.contains("developer at 127.0.0.1") && lines.contains("PUT /api/v1/links/driver/goal is done"),
+        "{lines}"
+    );
+}
