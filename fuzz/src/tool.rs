@@ -84,6 +84,9 @@ fn tamed(line: &[u8]) -> Vec<u8> {
         Call::PluginLoad { file: Some(file), .. } | Call::PluginReload { file: Some(file), .. } => tame(file),
         Call::PluginShadow { file, .. }
         | Call::TraceRecord { file }
+        | Call::RecordStart { file, .. }
+        | Call::RecordStop { file: Some(file) }
+        | Call::RecordSnapshot { file }
         | Call::SnapshotSave { file }
         | Call::SnapshotRemote { file, .. }
         | Call::SnapshotLoad { file } => tame(file),

@@ -275,8 +275,7 @@ fn reference() -> Vec<u8> {
     recorder.begin_with(&agent, Path::new("here"), Box::new(bytes.clone()));
     (0..200).for_each(|_| assert!(agent.step()));
     recorder.end(&mut agent).unwrap();
-    let file = bytes.0.lock().unwrap().clone();
-    file
+    bytes.0.lock().unwrap().clone()
 }
 
 /// A message: its topic, number and time, and its bytes.

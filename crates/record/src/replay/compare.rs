@@ -280,7 +280,7 @@ impl Comparer {
             let is_extra = self.is_whole;
             return Ok(if is_extra { different(String::new(), "no such value".into(), own()) } else { None });
         };
-        if self.expected.hash(path) != Some(&format!("{:016x}", channel.descriptor.hash)) {
+        if self.expected.hash(path) != Some(channel.descriptor.hash) {
             let text = format!("the interface of /{path} is another one than that of the recording");
             return Ok(Some(Verdict::NotCovered(text)));
         }

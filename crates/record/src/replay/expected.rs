@@ -18,7 +18,7 @@ pub(super) struct Expected {
     source: Source,
     /// Paths and hashes of the properties that a second run writes again, by channel.
     channels: BTreeMap<u16, String>,
-    hashes: BTreeMap<String, String>,
+    hashes: BTreeMap<String, Option<u64>>,
     waiting: BTreeMap<String, VecDeque<Wanted>>,
     /// The time of the last value that was read.
     read_to: u64,
@@ -50,7 +50,7 @@ impl Expected {
                     let says = |key: &str| channel.metadata.get(key).cloned().unwrap_or_default();
                     if says("repeats") == "true" {
                         let path = channel.topic.trim_start_matches('/').to_owned();
-                        self.hashes.insert(path.clone(), says("hash"));
+                        self.hashes.insert(path.clone(), u64::from_str_radix(&says("hash"), 16).ok());
                         self.channels.insert(channel.id, path);
                     }
                 }
@@ -58,8 +58,11 @@ impl Expected {
                     let Some(path) = self.channels.get(&header.channel_id) else { continue };
                     let (sequence, time) = (header.sequence, header.log_time);
                     self.read_to = self.read_to.max(time);
-                    let waiting = self.waiting.entry(path.clone()).or_default();
-                    waiting.push_back(Wanted { sequence, time, message, until: self.read_to });
+                    let wanted = Wanted { sequence, time, message, until: self.read_to };
+                    match self.waiting.get_mut(path) {
+                        Some(waiting) => waiting.push_back(wanted),
+                        None => drop(self.waiting.insert(path.clone(), VecDeque::from([wanted]))),
+                    }
                     return Ok(true);
                 }
                 Some(_) => {}
@@ -88,8 +91,8 @@ impl Expected {
     }
 
     /// The schema of a property, once a value of it was asked for.
-    pub fn hash(&self, path: &str) -> Option<&str> {
-        self.hashes.get(path).map(String::as_str)
+    pub fn hash(&self, path: &str) -> Option<u64> {
+        *self.hashes.get(path)?
     }
 
     /// Reads all that was written until a time.
