@@ -100,7 +100,8 @@ fn kill(seed: u64) -> (usize, usize, u64) {
 /// Somebody else's library reads the file without being told that its end is missing.
 fn read_by_others(file: &Path) {
     let file = std::fs::read(file).unwrap();
-    let messages = mcap::MessageStream::new(&file).unwrap().map(|message| message.unwrap()).count();
+    let messages: Result<Vec<_>, _> = mcap::MessageStream::new(&file).unwrap().collect();
+    let messages = messages.unwrap().len();
     let summary = mcap::Summary::read(&file).unwrap().unwrap();
     assert_eq!(summary.stats.unwrap().message_count, messages as u64);
 }
