@@ -58,7 +58,7 @@ fn a_playback_is_controlled_from_another_shell() {
     let output = running.finish();
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(text(&output.stdout).contains(" cycles, up to "), "{output:?}");
-    running.fails(2, &["replay", "status"], &["no agent runs here"]);
+    running.fails(3, &["replay", "status"], &["no agent runs here"]);
 }
 
 #[test]
