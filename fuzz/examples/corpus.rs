@@ -328,7 +328,7 @@ fn calls() {
         Call::LinkList {},
         Call::Peers {},
         Call::ConfigGet { path: text("modules") },
-        Call::ConfigSet { changes: vec![(text("modules.counter.params.step"), text("2"))] },
+        Call::ConfigSet { changes: vec![(text("modules.counter.params.step"), text("2"))], dry_run: true },
         Call::ConfigDiff {},
         Call::ConfigRevert { path: text("") },
         Call::ConfigRefused {},
