@@ -9,7 +9,7 @@ export const BUILT_IN = {
   overview: { title: "Overview", columns: [column(3, tile("map")), column(2, tile("overview", 3), tile("log", 2))] },
   inspect: { title: "Inspect", columns: [column(3, tile("tree")), column(2, tile("inspector"))] },
   parameters: { title: "Parameters", columns: [column(3, tile("parameters")), column(2, tile("map", 3), tile("plot", 2))] },
-  plots: { title: "Plots", columns: [column(1, tile("plot"), tile("plot", 1, { series: [] }))] },
+  plots: { title: "Plots", columns: [column(3, tile("plot"), tile("plot", 1, { series: [] })), column(2, tile("states"))] },
   mapek: { title: "MAPE-K", columns: [column(1, tile("mapek"))] },
   graph: { title: "Graph", columns: [column(1, tile("graph"))] },
   timing: { title: "Timing", columns: [column(1, tile("timing"))] },

@@ -1,5 +1,5 @@
 // Small parts that panels have in common.
-import { html, useEffect, useRef, useState } from "/lib/preact.js";
+import { html, useEffect, useState } from "/lib/preact.js";
 import { age } from "/format.js";
 import { clock } from "/live.js";
 
@@ -33,14 +33,15 @@ export const Bar = ({ share, label }) =>
 
 /** The size of an element in CSS pixels, and a reference to put on it. */
 export function useSize() {
-  const reference = useRef(null);
+  const [element, setElement] = useState(null);
   const [size, setSize] = useState(null);
   useEffect(() => {
+    if (!element) return undefined;
     const observer = new ResizeObserver(([{ contentRect: { width, height } }]) =>
       setSize({ width: Math.floor(width), height: Math.floor(height) }),
     );
-    observer.observe(reference.current);
+    observer.observe(element);
     return () => observer.disconnect();
-  }, []);
-  return [reference, size];
+  }, [element]);
+  return [setElement, size];
 }

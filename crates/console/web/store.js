@@ -15,7 +15,6 @@ function resource(path) {
 
 async function refresh(resource) {
   clearTimeout(resource.timer);
-  const period = Math.min(...resource.watchers.values());
   try {
     const value = await get(resource.path);
     const text = JSON.stringify(value);
@@ -28,6 +27,7 @@ async function refresh(resource) {
     notify(resource);
   }
   clearTimeout(resource.timer);
+  const period = Math.min(...resource.watchers.values());
   if (resource.watchers.size && Number.isFinite(period)) {
     resource.timer = setTimeout(() => refresh(resource), document.hidden ? 5 * period : period);
   }

@@ -89,6 +89,7 @@ visit(async () => {
   await add.fill("simulator/r2/clearance/distance");
   await add.press("Enter");
   await until("another line", async () => /\d m$/.test(await page.locator(".tile").nth(1).locator(".series b").first().innerText()));
+  await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));
   await page.waitForTimeout(2000);
   await browser.accessible(page, "the plots");
   await browser.picture(page, "plots");
@@ -154,6 +155,8 @@ visit(async () => {
 
   // Driving by hand, as long as a key is held and not longer.
   await browser.view(page, "drive");
+  // A reflex has precedence over a person.
+  await api("PUT", "/modules/r2/avoid_obstacle", { enabled: false });
   await page.click("button:has-text('Take the controls')");
   await page.waitForSelector(".drive[data-held=true]");
   await page.keyboard.down("a");

@@ -1,56 +1,9 @@
 // A robot as MAPE-K: what its blocks say, which route decides, what Execute does.
-import { Age, brief, clock, Empty, html, Problem, put, reload, select, time, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useReadings, useResource, useSize, useState, watch, word } from "/slate.js";
+import { Age, brief, Empty, html, Problem, put, reload, select, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState, word } from "/slate.js";
 import { robots } from "/blocks.js";
+import { Strip } from "/strip.js";
 
-const SPAN = 60e9;
-const LETTERS = { DELIBERATIVE: "D", REACTIVE: "R", IDLE: "" };
-
-// Which route decided when, as long as the page is open.
-const strips = new Map();
-function strip(path) {
-  let found = strips.get(path);
-  if (found) return found;
-  found = [];
-  strips.set(path, found);
-  watch(path, ({ value, time }) => {
-    if (found.length && time < found.at(-1).from) found.length = 0;
-    if (found.at(-1)?.route !== value.route) found.push({ from: time, route: value.route });
-    if (found.length > 4000) found.splice(0, 1000);
-  }, { rate: 50 });
-  return found;
-}
-
-function Strip({ path }) {
-  const [box, size] = useSize();
-  const [, redraw] = useState(0);
-  useEffect(() => {
-    const timer = setInterval(() => redraw((count) => count + 1), 200);
-    return () => clearInterval(timer);
-  }, []);
-  const segments = strip(path);
-  const [end, width] = [clock.now, size?.width ?? 0];
-  const begin = Math.max(0, end - SPAN);
-  const x = (at) => ((Math.max(at, begin) - begin) / SPAN) * width;
-  const shown = segments
-    .map(({ from, route }, place) => ({ from, to: segments[place + 1]?.from ?? end, route }))
-    .filter(({ to }) => to > begin);
-  const share = (route) => {
-    const whole = shown.reduce((sum, { from, to }) => sum + to - Math.max(from, begin), 0);
-    return whole ? Math.round((100 * shown.filter((one) => one.route === route).reduce((sum, { from, to }) => sum + to - Math.max(from, begin), 0)) / whole) : 0;
-  };
-  const words = `Route of the last minute: ${share("DELIBERATIVE")} % deliberative, ${share("REACTIVE")} % reactive`;
-  return html`<div class="strip-box" ref=${box}>
-    <svg class="strip" width=${width} height="38" role="img" aria-label=${words}>
-      <rect width=${width} height="24" class="bar-back" />
-      ${shown.map(({ from, to, route }) => {
-        const [left, right] = [x(from), x(to)];
-        return html`<g key=${from}><rect x=${left} width=${Math.max(0.5, right - left)} y=${route === "REACTIVE" ? 12 : 0} height=${route === "IDLE" ? 0 : 12} class="strip-${route}" />
-          ${right - left > 14 && html`<text x=${left + 4} y=${route === "REACTIVE" ? 22 : 10} class="strip-text">${LETTERS[route] ?? ""}</text>`}</g>`;
-      })}
-      ${[0, 15, 30, 45, 60].map((seconds) => html`<text key=${seconds} x=${Math.min(width - 2, Math.max(2, x(begin + seconds * 1e9)))} y="36" class="strip-tick" text-anchor=${seconds === 0 ? "start" : seconds === 60 ? "end" : "middle"}>${time(begin + seconds * 1e9).slice(0, -3)}</text>`)}
-    </svg>
-    <p class="muted strip-words">${words}</p></div>`;
-}
+const ROUTES = ["IDLE", "DELIBERATIVE", "REACTIVE"];
 
 function Block({ module, interfaces, readings, active }) {
   const short = module.name.slice(module.name.lastIndexOf("/") + 1);
@@ -108,7 +61,7 @@ function Robot({ robot, isAllowed, fail }) {
   const reactive = route === "REACTIVE" ? "REACTIVE" : undefined;
   return html`<section class="robot" aria-label=${`MAPE-K of ${robot.name}`}>
     <header><h2>${robot.name}</h2><span class="route" data-route=${route}>${word(route)}</span></header>
-    <${Strip} path=${robot.status} />
+    <${Strip} path=${robot.status} pointer="/route" values=${ROUTES} name="Route of the last minute" />
     <div class="mapek">
       <div class="stage monitor"><h3>Monitor</h3>${cards(Monitor, deliberative)}</div>
       <div class="stage analyze"><h3>Analyze</h3>${cards(Analyze, deliberative)}</div>
