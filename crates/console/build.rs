@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=web");
-    let variable = |name: &str| env::var_os(name).map(PathBuf::from).ok_or(format!("cargo does not say {name}"));
+    let variable =
+        |name: &str| env::var_os(name).map(PathBuf::from).ok_or(format!("cargo does not say {name}"));
     let (root, out) = (variable("CARGO_MANIFEST_DIR")?.join("web"), variable("OUT_DIR")?);
     let mut files = Vec::new();
     collect(&root, &mut files)?;
@@ -29,7 +30,10 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>
         let path = entry?.path();
         if path.is_dir() {
             collect(&path, files)?;
-        } else if path.extension().is_some_and(|kind| ["html", "js", "css", "svg"].iter().any(|known| kind == *known)) {
+        } else if path
+            .extension()
+            .is_some_and(|kind| ["html", "js", "css", "svg"].iter().any(|known| kind == *known))
+        {
             files.push(path);
         }
     }

@@ -46,7 +46,9 @@ fn chromium() -> PathBuf {
     let mut files = ["chromium", "chromium-browser", "google-chrome"]
         .iter()
         .flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
-    files.find(|file| file.is_file()).unwrap_or_else(|| panic!("this test needs Chromium: apt-get install chromium"))
+    files
+        .find(|file| file.is_file())
+        .unwrap_or_else(|| panic!("this test needs Chromium: apt-get install chromium"))
 }
 
 /// A run, and the link that it prints.
@@ -61,7 +63,11 @@ fn open(running: &mut Running, example: &str, arguments: &[&str]) -> String {
     let mut files = files.map(|entry| entry.unwrap().path());
     let file = files.find(|path| path.extension().is_some_and(|extension| extension == "console")).unwrap();
     let content: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
-    format!("{}/#token={}", content["address"].as_str().unwrap(), content["tokens"]["developer"].as_str().unwrap())
+    format!(
+        "{}/#token={}",
+        content["address"].as_str().unwrap(),
+        content["tokens"]["developer"].as_str().unwrap()
+    )
 }
 
 /// Goes there with a browser.
@@ -84,7 +90,16 @@ fn visit(script: &str, link: &str, agent: &str) {
 fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
     let mut running = Running::new("browser-exp1");
     // So long that nobody is in a hurry; a run ends with its mission.
-    let link = open(&mut running, "exp1", &["--set", "modules.referee.params.time_limit=600.0", "--set", "modules.referee.params.tolerance=1e-9"]);
+    let link = open(
+        &mut running,
+        "exp1",
+        &[
+            "--set",
+            "modules.referee.params.time_limit=600.0",
+            "--set",
+            "modules.referee.params.tolerance=1e-9",
+        ],
+    );
     visit("exp1.cjs", &link, "exp1");
     assert!(running.folder().join("console/layouts/times-and-clearance.json").is_file());
     // That the browser is gone changes nothing.

@@ -72,8 +72,10 @@ impl Pages {
 fn scripts(folder: &Path, prefix: &str) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    let mut scripts: Vec<_> =
-        names.filter(|name| is_plain(name) && name.ends_with(".js")).map(|name| format!("{prefix}{name}")).collect();
+    let mut scripts: Vec<_> = names
+        .filter(|name| is_plain(name) && name.ends_with(".js"))
+        .map(|name| format!("{prefix}{name}"))
+        .collect();
     scripts.sort();
     scripts
 }

@@ -13,8 +13,7 @@ use crate::{Role, TABLE};
 ///
 /// ```
 /// use slate_console::Settings;
-/// use slate_runtime::printable;
-use slate_runtime::configuration::{Configuration, Options};
+/// use slate_runtime::configuration::{Configuration, Options};
 ///
 /// let options = Options { extra_tables: vec!["console".into()], ..Options::default() };
 /// let here = Configuration::from_text("a.toml", "[console]\nport = 7878", &options)?;
@@ -143,7 +142,11 @@ impl Reader<'_> {
             && !assets.join("index.html").is_file()
         {
             let message = format!("{} has no index.html", printable(assets));
-            self.add(value.span, message, "name a folder such as crates/console/web, from where the agent is started");
+            self.add(
+                value.span,
+                message,
+                "name a folder such as crates/console/web, from where the agent is started",
+            );
         }
         for (one, other) in [("certificate", "key"), ("key", "certificate")] {
             if let (Some(value), None) = (table.get(one), table.get(other)) {

@@ -14,6 +14,7 @@ export function number(value, unit = "") {
 
 /** A duration of nanoseconds, with three digits. */
 export function duration(nanoseconds) {
+  if (nanoseconds === 0) return "0 ns";
   const steps = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
   const [size, unit] = steps.find(([size]) => Math.abs(nanoseconds) >= size) ?? [1e9, "s"];
   const scaled = nanoseconds / size;

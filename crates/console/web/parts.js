@@ -18,11 +18,11 @@ export const Trouble = ({ problem }) =>
 export const Field = ({ name, children, state, title }) =>
   html`<div class="field" title=${title}><dt>${name}</dt><dd data-state=${state}>${children}</dd></div>`;
 
-/** How old a reading is, by the agent's clock. */
-export const Age = ({ time }) => {
+/** How old a reading is, by the agent's clock; what should be no older than `limit` seconds and is stands out. */
+export const Age = ({ time, limit = Infinity }) => {
   if (time === undefined || time === null) return html`<span class="muted">never</span>`;
   const seconds = (clock.now - time) / 1e9;
-  return html`<span class=${seconds > 2 ? "stale" : "muted"}>${age(Math.max(0, seconds))}</span>`;
+  return html`<span class=${seconds > limit ? "stale" : "muted"}>${age(Math.max(0, seconds))}</span>`;
 };
 
 /** A part of a whole, as a bar. */

@@ -27,7 +27,9 @@ fn folder() -> PathBuf {
 pub(super) fn list(_: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
     let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries
-        .filter_map(|entry| entry.file_name().into_string().ok()?.strip_suffix(".json").map(ToOwned::to_owned))
+        .filter_map(|entry| {
+            entry.file_name().into_string().ok()?.strip_suffix(".json").map(ToOwned::to_owned)
+        })
         .filter(|name| is_plain(name))
         .collect();
     names.sort();
@@ -68,7 +70,10 @@ pub(super) fn save(_: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     }
     let text = format!("{:#}\n", Json::Object(layout));
     if text.len() as u64 > LONGEST {
-        return Err(Problem::unfit(format!("the layout is longer than {LONGEST} bytes"), "show fewer panels"));
+        return Err(Problem::unfit(
+            format!("the layout is longer than {LONGEST} bytes"),
+            "show fewer panels",
+        ));
     }
     fs::create_dir_all(folder()).and_then(|()| fs::write(&file, text)).map_err(|error| unwritable(&error))?;
     Ok(Answer::json(json!({ "file": file })))

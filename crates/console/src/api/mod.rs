@@ -378,6 +378,18 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         handler: settings::list,
     },
     Operation {
+        method: "GET",
+        path: "/parameters",
+        name: "parameters",
+        summary: "The parameters of all modules, with their defaults and ranges",
+        role: Role::Viewer,
+        parameters: &[TOKEN],
+        body: None,
+        answer: || shape::list(shape::parameter()),
+        kinds: &[],
+        handler: parts::parameters,
+    },
+    Operation {
         method: "PATCH",
         path: "/settings",
         name: "set",

@@ -114,7 +114,8 @@ fn page(hall: &Hall, method: &Method, path: &str, headers: &HeaderMap) -> Option
         return None;
     }
     // A browser wants a page, a program wants to know where the rest is.
-    let wants_index = path == "/" && !text(headers, ACCEPT.as_str()).unwrap_or_default().contains("text/html");
+    let wants_index =
+        path == "/" && !text(headers, ACCEPT.as_str()).unwrap_or_default().contains("text/html");
     let page = if wants_index { None } else { hall.pages.find(path) };
     let Some(page) = page else {
         let index = json!({ "api": BASE, "openapi": format!("{BASE}/openapi.json") });

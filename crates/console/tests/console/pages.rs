@@ -73,18 +73,26 @@ fn pages_of_a_folder_take_the_place_of_those_that_are_built_in_and_nothing_else_
 #[test]
 fn layouts_have_plain_names_and_say_which_panels_stand_where() {
     let run = Running::start("layouts");
-    let fit = json!({ "title": "Mine", "columns": [{ "share": 1, "tiles": [{ "panel": "map", "share": 1 }] }] });
+    let fit =
+        json!({ "title": "Mine", "columns": [{ "share": 1, "tiles": [{ "panel": "map", "share": 1 }] }] });
     let developer = run.client("developer");
     let save = |name: &str, layout: &Json| developer.send("PUT", &format!("/layouts/{name}"), Some(layout));
     for name in ["a.b", "%2e%2e", "..%2fmine", "a%20b", &"a".repeat(65)] {
         assert!(save(name, &fit).problem(400).contains("64 letters"), "{name}");
     }
-    for layout in [json!({}), json!({ "title": "Mine" }), json!({ "title": 1, "columns": [1] }), json!({ "title": "", "columns": [] })] {
+    for layout in [
+        json!({}),
+        json!({ "title": "Mine" }),
+        json!({ "title": 1, "columns": [1] }),
+        json!({ "title": "", "columns": [] }),
+    ] {
         assert!(save("mine", &layout).problem(422).contains("columns"), "{layout}");
     }
     let endless = json!({ "title": "x".repeat(100_000), "columns": [1] });
     assert!(save("mine", &endless).problem(422).contains("longer"));
-    assert!(run.client("operator").send("PUT", "/layouts/mine", Some(&fit)).problem(403).contains("operator"));
+    assert!(
+        run.client("operator").send("PUT", "/layouts/mine", Some(&fit)).problem(403).contains("operator")
+    );
     assert!(developer.send("DELETE", "/layouts/mine", None).problem(404).contains("layouts"));
     assert_eq!(run.get("/layouts").json(), json!({}));
 }

@@ -1,7 +1,7 @@
 // From metres to pixels and back. The middle of the picture is a place in the world; `scale` is pixels a metre.
 
 /** A view that shows all of these bounds. */
-export function fit({ minimum, maximum }, { width, height }, margin = 28) {
+export function fit({ minimum, maximum }, { width, height }, margin = 34) {
   const room = [maximum[0] - minimum[0], maximum[1] - minimum[1]];
   const scale = Math.min((width - 2 * margin) / (room[0] || 1), (height - 2 * margin) / (room[1] || 1));
   return { x: (minimum[0] + maximum[0]) / 2, y: (minimum[1] + maximum[1]) / 2, scale: Math.max(2, scale) };

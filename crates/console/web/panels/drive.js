@@ -143,7 +143,7 @@ function Panel({ options, setOptions }) {
   const cap = (name, value, most, unit) => html`<label class="cap">${word(name)} <input type="range" min="0.05" max=${most} step="0.05" value=${value} onInput=${(event) => setOptions({ [name]: Number(event.target.value) })} /><span class="number">${number(value, unit)}</span></label>`;
   return html`
     <div class="bar-of-tools">
-      <select aria-label="Actuator" value=${actuator.name} disabled=${isHeld} onChange=${(event) => setOptions({ actuator: event.target.value })}>${actuators.map(({ name }) => html`<option key=${name}>${name}</option>`)}</select>
+      <select aria-label="Actuator" value=${actuator.name} disabled=${isHeld} onChange=${(event) => setOptions({ actuator: event.target.value })}>${actuators.map(({ name }) => html`<option key=${name} value=${name}>${name}</option>`)}</select>
       ${isHeld ? html`<button class="primary" onClick=${leave}>Give the controls back</button>` : html`<button class="primary" disabled=${!isKnown} onClick=${take}>Take the controls</button>`}
     </div>
     ${status?.problem && html`<${Trouble} problem=${{ message: status.problem.detail, help: status.problem.help }} />`}
@@ -155,7 +155,7 @@ function Panel({ options, setOptions }) {
       <div class="drive-part">
         ${cap("speed", speed, 1.5, "m/s")}${cap("turn", turn, 3, "rad/s")}
         <dl>
-          <${Field} name="Commands come from"><span>${gate ? (gate.age === null ? "nobody (safe command)" : word(gate.priority)) : "–"}</span></${Field}>
+          <${Field} name="Commander"><span>${gate ? (gate.age === null ? "nobody" : word(gate.priority)) : "–"}</span></${Field}>
           <${Field} name="Gate" state=${gate && gate.mode !== "ARMED" ? "degraded" : undefined}>${gate ? word(gate.mode) : "–"}</${Field}>
           <${Field} name="Answer takes" state=${isLate ? "degraded" : undefined}>${status?.delay ? `${status.delay.toFixed(1)} ms${isLate ? ", half speed" : ""}` : "–"}</${Field}>
           ${got && Object.entries(got).map(([name, value]) => html`<${Field} key=${name} name=${word(name)}><span class="number">${number(value, actuator.interface === "Twist2" ? (name === "linear" ? "m/s" : "rad/s") : "rad/s")}</span></${Field}>`)}

@@ -1,10 +1,15 @@
 // Modules, gates and the links between them, with how much goes over each. A link is made by dragging from a module to another
 // one, or in the list of inputs; whether it fits is found out before it is made.
-import { Empty, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRef, useResource, useState, word } from "/slate.js";
+import { Empty, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRef, useResource, useSize, useState, word } from "/slate.js";
 import { moduleOf } from "/blocks.js";
 import { layers } from "/graph/layout.js";
 
-const [WIDTH, HEIGHT, ACROSS, DOWN] = [158, 38, 250, 56];
+const [WIDTH, HEIGHT] = [158, 38];
+// How far nodes are from each other at least and at most.
+const ACROSS = [196, 270];
+const DOWN = [52, 96];
+
+const between = ([least, most], wanted) => Math.min(most, Math.max(least, wanted));
 
 const enc = (path) => path.split("/").map(encodeURIComponent).join("/");
 
@@ -103,16 +108,22 @@ function Panel({ options, setOptions }) {
   const [editing, setEditing] = useState(null);
   const [drag, setDrag] = useState(null);
   const drawing = useRef(null);
+  const [box, size] = useSize();
   const rates = useRates(properties);
   const hidden = (options.hide ?? "").split(/\s+/).filter(Boolean);
   const structure = JSON.stringify([modules?.map(({ name }) => name), links.map(({ to, from }) => [to, from]), actuators.map(({ name }) => name), hidden]);
   const graph = useMemo(() => made(modules ?? [], properties, links, actuators, hidden), [structure, properties.length]);
   const placed = useMemo(() => {
-    const rows = layers(graph.names, graph.edges.map(({ from, to }) => [from, to]));
+    // Who sends to a module is before it, and what it hears back closes a loop.
+    const sent = new Set(graph.edges.filter(({ links }) => links.some(({ sends }) => sends)).map(({ from, to }) => `${from} ${to}`));
+    const onward = graph.edges.filter(({ from, to }) => !sent.has(`${to} ${from}`) || sent.has(`${from} ${to}`));
+    const rows = layers(graph.names, onward.map(({ from, to }) => [from, to]));
     const most = Math.max(1, ...rows.map((layer) => layer.length));
-    const places = new Map(rows.flatMap((layer, column) => layer.map((name, row) => [name, { x: 16 + column * ACROSS, y: 16 + (row + (most - layer.length) / 2) * DOWN }])));
-    return { places, width: 32 + (rows.length - 1) * ACROSS + WIDTH, height: 32 + most * DOWN };
-  }, [graph]);
+    const across = between(ACROSS, ((size?.width ?? 0) - WIDTH - 32) / Math.max(1, rows.length - 1));
+    const down = between(DOWN, ((size?.height ?? 0) - 40) / most);
+    const places = new Map(rows.flatMap((layer, column) => layer.map((name, row) => [name, { x: 16 + column * across, y: 16 + (row + (most - layer.length) / 2) * down }])));
+    return { places, width: 32 + (rows.length - 1) * across + WIDTH, height: 24 + most * down };
+  }, [graph, size?.width, size?.height]);
   if (!modules) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
   const isAllowed = agent?.role === "developer";
   const conditions = new Map(modules.map((module) => [module.name, module]));
@@ -151,7 +162,7 @@ function Panel({ options, setOptions }) {
     <div class="bar-of-tools"><input type="search" placeholder="Hide modules, such as referee monitor" aria-label="Hide modules whose names have" value=${options.hide ?? ""} onInput=${(event) => setOptions({ hide: event.target.value })} />
       <span class="muted">${graph.names.length} modules, ${links.length} links${isAllowed ? "; drag from a module to another to link them" : ""}</span></div>
     <div class="graph">
-      <div class="scroll" tabindex="0" role="region" aria-label="Graph"><svg ref=${drawing} width=${placed.width} height=${placed.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
+      <div class="scroll" ref=${box} tabindex="0" role="region" aria-label="Graph"><svg ref=${drawing} width=${placed.width} height=${placed.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
         <defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0L8 4L0 8z" class="tip" /></marker></defs>
         ${graph.edges.map((edge) => {
           const [from, to] = [placed.places.get(edge.from), placed.places.get(edge.to)];

@@ -111,12 +111,12 @@ function Panel({ options, setOptions }) {
     context.clearRect(0, 0, size.width, size.height);
     draw.grid(context, scheme, view, size);
     if (isShown("world") && world) draw.world(context, scheme, view, size, world);
-    if (isShown("goals")) {
+    const drawGoals = () => {
       const live = scene.goals.filter(({ path }) => value(path));
       if (!live.length) (world?.goals ?? []).forEach(({ x, y, label }) => draw.goal(context, scheme, view, size, x, y, label, scheme.muted));
       const several = live.length > 1;
       live.forEach(({ path, robot }) => draw.goal(context, scheme, view, size, value(path).x, value(path).y, several ? `goal of ${robot ?? path}` : "goal"));
-    }
+    };
     if (isShown("trails")) trails.forEach((trail) => draw.trail(context, scheme, view, size, trail));
     if (isShown("scans")) {
       for (const { path, interface: name, robot } of firstScans(scene.scans)) {
@@ -140,6 +140,8 @@ function Panel({ options, setOptions }) {
         if (pose) draw.arrow(context, scheme, view, size, pose, path);
       }
     }
+    // Above the robot that has come there.
+    if (isShown("goals")) drawGoals();
     if (state.ruler) draw.ruler(context, scheme, view, size, state.ruler);
     if (state.aim) {
       if (chosen?.turned) draw.arrow(context, scheme, view, size, state.aim, "", scheme.text);

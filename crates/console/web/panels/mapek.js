@@ -14,7 +14,7 @@ function Block({ module, interfaces, readings, active }) {
       const reading = readings[path];
       return html`<button class="output" key=${path} title=${`${doc} /${path}`} onClick=${() => select(path)}>
         <span class="muted">${path.slice(module.name.length + 1)}</span><span class="number">${reading ? brief(reading.value, interfaces[name]) : "none yet"}</span>
-        ${reading && html`<${Age} time=${reading.time} />`}</button>`;
+        ${reading && html`<${Age} time=${reading.time} limit=${path.endsWith("/percept") ? 1 : Infinity} />`}</button>`;
     })}
   </article>`;
 }

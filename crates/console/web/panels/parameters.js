@@ -1,32 +1,29 @@
 // Parameters of modules: with ranges and units, taken back one by one, compared with the files, and saved into them.
-import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useInterfaces, useProperties, useReadings, useRef, useResource, useState } from "/slate.js";
+import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState } from "/slate.js";
 
-/** The least and the greatest value of a slider: what the schema allows, else as much as is likely. */
-function range({ schema }, value) {
-  const low = schema.minimum ?? (value < 0 ? -4 * Math.abs(value) : 0);
-  const high = schema.maximum ?? (value === 0 ? 1 : 4 * Math.abs(value));
-  return Number.isFinite(high) && high - low < 1e6 ? { low, high } : null;
-}
+/** The least and the greatest value of a slider: what the parameter allows; nothing where nobody has said. */
+const bounds = ({ range }) => (range && range[1] - range[0] < 1e6 ? { low: range[0], high: range[1] } : null);
 
 function Parameter({ leaf, value, file, set, isAllowed }) {
   const [text, setText] = useState(null);
-  const bounds = useRef(null);
   const { name, type, unit, doc } = leaf;
+  const limits = bounds(leaf);
   const isNumber = type === "number" || type === "integer";
-  if (isNumber && value !== undefined && value !== null && (!bounds.current || value > bounds.current.high || value < bounds.current.low)) bounds.current = range(leaf, value);
   const differs = file !== undefined;
   const enter = (event) => {
     event.preventDefault();
     if (text !== null && text.trim() !== "") set(isNumber ? Number(text.replace(",", ".")) : text);
     setText(null);
   };
+  // A slider has no more digits than a hundredth of its range tells apart.
+  const rounded = ({ target }) => Number(Number(target.value).toPrecision(3));
   const id = `parameter-${leaf.path}-${name}`;
   const choices = type === "enumeration" ? leaf.schema.anyOf[0].enum : null;
   return html`<div class="parameter" data-differs=${differs}>
     <label for=${id} title=${doc}>${name}<small>${doc}</small></label>
     ${isNumber && html`
-      ${bounds.current ? html`<input type="range" aria-label=${`${name}, slider`} min=${bounds.current.low} max=${bounds.current.high} step=${type === "integer" ? 1 : (bounds.current.high - bounds.current.low) / 200}
-        value=${value ?? 0} disabled=${!isAllowed} onChange=${(event) => set(Number(event.target.value))} onInput=${(event) => setText(String(Number(event.target.value)))} />` : html`<span></span>`}
+      ${limits ? html`<input type="range" aria-label=${`${name}, slider`} title=${`${limits.low} to ${limits.high} ${unit}`} min=${limits.low} max=${limits.high} step=${type === "integer" ? 1 : "any"}
+        value=${value ?? 0} disabled=${!isAllowed} onChange=${(event) => { setText(null); set(rounded(event)); }} onInput=${(event) => setText(String(rounded(event)))} />` : html`<span></span>`}
       <form onSubmit=${enter}><input id=${id} inputmode="decimal" autocomplete="off" disabled=${!isAllowed} value=${text ?? (value ?? "NaN")} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form>
       <span class="unit">${unit}</span>`}
     ${type === "boolean" && html`<span></span><input id=${id} type="checkbox" disabled=${!isAllowed} checked=${value === true} onChange=${(event) => set(event.target.checked)} /><span></span>`}
@@ -40,6 +37,8 @@ function Panel({ options, setOptions }) {
   const interfaces = useInterfaces();
   const properties = useProperties().filter(({ path, access }) => access === "setting" && path.endsWith("/params"));
   const differences = useResource("/settings/differences", 3) ?? [];
+  const known = useResource("/parameters", 10) ?? [];
+  const ranges = useMemo(() => new Map(known.map(({ module, name, range }) => [`${module} ${name}`, range])), [known]);
   const [text, setText] = useState("");
   const [undone, setUndone] = useState([]);
   const [problem, setProblem] = useState(null);
@@ -79,7 +78,8 @@ function Panel({ options, setOptions }) {
   };
   const revert = () => attempt(() => remove("/settings")).then((done) => done && (setUndone([]), setSaid("As the files say again")));
   const save = () => attempt(() => post("/settings/save", {})).then((done) => done && setSaid(`Written: ${done.files.join(", ") || "nothing has changed"}`));
-  const own = differences.filter(({ path }) => path.startsWith("modules."));
+  // What the command line says is none of the files', and stays out of them.
+  const own = differences.filter(({ path, origin }) => path.startsWith("modules.") && !origin?.startsWith("--"));
   return html`
     <div class="bar-of-tools">
       <input type="search" placeholder="Module or parameter" aria-label="Search for parameters" value=${text} onInput=${(event) => setText(event.target.value)} />
@@ -97,7 +97,7 @@ function Panel({ options, setOptions }) {
           const value = part(readings[path]?.value, leaf.pointer);
           const difference = changed.get(`modules.${module}.params.${leaf.name}`);
           const file = difference && (difference.file ?? difference.default ?? "not there");
-          return html`<${Parameter} key=${leaf.pointer} leaf=${{ ...leaf, path }} value=${value} file=${file} isAllowed=${isAllowed} set=${set(path, leaf, value)} />`;
+          return html`<${Parameter} key=${leaf.pointer} leaf=${{ ...leaf, path, range: ranges.get(`${module} ${leaf.name}`) }} value=${value} file=${file} isAllowed=${isAllowed} set=${set(path, leaf, value)} />`;
         })}</section>`)}
       ${!shown.length && html`<${Empty}>No module has such parameters.</${Empty}>`}
     </div>`;

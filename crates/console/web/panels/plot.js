@@ -10,6 +10,13 @@ const title = ({ path, pointer }) => `${path}${pointer}`;
 /** What is plotted before anybody has chosen: what the first actuator gets. */
 const usual = (choices) => choices.filter(({ path }) => path.endsWith("/command")).slice(0, 2);
 
+/** The range of an axis: a tenth more than there is, and some room about a number that stays the same. */
+function vertical(chart, least, most) {
+  if (least === null || most === null) return [0, 1];
+  const room = most - least || Math.abs(most) || 1;
+  return [least - room / 10, most + room / 10];
+}
+
 const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
 
 function Chart({ series, seconds, paused, size }) {
@@ -27,7 +34,7 @@ function Chart({ series, seconds, paused, size }) {
       pxAlign: 1,
       legend: { show: false },
       cursor: { sync: { key: "slate" }, drag: { x: false, y: false } },
-      scales: { x: { time: false, range: () => range() } },
+      scales: { x: { time: false, range: () => range() }, ...Object.fromEntries(units.map((unit) => [unit || "1", { range: vertical }])) },
       series: [
         {},
         ...series.map(({ unit }, place) => ({
