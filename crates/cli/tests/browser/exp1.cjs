@@ -26,14 +26,6 @@ visit(async () => {
     return new Set(data.filter((_, place) => place % 4 === 0)).size > 20;
   }));
   await until("what Execute does", async () => /deliberative|reactive/i.test(await page.innerText(".overview")));
-  await until("lines", async () => (await page.locator(".log tr").count()) > 0);
-  await page.waitForTimeout(1500);
-  for (const theme of ["light", "dark"]) {
-    await browser.theme(page, theme);
-    await page.waitForTimeout(150);
-    await browser.picture(page, `overview-${theme}`);
-    await browser.accessible(page, `the overview (${theme})`);
-  }
 
   // A goal is set by a click, and the robot goes there.
   await page.click("button.tool:has-text('Goal')");
@@ -43,15 +35,23 @@ visit(async () => {
     const goal = await value(`${AGENT}/r2/knowledge/goal`);
     return (goal.x !== 0 || goal.y !== 0) && goal;
   });
+  await until("the goal is in the log", async () => (await page.innerText("[role=log]")).includes("knowledge/params"));
+  await page.waitForTimeout(2500);
+  for (const theme of ["light", "dark"]) {
+    await browser.theme(page, theme);
+    await page.waitForTimeout(150);
+    await browser.picture(page, `overview-${theme}`);
+    await browser.accessible(page, `the overview (${theme})`);
+  }
   const far = distance(await robot(), goal);
   await page.keyboard.press("Escape");
 
   // Properties, their values as they come, and one alone.
   await browser.view(page, "inspect");
   await page.fill("input[aria-label='Search for properties']", "truth");
-  await page.click("[data-path='simulator/r2/truth']");
+  await page.click("[data-path='simulator/r1/truth']");
   const inspected = page.locator(".inspector td.number").first();
-  await until("a value", async () => /m$/.test(await inspected.innerText()));
+  await until("a value", async () => / (m|rad)$/.test(await inspected.innerText()));
   const seen = await inspected.innerText();
   await until("the value changes", async () => (await inspected.innerText()) !== seen);
   await page.fill("input[aria-label='Search for properties']", "r2");

@@ -4,13 +4,13 @@ import { duration, Empty, Field, html, number, useInterfaces, useProperties, use
 const HEALTHY = ["WORKING", "INACTIVE"];
 
 function Robot({ status, name }) {
-  return html`<dl>
-    <div class="group"><h3>${name}</h3></div>
+  return html`<section>
+    <div class="group"><h3>${name}</h3></div><dl>
     <${Field} name="Route"><span class="route" data-route=${status?.route}>${status ? word(status.route) : "–"}</span></${Field}>
     <${Field} name="Does">${status?.tree || status?.running || "nothing"}</${Field}>
     <${Field} name="Waits">${status ? `${status.normal} planned, ${status.high} reflexes` : "–"}</${Field}>
     <${Field} name="Changes of the route">${status?.route_switches ?? "–"}</${Field}>
-  </dl>`;
+  </dl></section>`;
 }
 
 const Gate = ({ name, state }) => html`<${Field} name=${name} state=${state && state.mode !== "ARMED" ? "degraded" : undefined}
@@ -32,24 +32,24 @@ function Panel() {
   const ill = modules.filter(({ condition, misses, panics }) => !HEALTHY.includes(condition) || misses || panics);
   const [loop, cycle] = [value("loop/state"), value("loop/histogram")];
   return html`<div class="overview scroll" tabindex="0" role="region" aria-label="Overview">
-    ${ill.length > 0 && html`<dl><div class="group"><h3>Out of the ordinary</h3></div>
+    ${ill.length > 0 && html`<section><div class="group"><h3>Out of the ordinary</h3></div><dl>
       ${ill.map(({ name, condition, misses, panics }) => html`<${Field} key=${name} name=${name} state=${HEALTHY.includes(condition) ? "degraded" : "bad"}>
-        ${word(condition)}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl>`}
+        ${word(condition)}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl></section>`}
     ${statuses.map((path) => html`<${Robot} key=${path} name=${path.split("/")[0]} status=${value(path)} />`)}
-    ${clearances.length > 0 && html`<dl><div class="group"><h3>Clearance</h3></div>
+    ${clearances.length > 0 && html`<section><div class="group"><h3>Clearance</h3></div><dl>
       ${clearances.map((path) => html`<${Field} key=${path} name=${path.replace(/^simulator\//, "").replace(/\/clearance$/, "")}>
-        ${value(path) ? number(value(path).distance, "m") : "–"}</${Field}>`)}</dl>`}
-    ${gates.length > 0 && html`<dl><div class="group"><h3>Actuators</h3></div>
-      ${gates.map((path) => html`<${Gate} key=${path} name=${path.replace(/\/gate$/, "")} state=${value(path)} />`)}</dl>`}
-    ${metrics.map((path) => html`<dl key=${path}><div class="group"><h3>${path.replace(/\/metrics$/, "")}</h3></div>
+        ${value(path) ? number(value(path).distance, "m") : "–"}</${Field}>`)}</dl></section>`}
+    ${gates.length > 0 && html`<section><div class="group"><h3>Actuators</h3></div><dl>
+      ${gates.map((path) => html`<${Gate} key=${path} name=${path.replace(/\/gate$/, "")} state=${value(path)} />`)}</dl></section>`}
+    ${metrics.map((path) => html`<section key=${path}><div class="group"><h3>${path.replace(/\/metrics$/, "")}</h3></div><dl>
       ${Object.entries(interfaces.Metrics?.properties ?? {}).filter(([name]) => name !== "reserved").map(([name, schema]) =>
-        html`<${Field} key=${name} name=${word(name)} title=${schema.description}>${value(path) ? number(value(path)[name], schema["x-unit"]) : "–"}</${Field}>`)}</dl>`)}
-    <dl><div class="group"><h3>Agent</h3></div>
+        html`<${Field} key=${name} name=${word(name)} title=${schema.description}>${value(path) ? number(value(path)[name], schema["x-unit"]) : "–"}</${Field}>`)}</dl></section>`)}
+    <section><div class="group"><h3>Agent</h3></div><dl>
       <${Field} name="Modules">${modules.filter(({ condition }) => condition === "WORKING").length} of ${modules.length} work</${Field}>
       <${Field} name="Cycles">${loop?.cycles ?? "–"}</${Field}>
       <${Field} name="A cycle takes" title="The median, and what 99 of 100 keep below">${cycle ? `${duration(cycle.p50)}, 99 %: ${duration(cycle.p99)}` : "–"}</${Field}>
       <${Field} name="Cycles too late" state=${loop?.overruns ? "degraded" : undefined}>${loop?.overruns ?? "–"}</${Field}>
-    </dl>
+    </dl></section>
   </div>`;
 }
 
