@@ -8,6 +8,7 @@ import { Head } from "/head.js";
 import { Help } from "/help.js";
 import { Banner } from "/banner.js";
 import { Workspace } from "/workspace.js";
+import { keep } from "/keep.js";
 import { select } from "/selection.js";
 
 const panels = new Map();
@@ -137,6 +138,7 @@ async function begin() {
   root.replaceChildren();
   if (!token() || problem?.status === 401) return render(html`<${Asking} problem=${problem} />`, root);
   connect();
+  keep();
   render(html`<${App} />`, root);
 }
 

@@ -61,26 +61,36 @@ visit(async () => {
   await browser.accessible(page, "the properties");
   await browser.picture(page, "inspect");
 
-  // A parameter: by number, by slider, undone. The robot feels it.
+  // Parameters: by a slider, which the robot feels, and taken back.
+  await until("the robot goes to the goal", async () => distance(await robot(), goal) < Math.max(0.3, far / 2), 25);
   await browser.view(page, "parameters");
   await page.fill("input[aria-label='Search for parameters']", "planner");
-  const speed = page.locator(".parameter", { has: page.locator("label", { hasText: /^speed/ }) });
-  const slider = speed.locator("input[type=range]");
-  await slider.waitFor();
-  const old = (await value(`${AGENT}/r2/planner/params`)).speed;
-  await slider.evaluate((element) => {
-    element.value = Number(element.max);
-    element.dispatchEvent(new Event("input", { bubbles: true }));
-    element.dispatchEvent(new Event("change", { bubbles: true }));
+  const parameters = `${AGENT}/r2/planner/params`;
+  const old = await value(parameters);
+  for (const name of ["careful_speed", "speed"]) {
+    const parameter = page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`);
+    await parameter.locator("input[type=range]").evaluate((element) => {
+      element.value = 0.1;
+      element.dispatchEvent(new Event("input", { bubbles: true }));
+      element.dispatchEvent(new Event("change", { bubbles: true }));
+    });
+    await until(`the slider sets ${name}`, async () => (await value(parameters))[name] === 0.1);
+    await until("what is not as in the file is marked", async () => (await parameter.getAttribute("data-differs")) === "true");
+  }
+  const away = async (x, y) => api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { goal_x: x, goal_y: y });
+  const fast = async () => ({ ...(await value(`${AGENT}/simulator/r2/odometry`)).twist, route: (await value(`${AGENT}/r2/execute/status`)).route });
+  await away(1.6, -1.6);
+  await until("the robot goes slowly", async () => {
+    const { linear, route } = await fast();
+    return route === "DELIBERATIVE" && linear > 0.04 && linear < 0.14;
   });
-  await until("the slider sets the speed", async () => (await value(`${AGENT}/r2/planner/params`)).speed > old);
-  await until("what is not as in the file is marked", async () => (await speed.getAttribute("data-differs")) === "true");
-  await page.waitForTimeout(300);
   await browser.accessible(page, "the parameters");
   await browser.picture(page, "parameters");
-  await page.click("button:has-text('Undo')");
-  await until("it is taken back", async () => (await value(`${AGENT}/r2/planner/params`)).speed === old);
-  await until("the robot goes to the goal", async () => distance(await robot(), goal) < Math.max(0.3, far / 2), 25);
+  for (const name of ["speed", "careful_speed"]) {
+    await page.click("button:has-text('Undo')");
+    await until(`${name} is taken back`, async () => (await value(parameters))[name] === old[name]);
+  }
+  await until("the robot goes as before", async () => (await fast()).linear > 0.2);
 
   // Plots, timing, log.
   await browser.view(page, "plots");
@@ -104,6 +114,7 @@ visit(async () => {
 
   // The architecture, and a block switched on.
   await browser.view(page, "mapek");
+  await away(-1.6, -1.6);
   await until("the route", async () => /reactive|deliberative/i.test(await page.innerText(".robot > header")));
   assert((await page.locator(".stage.monitor .block").count()) === 3, "three Monitors");
   assert((await page.locator(".stage.analyze .block").count()) === 3, "three Analyzes");
