@@ -130,7 +130,7 @@ visit(async () => {
 
   // Links: what does not fit is said before, what fits is made.
   await browser.view(page, "graph");
-  await page.focus(".node[aria-label^='r2/pass_range,']");
+  await page.focus(".node[data-name='r2/pass_range']");
   await page.keyboard.press("Enter");
   await page.click(".links button:has-text('range')");
   await until("it is found out that it fits", async () => (await page.innerText(".relink")).includes("It fits"));

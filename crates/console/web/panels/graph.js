@@ -180,9 +180,9 @@ function Panel({ options, setOptions }) {
           const { x, y } = placed.places.get(name);
           const module = conditions.get(name);
           const state = module?.panics ? "bad" : module?.misses ? "degraded" : module?.condition === "INACTIVE" ? "off" : graph.gates.has(name) ? "gate" : undefined;
-          return html`<g key=${name} class="node" data-state=${state} data-chosen=${chosen === name} transform=${`translate(${x} ${y})`} tabindex="0" role="button" aria-label=${`${name}${module ? `, ${word(module.condition)}` : ", gate"}`} aria-pressed=${chosen === name}
+          return html`<g key=${name} class="node" data-state=${state} data-chosen=${chosen === name} transform=${`translate(${x} ${y})`} tabindex="0" role="button" data-name=${name} aria-pressed=${chosen === name}
             onPointerDown=${(event) => begin(event, name)} onKeyDown=${(event) => key(event, name)}>
-            <rect width=${WIDTH} height=${HEIGHT} rx=${graph.gates.has(name) ? 2 : 7} /><text x="10" y="16">${name.split("/").at(-1)}</text><text x="10" y="30" class="small">${graph.gates.has(name) ? `${name.split("/")[0]} · gate` : name.includes("/") ? name.split("/")[0] : module?.kind}</text></g>`;
+            <rect width=${WIDTH} height=${HEIGHT} rx=${graph.gates.has(name) ? 2 : 7} /><text x="10" y="16">${name.split("/").at(-1)}</text><text x="10" y="30" class="small">${[name.includes("/") ? name.split("/")[0] : module?.kind, graph.gates.has(name) ? "gate" : module?.condition === "WORKING" ? "" : word(module?.condition)].filter(Boolean).join(" · ")}</text></g>`;
         })}</svg></div>
       ${chosen && html`<aside class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => { setChosen(""); setEditing(null); }}>✕</button></header>
         ${editing ? html`${editing.sources && html`<label class="muted">Input <select value=${editing.input} onChange=${(event) => setEditing({ ...editing, input: event.target.value })}>${inputsOf(chosen).map((input) => html`<option key=${input}>${input}</option>`)}</select></label>`}
