@@ -18,11 +18,11 @@ function Clock() {
   return html`<span class="clock" title="The agent's time">${text}</span>`;
 }
 
-function Verdict({ path }) {
+function Verdict({ path, isNamed }) {
   const verdict = useReading(path, 5)?.value;
   if (!verdict) return null;
   const mark = { RUNNING: "▸", SUCCEEDED: "✓", FAILED: "✕" }[verdict.state] ?? "·";
-  return html`<span class="chip" data-state=${verdict.state} title=${`/${path}`}>${mark} ${verdict.reason || word(verdict.state)}</span>`;
+  return html`<span class="chip" data-state=${verdict.state} title=${`/${path}`}>${mark} ${isNamed ? `${path.split("/")[0]}: ` : ""}${verdict.reason || word(verdict.state)}</span>`;
 }
 
 function Layouts({ view, layout, layouts, built, change, saved, show }) {
@@ -56,7 +56,7 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
   };
   return html`<span class="layouts">
     ${note && html`<span role="status" class="muted">${note}</span>`}
-    ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="The layout as it was">Undo</button>`}
+    ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="The layout as it was">Reset layout</button>`}
     <button class="quiet" onClick=${share} title="Copies a link to this layout">Link</button>
     <button class="quiet" onClick=${save} title="Saves this layout in the project">Save</button>
   </span>`;
@@ -73,7 +73,7 @@ export function Head(properties) {
       <h1>${agent?.name ?? "Slate"}</h1>
       <span class="connection" data-state=${state}>${names[state]}</span>
       <${Clock} />
-      ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} />`)}
+      ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
       <span class="grow"></span>
       <${Layouts} ...${properties} />
       <button class="quiet" onClick=${toggleTheme} title="Dark or light" aria-label="Dark or light">◐</button>

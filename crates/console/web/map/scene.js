@@ -5,6 +5,9 @@ const DRIVEN = ["Pose2"];
 /** The robot that a property is about: the one whose name is a part of its path. */
 const robotOf = (path, names) => path.split("/").find((part) => names.includes(part));
 
+// Of several goals of a robot the one that its Plan has made of what it was told.
+const where = (goals) => goals.filter(({ path, robot }) => !path.includes("knowledge") || !goals.some((other) => other.robot === robot && !other.path.includes("knowledge")));
+
 /** Poses, scans, goals and the rest, each with the robot that it belongs to. */
 export function find(properties, world) {
   const names = (world?.robots ?? []).map(({ name }) => name);
@@ -27,7 +30,7 @@ export function find(properties, world) {
     poses: [...poses.filter(({ robot }) => !robot), ...of("Odometry").filter(({ path }) => !robotOf(path, names))].map(({ path }) => ({ path })),
     scans: anchored("SonarScan", "LaserScan"),
     sightings: anchored("Sightings"),
-    goals: of("Point2").filter(({ path }) => path.endsWith("/goal")).map(({ path }) => ({ path, robot: robotOf(path, names) })),
+    goals: where(of("Point2").filter(({ path }) => path.endsWith("/goal")).map(({ path }) => ({ path, robot: robotOf(path, names) }))),
   };
 }
 

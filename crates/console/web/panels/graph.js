@@ -127,7 +127,8 @@ function Panel({ options, setOptions }) {
   if (!modules) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
   const isAllowed = agent?.role === "developer";
   const conditions = new Map(modules.map((module) => [module.name, module]));
-  const rate = ({ links }) => links.reduce((sum, { source, sends, to }) => sum + (rates.get(sends ? to : source) ?? 0), 0);
+  const hertz = (path) => (rates.has(path) ? `${rates.get(path).toFixed(0)} Hz` : "");
+  const rate = ({ links }) => (links.length > 1 ? `${links.length} links` : hertz(links[0].sends ? links[0].to : links[0].source));
   const trouble = ({ links }) => links.find(({ trouble, evicted }) => trouble || evicted);
   const settings = properties.filter(({ access, path }) => access === "setting" && !/\/(params|enabled)$/.test(path)).map(({ path }) => path);
   const inputsOf = (module) => [...new Set([...links.map(({ to }) => to), ...settings])].filter((path) => moduleOf(path, graph.names) === module).sort();
@@ -173,7 +174,7 @@ function Panel({ options, setOptions }) {
           const words = edge.links.map(({ source, to, sends }) => (sends ? `${to} sends to ${source}` : `${source} to ${to}`)).join("\n");
           return html`<g key=${`${edge.from} ${edge.to}`} class="edge" data-state=${state} data-sends=${edge.links.every(({ sends }) => sends)}><title>${words}</title>
             <path d=${`M${x} ${y}C${x + bend} ${y} ${endX - bend} ${endY} ${endX} ${endY}`} marker-end="url(#tip)" />
-            ${state === "chosen" && html`<text x=${(x + endX) / 2} y=${(y + endY) / 2 - 5}>${edge.links.length > 1 ? `${edge.links.length} links, ` : ""}${rate(edge).toFixed(0)} Hz</text>`}</g>`;
+            ${state === "chosen" && html`<text x=${(x + endX) / 2} y=${(y + endY) / 2 - 5}>${rate(edge)}</text>`}</g>`;
         })}
         ${drag?.moved && html`<path class="dragged" d=${`M${placed.places.get(drag.from).x + WIDTH} ${placed.places.get(drag.from).y + HEIGHT / 2}L${drag.x} ${drag.y}`} />`}
         ${graph.names.map((name) => {
@@ -189,7 +190,7 @@ function Panel({ options, setOptions }) {
             <${Relink} key=${editing.input} input=${editing.input} from=${editing.from} sources=${editing.sources ?? sources} isAllowed=${isAllowed} done=${() => setEditing(null)} />`
         : html`<h3>Inputs</h3><ul>${inputsOf(chosen).map((input) => html`<li key=${input}><button class="output" onClick=${() => setEditing({ input, from: source(input) })}>
             <span>${input.slice(chosen.length + 1)}</span><span class="muted number">${source(input) || "no link"}</span></button></li>`)}</ul>
-          <h3>Outputs</h3><ul>${outputsOf(chosen).map((path) => html`<li key=${path}><button class="output" onClick=${() => select(path.slice(1))}><span>${path.slice(chosen.length + 2)}</span><span class="number muted">${(rates.get(path.slice(1)) ?? 0).toFixed(0)} Hz</span></button></li>`)}</ul>`}
+          <h3>Outputs</h3><ul>${outputsOf(chosen).map((path) => html`<li key=${path}><button class="output" onClick=${() => select(path.slice(1))}><span>${path.slice(chosen.length + 2)}</span><span class="number muted">${hertz(path.slice(1))}</span></button></li>`)}</ul>`}
       </aside>`}
     </div>`;
 }
