@@ -7,6 +7,7 @@ import { follow, reloadAll, useAgent } from "/store.js";
 import { Head } from "/head.js";
 import { Help } from "/help.js";
 import { Banner } from "/banner.js";
+import { Bar } from "/bar.js";
 import { Workspace } from "/workspace.js";
 import { keep } from "/keep.js";
 import { select } from "/selection.js";
@@ -121,6 +122,7 @@ function App() {
       change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} />
     <${Banner} agent=${agent} state=${state} broken=${broken} />
     <${Workspace} key=${view.name} layout=${layout} panels=${panels} change=${change} />
+    <${Bar} agent=${agent} />
     ${help && html`<${Help} layouts=${all} close=${() => setHelp(false)} />`}`;
 }
 

@@ -1,6 +1,7 @@
 // Values as they come, over one WebSocket. Whoever wants a property watches it; what several want comes once, as often as the
-// most eager of them likes. A page that nobody sees asks for one value a second.
-import { openSocket } from "/api.js";
+// most eager of them likes. A page that nobody sees asks for one value a second. Who looks back gets what was then instead, while
+// the robot goes on.
+import { at, get, openSocket, Problem } from "/api.js";
 import { useEffect, useRef, useState } from "/lib/preact.js";
 
 const RETRY = [500, 1000, 2000];
@@ -18,8 +19,13 @@ let attempts = 0;
 /** How the connection is: `connecting`, `live` or `lost`, and since when (ms of `performance.now`). */
 export const connection = { state: "connecting", since: performance.now() };
 
-/** The agent's time as far as it is known, ns. */
-export const clock = { now: 0 };
+/** The agent's time, ns: `live` as far as it is known, `now` that which is looked at. */
+export const clock = { now: 0, live: 0 };
+
+// What is looked at instead of the present, and what of it is shown already.
+let past = null;
+let shown = null;
+let isAsking = false;
 
 function tell(state) {
   if (connection.state !== state) Object.assign(connection, { state, since: performance.now() });
@@ -37,7 +43,8 @@ export function connect() {
   socket = openSocket("live");
   socket.onopen = () => {
     attempts = 0;
-    clock.now = 0;
+    clock.live = 0;
+    lookLive();
     tell("live");
     subscribe([...subscriptions.values()]);
   };
@@ -51,7 +58,7 @@ export function connect() {
 const isOpen = () => socket?.readyState === WebSocket.OPEN;
 
 const rateOf = (subscription) => {
-  const rate = Math.max(...subscription.watchers.values());
+  const rate = Math.max(...[...subscription.watchers.values()].map(({ rate }) => rate));
   return document.hidden ? Math.min(rate, HIDDEN_RATE) : rate;
 };
 
@@ -74,17 +81,66 @@ function hear(message) {
     subscription.interface = message.interface;
     return;
   }
-  if (message.time > clock.now) clock.now = message.time;
+  if (message.time > clock.live) clock.live = message.time;
+  if (past === null) clock.now = clock.live;
   const { value, time, sequence } = message;
   subscription.last = { value, time, sequence, received: performance.now() };
-  for (const listener of subscription.watchers.keys()) listener(subscription.last);
+  deliver(subscription, subscription.last, past !== null);
 }
+
+/** Tells who watches; what is of the present alone reaches who wants that always. */
+function deliver(subscription, reading, isLiveAlone = false) {
+  for (const [listener, { live }] of subscription.watchers) if (!isLiveAlone || live) listener(reading);
+}
+
+/** Shows what was at a time, ns, of an agent that keeps its last seconds or plays a recording. */
+export async function lookBack(agent, time) {
+  past = { agent, time };
+  clock.now = time;
+  connectionListeners.forEach((listener) => listener(connection));
+  if (isAsking) return;
+  isAsking = true;
+  // Whoever drags goes on while answers come; only the last place counts.
+  while (past !== null && shown !== past) {
+    const wanted = past;
+    await Promise.all([...subscriptions.values()].map((subscription) => recall(subscription, wanted)));
+    shown = wanted;
+  }
+  isAsking = false;
+}
+
+async function recall(subscription, { agent, time }) {
+  if ([...subscription.watchers.values()].every(({ live }) => live)) return;
+  try {
+    const { values } = await get(`${at(agent, subscription.path, "history")}?to=${time}&limit=1`);
+    if (past !== null && values.length) deliverPast(subscription, { ...values.at(-1), received: performance.now() });
+  } catch (problem) {
+    // What was left out of the record stays as it was.
+    if (!(problem instanceof Problem)) throw problem;
+  }
+}
+
+function deliverPast(subscription, reading) {
+  for (const [listener, { live }] of subscription.watchers) if (!live) listener(reading);
+}
+
+/** Goes back to the present. */
+export function lookLive() {
+  if (past === null) return;
+  past = shown = null;
+  clock.now = clock.live;
+  for (const subscription of subscriptions.values()) if (subscription.last) deliver(subscription, subscription.last);
+  connectionListeners.forEach((listener) => listener(connection));
+}
+
+/** Whether the past is looked at. */
+export const isPast = () => past !== null;
 
 /**
  * Calls a function with each reading `{value, time, sequence, received}` of a property, at most `rate` times a second, or with
- * each value that is kept if `every`. Returns what ends that.
+ * each value that is kept if `every`; with `live`, also while somebody looks back. Returns what ends that.
  */
-export function watch(path, listener, { rate = 10, every = false } = {}) {
+export function watch(path, listener, { rate = 10, every = false, live = false } = {}) {
   const key = every ? `${path}|every` : path;
   let subscription = subscriptions.get(key);
   if (subscription === undefined) {
@@ -92,10 +148,11 @@ export function watch(path, listener, { rate = 10, every = false } = {}) {
     subscriptions.set(key, subscription);
     byId.set(subscription.id, subscription);
   }
-  const before = subscription.watchers.size ? Math.max(...subscription.watchers.values()) : 0;
-  subscription.watchers.set(listener, rate);
+  const before = Math.max(0, ...[...subscription.watchers.values()].map(({ rate }) => rate));
+  subscription.watchers.set(listener, { rate, live });
   if (rate > before) subscribe([subscription]);
-  if (subscription.last) listener(subscription.last);
+  if (past !== null && !live) recall(subscription, past);
+  else if (subscription.last) listener(subscription.last);
   return () => {
     subscription.watchers.delete(listener);
     if (subscription.watchers.size > 0) return;

@@ -61,8 +61,8 @@ export function reloadAll() {
 /** What is at a path of the API, for a component; nothing before it is known. */
 export function useResource(path, seconds = Infinity) {
   const [, redraw] = useState(0);
-  useEffect(() => (path ? follow(path, () => redraw((count) => count + 1), seconds) : undefined), [path, seconds]);
-  return path ? resource(path).value : undefined;
+  useEffect(() => (path !== null ? follow(path, () => redraw((count) => count + 1), seconds) : undefined), [path, seconds]);
+  return path !== null ? resource(path).value : undefined;
 }
 
 /** The agent: name, role of who looks, why it is stopped. */

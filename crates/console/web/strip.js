@@ -12,7 +12,9 @@ const RATE = 50;
 /** The parts of a state's history from a time on: `{from, to, value}` in s. */
 export function parts({ times, values }, begin, end) {
   const found = [];
-  for (let place = times.length - 1; place >= 0; place -= 1) {
+  let newest = times.length - 1;
+  while (newest >= 0 && times[newest] > end) newest -= 1;
+  for (let place = newest; place >= 0; place -= 1) {
     const to = found.length ? found[0].from : end;
     if (found.length && found[0].value === values[place]) found[0].from = times[place];
     else found.unshift({ from: times[place], to, value: values[place] });

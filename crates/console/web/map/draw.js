@@ -76,7 +76,8 @@ export function world(context, colors, view, size, { polygons = [], circles = []
 }
 
 /** Where a robot has been: a line of another dash and colour for each route, and squares where that changes. */
-export function trail(context, colors, view, size, { points }) {
+export function trail(context, colors, view, size, { points: all }, now) {
+  const points = all.at(-1)?.time > now ? all.filter(({ time }) => time <= now) : all;
   let begin = 0;
   context.lineWidth = 2.5;
   context.lineJoin = "round";

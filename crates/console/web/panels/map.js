@@ -1,5 +1,5 @@
 // The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
-import { at, colors, Empty, html, onTheme, patch, post, Problem, put, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
+import { at, clock, colors, Empty, html, onTheme, patch, post, Problem, put, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
 import * as draw from "/map/draw.js";
 import { find, parameterTargets, targets } from "/map/scene.js";
 import { forget, trail } from "/map/trails.js";
@@ -117,7 +117,7 @@ function Panel({ options, setOptions }) {
       const several = live.length > 1;
       live.forEach(({ path, robot }) => draw.goal(context, scheme, view, size, value(path).x, value(path).y, several ? `goal of ${robot ?? path}` : "goal"));
     };
-    if (isShown("trails")) trails.forEach((trail) => draw.trail(context, scheme, view, size, trail));
+    if (isShown("trails")) trails.forEach((trail) => draw.trail(context, scheme, view, size, trail, clock.now));
     if (isShown("scans")) {
       for (const { path, interface: name, robot } of firstScans(scene.scans)) {
         const [pose, scan] = [value(robot.pose), value(path)];

@@ -55,9 +55,11 @@ function Chart({ series, seconds, paused, size }) {
     const range = () => [Math.max(0, end - seconds), Math.max(end, 1)];
     const chart = new uPlot(options, tail.data(end - seconds), box.current);
     let dirty = true;
+    let drawn = 0;
     const frame = setInterval(() => {
-      if (newest.current.paused || !dirty) return;
+      if (newest.current.paused || (!dirty && drawn === clock.now)) return;
       dirty = false;
+      drawn = clock.now;
       end = clock.now / 1e9;
       chart.setData(tail.data(end - seconds));
     }, 50);
@@ -74,9 +76,11 @@ function Chart({ series, seconds, paused, size }) {
   function histories() {
     const all = series.map(({ path, pointer }) => history(path, pointer));
     const since = ({ times, values }, begin) => {
-      let place = times.length;
+      let last = times.length;
+      while (last > 0 && times[last - 1] > clock.now / 1e9 + 0.1) last -= 1;
+      let place = last;
       while (place > 0 && times[place - 1] >= begin) place -= 1;
-      return [times.slice(Math.max(0, place - 1)), values.slice(Math.max(0, place - 1))];
+      return [times.slice(Math.max(0, place - 1), last), values.slice(Math.max(0, place - 1), last)];
     };
     return { all, data: (begin) => (all.length ? uPlot.join(all.map((history) => since(history, begin))) : [[]]) };
   }
