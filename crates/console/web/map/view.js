@@ -1,10 +1,13 @@
 // From metres to pixels and back. The middle of the picture is a place in the world; `scale` is pixels a metre.
 
+// Room around the world, pixels; above it stands where the robots are.
+const [ABOVE, AROUND] = [66, 26];
+
 /** A view that shows all of these bounds. */
-export function fit({ minimum, maximum }, { width, height }, margin = 34) {
+export function fit({ minimum, maximum }, { width, height }) {
   const room = [maximum[0] - minimum[0], maximum[1] - minimum[1]];
-  const scale = Math.min((width - 2 * margin) / (room[0] || 1), (height - 2 * margin) / (room[1] || 1));
-  return { x: (minimum[0] + maximum[0]) / 2, y: (minimum[1] + maximum[1]) / 2, scale: Math.max(2, scale) };
+  const scale = Math.max(2, Math.min((width - 2 * AROUND) / (room[0] || 1), (height - ABOVE - AROUND) / (room[1] || 1)));
+  return { x: (minimum[0] + maximum[0]) / 2, y: (minimum[1] + maximum[1]) / 2 + (ABOVE - AROUND) / 2 / scale, scale };
 }
 
 export const toPixel = (view, { width, height }, x, y) => [width / 2 + (x - view.x) * view.scale, height / 2 - (y - view.y) * view.scale];
