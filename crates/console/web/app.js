@@ -98,10 +98,10 @@ function App() {
       const inField = event.target.closest?.("input, textarea, select, [contenteditable]");
       if (inField || event.ctrlKey || event.metaKey || event.altKey) return;
       if (performance.now() - goes < 1200) {
-        const names = Object.keys(all);
-        const found = names.find((name) => all[name].key === event.key) ?? names.find((name) => name.startsWith(event.key));
+        // Of several with that letter the next one.
+        const found = Object.keys(all).filter((name) => name.startsWith(event.key));
         goes = 0;
-        if (found) show(found);
+        if (found.length) show(found[(found.indexOf(view.name) + 1) % found.length]);
       } else if (event.key === "g") goes = performance.now();
       else if (event.key === "?") setHelp((shown) => !shown);
       else if (event.key === "/") {
@@ -114,7 +114,7 @@ function App() {
     };
     addEventListener("keydown", press);
     return () => removeEventListener("keydown", press);
-  }, [all]);
+  }, [all, view.name]);
 
   return html`
     <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Go to the panels</a>

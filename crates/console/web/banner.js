@@ -2,7 +2,7 @@
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { post, Problem } from "/api.js";
 import { connection, useReadings } from "/live.js";
-import { reload, useResource } from "/store.js";
+import { problemOf, reload, useResource } from "/store.js";
 import { Trouble } from "/parts.js";
 import { isOver } from "/stop.js";
 
@@ -35,6 +35,9 @@ function Gone() {
     const timer = setInterval(() => redraw((count) => count + 1), 1000);
     return () => clearInterval(timer);
   }, []);
+  if (problemOf("/agent")?.status === 401) {
+    return html`<div class="banner lost" role="alert"><b>This is another run now.</b> It has tokens of its own: open the link that it has printed.</div>`;
+  }
   const seconds = Math.round((performance.now() - connection.since) / 1000);
   return html`<div class="banner lost" role="alert">
     <b>No connection for ${seconds} s.</b> What is shown is as old. The agent has ended, or can't be reached; the page goes on when it is back.

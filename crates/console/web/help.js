@@ -3,7 +3,7 @@ import { html, useEffect, useRef } from "/lib/preact.js";
 
 const KEYS = [
   ["Ctrl .", "stop all actuators, from anywhere"],
-  ["g and the first letter", "go to a layout: g o is the overview, g t is timing"],
+  ["g and the first letter", "go to a layout: g o is the overview, g t is timing; again for the next one with that letter"],
   ["/", "search in the panel"],
   ["Tab, arrows", "move among panels, rows and borders"],
   ["W A S D or arrows", "drive, in the panel Drive, as long as they are held"],

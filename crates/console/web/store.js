@@ -65,6 +65,9 @@ export function useResource(path, seconds = Infinity) {
   return path !== null ? resource(path).value : undefined;
 }
 
+/** Why the agent does not say what is at a path, for a component that already shows it. */
+export const problemOf = (path) => resource(path).problem;
+
 /** The agent: name, role of who looks, why it is stopped. */
 export const useAgent = () => useResource("/agent", 1);
 
