@@ -53,6 +53,9 @@ pub(crate) const OTHERS: u32 = u32::MAX - 16;
 /// The largest ring, bytes.
 const LARGEST: usize = 1 << 30;
 
+/// The largest one that is made for more than two of the largest values, unless more is asked for.
+const LARGEST_FOR_SEVERAL: usize = 32 << 20;
+
 /// The largest one while nobody takes values out, as perhaps nobody ever will.
 const LARGEST_BEFORE: usize = 64 << 20;
 
@@ -223,8 +226,10 @@ impl Hub {
 
     /// The bytes of a line that is for values of so many and more.
     fn least(&self, needed: usize) -> usize {
-        let largest = self.largest.load(Ordering::Relaxed).saturating_mul(2);
-        needed.max(self.buffer).max(largest).min(LARGEST)
+        let largest = self.largest.load(Ordering::Relaxed);
+        // The recorder may have to wait for a processor while a camera goes on.
+        let several = largest.saturating_mul(16).min(LARGEST_FOR_SEVERAL);
+        needed.max(self.buffer).max(several).max(largest.saturating_mul(2)).min(LARGEST)
     }
 
     /// A line of this thread, for values of so many bytes and more.
