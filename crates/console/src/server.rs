@@ -23,6 +23,7 @@ use tokio::sync::{Notify, Semaphore};
 use crate::connection::{Guests, Patient, Place};
 use crate::context::{Context, Document, Page};
 use crate::guard::Guard;
+use crate::pages::Pages;
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
 use secure::Tls;
@@ -94,7 +95,7 @@ impl std::fmt::Debug for Console {
 pub(crate) struct Hall {
     pub context: Arc<Context>,
     pub guard: Guard,
-    pages: Vec<Page>,
+    pages: Pages,
     guests: Arc<Guests>,
     /// Places of requests that are worked on.
     work: Arc<Semaphore>,
@@ -109,7 +110,7 @@ impl Console {
         Self::start_with(agent, settings, documents, Vec::new())
     }
 
-    /// As [`start`](Console::start), with files that a browser gets without a token: the pages of a console.
+    /// As [`start`](Console::start), with more files that a browser gets without a token, beside the console's page.
     ///
     /// # Errors
     /// As [`start`](Console::start).
@@ -155,7 +156,7 @@ impl Console {
         let hall = Arc::new(Hall {
             context: Arc::new(context),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
-            pages,
+            pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
             work: Arc::new(Semaphore::new(WORKING)),
         });

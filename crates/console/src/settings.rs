@@ -5,6 +5,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::path::PathBuf;
 
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
+use slate_runtime::printable;
 
 use crate::{Role, TABLE};
 
@@ -37,6 +38,8 @@ pub struct Settings {
     pub tokens: BTreeMap<Role, PathBuf>,
     /// Files with the certificate and its key, in PEM.
     pub certificate: Option<(PathBuf, PathBuf)>,
+    /// A folder with the files of the page, instead of those that are built in.
+    pub assets: Option<PathBuf>,
 }
 
 impl Default for Settings {
@@ -50,11 +53,13 @@ impl Default for Settings {
             origins: Vec::new(),
             tokens: BTreeMap::new(),
             certificate: None,
+            assets: None,
         }
     }
 }
 
-const KNOWN: [&str; 8] = ["enabled", "port", "addresses", "names", "origins", "tokens", "certificate", "key"];
+const KNOWN: [&str; 9] =
+    ["enabled", "port", "addresses", "names", "origins", "tokens", "certificate", "key", "assets"];
 
 impl Settings {
     /// What a configuration says in its table `[console]`, which it has to be read with as one of
@@ -132,6 +137,17 @@ impl Reader<'_> {
         }
         let mut file = |name: &str| self.file(table, name);
         settings.certificate = file("certificate").zip(file("key"));
+        settings.assets = file("assets");
+        if let (Some(assets), Some(value)) = (&settings.assets, table.get("assets"))
+            && !assets.join("index.html").is_file()
+        {
+            let message = format!("{} has no index.html", printable(assets));
+            self.add(
+                value.span,
+                message,
+                "name a folder such as crates/console/web, from where the agent is started",
+            );
+        }
         for (one, other) in [("certificate", "key"), ("key", "certificate")] {
             if let (Some(value), None) = (table.get(one), table.get(other)) {
                 self.add(

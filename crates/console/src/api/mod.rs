@@ -1,5 +1,6 @@
 //! The operations.
 
+mod layouts;
 mod log;
 mod motion;
 mod openapi;
@@ -377,6 +378,18 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         handler: settings::list,
     },
     Operation {
+        method: "GET",
+        path: "/parameters",
+        name: "parameters",
+        summary: "The parameters of all modules, with their defaults and ranges",
+        role: Role::Viewer,
+        parameters: &[TOKEN],
+        body: None,
+        answer: || shape::list(shape::parameter()),
+        kinds: &[],
+        handler: parts::parameters,
+    },
+    Operation {
         method: "PATCH",
         path: "/settings",
         name: "set",
@@ -578,6 +591,48 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         answer: shape::anything,
         kinds: &[],
         handler: statistics::recording,
+    },
+    Operation {
+        method: "GET",
+        path: "/layouts",
+        name: "layouts",
+        summary: "The layouts of the page that the project has, by their names",
+        role: Role::Viewer,
+        parameters: &[TOKEN],
+        body: None,
+        answer: || json!({ "type": "object" }),
+        kinds: &[],
+        handler: layouts::list,
+    },
+    Operation {
+        method: "PUT",
+        path: "/layouts/{layout}",
+        name: "save_layout",
+        summary: "Writes a layout into the project, as console/layouts/NAME.json where the agent was started",
+        role: Role::Developer,
+        parameters: &[],
+        body: Some(|| {
+            json!({
+                "type": "object",
+                "properties": { "title": shape::text(), "columns": { "type": "array", "minItems": 1 } },
+                "required": ["title", "columns"],
+            })
+        }),
+        answer: || shape::object(&[("file", shape::text())]),
+        kinds: &[],
+        handler: layouts::save,
+    },
+    Operation {
+        method: "DELETE",
+        path: "/layouts/{layout}",
+        name: "remove_layout",
+        summary: "Removes a layout of the project",
+        role: Role::Developer,
+        parameters: &[],
+        body: None,
+        answer: || json!({ "type": "object", "maxProperties": 0 }),
+        kinds: &[],
+        handler: layouts::remove,
     },
     Operation {
         method: "GET",

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use hyper::StatusCode;
 use serde::Deserialize;
-use serde_json::{Map, Value as Json};
+use serde_json::{Map, Value as Json, json};
+use slate_module::Parameter;
 use slate_runtime::remote::Call;
 
 use crate::answer::Answer;
@@ -33,6 +34,20 @@ pub(super) fn switch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Proble
         return Err(Problem::not_found(format!("no module is called `{name}`"), help));
     }
     conflict(context, if switch.enabled { Call::ModuleEnable { name } } else { Call::ModuleDisable { name } })
+}
+
+pub(super) fn parameters(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    let composer = context.desk.composer();
+    let of_module = |name: String| {
+        let parameters = composer.parameters(&name).into_iter();
+        parameters.map(move |Parameter { name: parameter, default, range }| {
+            // An endless range is none.
+            let range = range.filter(|(least, most)| least.is_finite() && most.is_finite());
+            json!({ "module": name, "name": parameter, "default": default, "range": range })
+        })
+    };
+    let all = composer.modules().into_iter().flat_map(|module| of_module(module.name));
+    Ok(Answer::json(all.collect()))
 }
 
 /// The plugin that is named, or list of plugins; a library can't be, as whoever may load any file may do anything.

@@ -131,6 +131,15 @@ pub(super) fn module() -> Json {
     ])
 }
 
+pub(super) fn parameter() -> Json {
+    object(&[
+        ("module", text()),
+        ("name", text()),
+        ("default", anything()),
+        ("range", optional(list(json!({ "type": "number" })))),
+    ])
+}
+
 pub(super) fn plugin() -> Json {
     object(&[
         ("name", text()),

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
-use hyper::header::{ACCEPT, CONTENT_TYPE, HeaderMap, IF_MATCH, UPGRADE};
+use hyper::header::{
+    ACCEPT, CACHE_CONTROL, CONTENT_TYPE, ETAG, HeaderMap, HeaderValue, IF_MATCH, IF_NONE_MATCH, UPGRADE,
+};
 use hyper::{Method, Request, Response, StatusCode};
 use serde_json::{Value as Json, json};
 use slate_module::Level;
@@ -37,7 +39,7 @@ pub(super) async fn respond(
             let mut response = problem.response();
             if !is_get && problem.status == StatusCode::PAYLOAD_TOO_LARGE {
                 // What still comes is not read.
-                response.headers_mut().insert("connection", hyper::header::HeaderValue::from_static("close"));
+                response.headers_mut().insert("connection", HeaderValue::from_static("close"));
             }
             response
         }
@@ -57,7 +59,7 @@ async fn answer(
     }
     let (head, body) = request.into_parts();
     let path = head.uri.path();
-    if let Some(answer) = page(hall, &head.method, path) {
+    if let Some(answer) = page(hall, &head.method, path, &head.headers) {
         return Ok(answer);
     }
     let mut query = Query::parse(head.uri.query().unwrap_or_default())?;
@@ -107,13 +109,30 @@ async fn answer(
 }
 
 /// What is shown without a token: pages, and where the rest is.
-fn page(hall: &Hall, method: &Method, path: &str) -> Option<Response<Body>> {
-    let wanted = *method == Method::GET || *method == Method::HEAD;
-    if let Some(page) = hall.pages.iter().find(|page| page.path == path).filter(|_| wanted) {
-        return Some(response(StatusCode::OK, &page.kind, Body::of(page.content.clone())));
+fn page(hall: &Hall, method: &Method, path: &str, headers: &HeaderMap) -> Option<Response<Body>> {
+    if *method != Method::GET && *method != Method::HEAD {
+        return None;
     }
-    let index = json!({ "api": BASE, "openapi": format!("{BASE}/openapi.json") });
-    (wanted && path == "/").then(|| json_response(StatusCode::OK, &index))
+    // A browser wants a page, a program wants to know where the rest is.
+    let wants_index =
+        path == "/" && !text(headers, ACCEPT.as_str()).unwrap_or_default().contains("text/html");
+    let page = if wants_index { None } else { hall.pages.find(path) };
+    let Some(page) = page else {
+        let index = json!({ "api": BASE, "openapi": format!("{BASE}/openapi.json") });
+        return (path == "/").then(|| json_response(StatusCode::OK, &index));
+    };
+    let version = format!("\"{:08x}-{:x}\"", crc32fast::hash(&page.content), page.content.len());
+    let is_known = text(headers, IF_NONE_MATCH.as_str()).is_some_and(|known| known.contains(&version));
+    let mut answer = match is_known {
+        true => response(StatusCode::NOT_MODIFIED, &page.kind, Body::Whole(None)),
+        false => response(StatusCode::OK, &page.kind, Body::of(page.content)),
+    };
+    // It may be kept, and is asked for again each time.
+    answer.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    if let Ok(version) = HeaderValue::from_str(&version) {
+        answer.headers_mut().insert(ETAG, version);
+    }
+    Some(answer)
 }
 
 fn text(headers: &HeaderMap, name: &str) -> Option<String> {

@@ -13,6 +13,7 @@ mod client;
 mod foxglove;
 mod modules;
 mod openapi;
+mod pages;
 mod reading;
 mod sockets;
 mod tls;

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Board, BoardError, nearest_names};
-use slate_module::{Level, ModuleKind, Plugin};
+use slate_module::{Level, ModuleKind, Parameter, Plugin};
 
 use super::composition::Composition;
 use super::memory::States;
@@ -356,6 +356,15 @@ impl Composer {
         let (path, value) = (format!("{module}/enabled/value"), Value::Bool(on));
         let change = Change::Setting { path: format!("{module}/enabled"), value: Some(on.to_string()) };
         self.make_recorded(vec![change], || self.shared.board.write(&path, &value, self.now()).map(drop))
+    }
+
+    /// The parameters of a module, with their defaults and ranges; none of one that there is not.
+    pub fn parameters(&self, module: &str) -> Vec<Parameter> {
+        self.composition()
+            .present
+            .get(module)
+            .map(|seat| seat.description.parameters.clone())
+            .unwrap_or_default()
     }
 
     /// The default of a module's parameter.

@@ -1,0 +1,114 @@
+//! Runs as a person sees them in a browser: the console's page, in Chromium.
+#![cfg(feature = "console")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use common::Running;
+use serde_json::Value;
+
+/// What drives a browser, and what finds out whether everybody can use a page.
+const PACKAGES: [&str; 2] = ["playwright-core@1.65.1", "axe-core@4.14.1"];
+
+fn run(command: &mut Command, advice: &str) -> Output {
+    match command.output() {
+        Ok(output) if output.status.success() => output,
+        Ok(output) => panic!("{advice}\n{command:?}\n{}", String::from_utf8_lossy(&output.stderr)),
+        Err(error) => panic!("{advice}\n{command:?}: {error}"),
+    }
+}
+
+/// A folder that has the packages; tests that begin together fetch them once.
+fn packages() -> PathBuf {
+    static ONCE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    let _turn = ONCE.lock();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-node");
+    let marker = folder.join("packages");
+    let wanted = PACKAGES.join("\n");
+    if std::fs::read_to_string(&marker).is_ok_and(|found| found == wanted) {
+        return folder;
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("package.json"), "{\"private\": true}").unwrap();
+    let advice = "this test needs Node (apt-get install nodejs npm), and a network the first time";
+    run(Command::new("npm").args(["install", "--silent"]).args(PACKAGES).current_dir(&folder), advice);
+    std::fs::write(&marker, wanted).unwrap();
+    folder
+}
+
+fn chromium() -> PathBuf {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<_> = std::env::split_paths(&path).collect();
+    let mut files = ["chromium", "chromium-browser", "google-chrome"]
+        .iter()
+        .flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
+    files
+        .find(|file| file.is_file())
+        .unwrap_or_else(|| panic!("this test needs Chromium: apt-get install chromium"))
+}
+
+/// A run, and the link that it prints.
+fn open(running: &mut Running, example: &str, arguments: &[&str]) -> String {
+    // A panel that the project has beside its configuration.
+    let panels = running.folder().join("console/panels");
+    std::fs::create_dir_all(&panels).unwrap();
+    std::fs::write(panels.join("clearance.js"), include_str!("browser/clearance.js")).unwrap();
+    let first = ["run", example, "--headless", "--rate", "realtime", "--set", "console.port=0"];
+    running.start(example, &[&first, arguments].concat());
+    let files = std::fs::read_dir(running.sockets().join("slate")).unwrap();
+    let mut files = files.map(|entry| entry.unwrap().path());
+    let file = files.find(|path| path.extension().is_some_and(|extension| extension == "console")).unwrap();
+    let content: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    format!(
+        "{}/#token={}",
+        content["address"].as_str().unwrap(),
+        content["tokens"]["developer"].as_str().unwrap()
+    )
+}
+
+/// Goes there with a browser.
+fn visit(script: &str, link: &str, agent: &str) {
+    let pictures = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-pictures");
+    std::fs::create_dir_all(&pictures).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser").join(script);
+    run(
+        Command::new("node")
+            .arg(script)
+            .arg(link)
+            .args([&pictures, &chromium()])
+            .arg(agent)
+            .env("NODE_PATH", packages().join("node_modules")),
+        "the page does not do what it shall",
+    );
+}
+
+#[test]
+fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
+    let mut running = Running::new("browser-exp1");
+    // So long that nobody is in a hurry; a run ends with its mission.
+    let link = open(
+        &mut running,
+        "exp1",
+        &[
+            "--set",
+            "modules.referee.params.time_limit=600.0",
+            "--set",
+            "modules.referee.params.tolerance=1e-9",
+        ],
+    );
+    visit("exp1.cjs", &link, "exp1");
+    assert!(running.folder().join("console/layouts/times-and-clearance.json").is_file());
+    // That the browser is gone changes nothing.
+    assert!(running.done(&["get", "/referee/verdict/state"]).contains("RUNNING"));
+}
+
+#[test]
+fn exp3_shows_all_its_robots() {
+    let mut running = Running::new("browser-exp3");
+    let link = open(&mut running, "exp3", &[]);
+    visit("exp3.cjs", &link, "exp3");
+}

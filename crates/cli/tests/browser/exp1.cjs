@@ -1,0 +1,219 @@
+// EXP1, as a person sees it who opens the link and tries everything.
+const { Visit, api, assert, link, origin, until, value, visit } = require("./page.cjs");
+
+const AGENT = process.argv[5];
+const robot = () => value(`${AGENT}/simulator/r2/truth`);
+const distance = (one, other) => Math.hypot(one.x - other.x, one.y - other.y);
+
+visit(async () => {
+  const browser = await Visit.begin();
+  const page = await browser.tab();
+
+  // The link alone shows the robot, at once, and leaves the token in no address.
+  await page.goto(link);
+  await page.waitForSelector(".readout tr[data-route] td");
+  assert(!page.url().includes("token"), "the token stays in the address");
+  const paint = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0].startTime);
+  assert(paint < 1000, `the first paint takes ${paint} ms`);
+  assert((await page.title()).startsWith(AGENT), "the tab is not called like the agent");
+  const row = page.locator(".readout tr", { hasText: "r2" });
+  await until("a route", async () => /reactive|deliberative/i.test(await row.innerText()));
+  const before = await row.innerText();
+  await until("the robot drives on the page", async () => (await row.innerText()) !== before);
+  await until("the map is drawn", () => page.evaluate(() => {
+    const canvas = document.querySelector(".map canvas");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(data.filter((_, place) => place % 4 === 0)).size > 20;
+  }));
+  await until("what Execute does", async () => /deliberative|reactive/i.test(await page.innerText(".overview")));
+
+  // A goal is set by a click, and the robot goes there.
+  await page.click("button.tool:has-text('Goal')");
+  const box = await page.locator(".map canvas").boundingBox();
+  await page.mouse.click(box.x + box.width * 0.4, box.y + box.height * 0.6);
+  const goal = await until("the goal is set", async () => {
+    const goal = await value(`${AGENT}/r2/knowledge/goal`);
+    return (goal.x !== 0 || goal.y !== 0) && goal;
+  });
+  await until("the goal is in the log", async () => (await page.innerText("[role=log]")).includes("knowledge/params"));
+  await page.waitForTimeout(2500);
+  for (const theme of ["light", "dark"]) {
+    await browser.theme(page, theme);
+    await page.waitForTimeout(150);
+    await browser.picture(page, `overview-${theme}`);
+    await browser.accessible(page, `the overview (${theme})`);
+  }
+  const far = distance(await robot(), goal);
+  await page.keyboard.press("Escape");
+
+  // Properties, their values as they come, and one alone.
+  await browser.view(page, "inspect");
+  await page.fill("input[aria-label='Search for properties']", "truth");
+  await page.click("[data-path='simulator/r1/truth']");
+  const inspected = page.locator(".inspector td.number").first();
+  await until("a value", async () => / (m|rad)$/.test(await inspected.innerText()));
+  const seen = await inspected.innerText();
+  await until("the value changes", async () => (await inspected.innerText()) !== seen);
+  await page.fill("input[aria-label='Search for properties']", "r2");
+  await page.focus("[role=row][tabindex='0']");
+  await page.keyboard.press("ArrowDown");
+  assert(await page.evaluate(() => document.activeElement.matches("[role=row]")), "arrows do not move in the tree");
+  await browser.accessible(page, "the properties");
+  await browser.picture(page, "inspect");
+
+  // Parameters: by a slider, which the robot feels, and taken back.
+  await until("the robot goes to the goal", async () => distance(await robot(), goal) < Math.max(0.3, far / 2), 25);
+  await browser.view(page, "parameters");
+  await page.fill("input[aria-label='Search for parameters']", "planner");
+  const parameters = `${AGENT}/r2/planner/params`;
+  const old = await value(parameters);
+  for (const name of ["careful_speed", "speed"]) {
+    const parameter = page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`);
+    await parameter.locator("input[type=range]").evaluate((element) => {
+      element.value = 0.1;
+      element.dispatchEvent(new Event("input", { bubbles: true }));
+      element.dispatchEvent(new Event("change", { bubbles: true }));
+    });
+    await until(`the slider sets ${name}`, async () => (await value(parameters))[name] === 0.1);
+    await until("what is not as in the file is marked", async () => (await parameter.getAttribute("data-differs")) === "true");
+  }
+  const away = async (x, y) => api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { goal_x: x, goal_y: y });
+  const fast = async () => ({ ...(await value(`${AGENT}/simulator/r2/odometry`)).twist, route: (await value(`${AGENT}/r2/execute/status`)).route });
+  await away(1.6, -1.6);
+  await until("the robot goes slowly", async () => {
+    const { linear, route } = await fast();
+    return route === "DELIBERATIVE" && linear > 0.04 && linear < 0.14;
+  });
+  await browser.accessible(page, "the parameters");
+  await browser.picture(page, "parameters");
+  for (const name of ["speed", "careful_speed"]) {
+    await page.click("button:has-text('Undo')");
+    await until(`${name} is taken back`, async () => (await value(parameters))[name] === old[name]);
+  }
+  await until("the robot goes as before", async () => (await fast()).linear > 0.2);
+
+  // Plots, timing, log.
+  await browser.view(page, "plots");
+  await until("numbers of the plot", async () => /rad\/s/.test(await page.locator(".series b").first().innerText()));
+  const add = page.locator("input[aria-label='Add a number']").nth(1);
+  await add.fill("simulator/r2/clearance/distance");
+  await add.press("Enter");
+  await until("another line", async () => /\d m$/.test(await page.locator(".tile").nth(1).locator(".series b").first().innerText()));
+  await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));
+  await page.waitForTimeout(2000);
+  await browser.accessible(page, "the plots");
+  await browser.picture(page, "plots");
+  await browser.view(page, "timing");
+  await until("rows", async () => (await page.locator("tr", { hasText: "r2/planner" }).innerText()).includes("µs"));
+  await browser.accessible(page, "the timing");
+  await browser.picture(page, "timing");
+  await browser.view(page, "log");
+  await page.fill("input[aria-label='Search in the log']", "planner/params");
+  await until("the change is in the log", async () => /developer at .* PATCH .*planner\/params/.test(await page.innerText("[role=log]")));
+  await browser.accessible(page, "the log");
+
+  // The architecture, and a block switched on.
+  await browser.view(page, "mapek");
+  await away(-1.6, -1.6);
+  await until("the route", async () => /reactive|deliberative/i.test(await page.innerText(".robot > header")));
+  assert((await page.locator(".stage.monitor .block").count()) === 3, "three Monitors");
+  assert((await page.locator(".stage.analyze .block").count()) === 3, "three Analyzes");
+  const wall = page.getByRole("switch", { name: "avoid_wall" });
+  assert(!(await wall.isChecked()), "avoid_wall is on");
+  await page.waitForTimeout(1000);
+  await browser.accessible(page, "MAPE-K");
+  await browser.picture(page, "mapek");
+  await wall.click();
+  await until("avoid_wall works", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_wall" && condition === "WORKING"));
+  await wall.click();
+  await until("it is off again", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_wall" && condition === "INACTIVE"));
+
+  // Links: what does not fit is said before, what fits is made.
+  await browser.view(page, "graph");
+  await page.focus(".node[data-name='r2/pass_range']");
+  await page.keyboard.press("Enter");
+  await page.click(".links button:has-text('range')");
+  await until("it is found out that it fits", async () => (await page.innerText(".relink")).includes("It fits"));
+  await page.selectOption(".relink select", "/simulator/r2/truth");
+  await until("it is found out that it does not", async () => (await page.locator(".relink .trouble").count()) === 1);
+  assert(await page.locator(".relink button.primary").isDisabled(), "what does not fit can be linked");
+  await browser.accessible(page, "the graph");
+  await browser.picture(page, "graph");
+
+  // The stop is one press; what ends it takes two steps, of which one is held.
+  await page.click("#stop");
+  await until("all is stopped", async () => (await api("GET", "/agent")).stopped !== null);
+  await page.waitForSelector(".banner.stopped");
+  assert(/stopped in \d+ ms/.test(await page.innerText("#stop")), "the stop is not confirmed");
+  const wheels = await value(`${AGENT}/r2/wheels/command`);
+  assert(wheels.left === 0 && wheels.right === 0, "the wheels turn");
+  await browser.accessible(page, "a stop");
+  const hold = page.locator(".hold");
+  await hold.click();
+  await page.waitForTimeout(200);
+  assert((await api("GET", "/agent")).stopped !== null, "a short press ends the stop");
+  await hold.hover();
+  await page.mouse.down();
+  await until("the stop is over", async () => (await api("GET", "/agent")).stopped === null);
+  await page.mouse.up();
+  await page.click("button:has-text('Arm')");
+  await until("it is armed", async () => (await value(`${AGENT}/r2/wheels/gate`)).mode === "ARMED");
+  await until("the banner is gone", async () => (await page.locator(".banner").count()) === 0);
+  await page.keyboard.press("Control+.");
+  await until("the key stops too", async () => (await api("GET", "/agent")).stopped !== null);
+  await api("POST", "/reset");
+  await api("POST", "/arm", {});
+
+  // Driving by hand, as long as a key is held and not longer.
+  await browser.view(page, "drive");
+  // A reflex has precedence over a person.
+  await api("PUT", "/modules/r2/avoid_obstacle", { enabled: false });
+  await page.click("button:has-text('Take the controls')");
+  await page.waitForSelector(".drive[data-held=true]");
+  await page.keyboard.down("a");
+  await until("the wheels turn as the key says", async () => {
+    const { left, right } = await value(`${AGENT}/r2/wheels/command`);
+    return left < 0 && right > 0 && Math.abs(left + right) < 1e-9 && (await value(`${AGENT}/r2/wheels/gate`)).priority === "TELEOPERATION";
+  });
+  await page.waitForTimeout(400);
+  await browser.accessible(page, "the controls");
+  await browser.picture(page, "drive");
+  await page.keyboard.up("a");
+  await until("nobody drives any more", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
+  await page.click("button:has-text('Give the controls back')");
+
+  // Layouts: changed, shared by a link, saved in the project. A panel of the project is there like any other.
+  await browser.view(page, "timing");
+  await page.click("button[aria-label='Add a panel beside it']");
+  await page.selectOption(".tile:nth-of-type(1) >> nth=1 >> select[aria-label=Panel]", "clearance");
+  await until("the project's panel shows a value", async () => /^\d\.\d+ m$/.test(await page.innerText(".own-clearance")));
+  const shared = page.url();
+  page.once("dialog", (dialog) => dialog.accept("Times and clearance"));
+  await page.click("button:has-text('Save')");
+  await page.waitForSelector("nav a:has-text('Times and clearance')");
+  await until("the layout is in the project", async () => (await api("GET", "/layouts"))["times-and-clearance"].columns.length === 2);
+
+  // A tablet, in the light, with the layout of the link.
+  const tablet = await browser.tab({ viewport: { width: 820, height: 1180 }, colorScheme: "light", hasTouch: true });
+  await tablet.goto(link);
+  await tablet.waitForSelector(".readout tr td");
+  await tablet.goto(shared);
+  await tablet.waitForSelector(".own-clearance");
+  await tablet.goto(`${origin}/#view=overview`);
+  await tablet.waitForSelector(".overview");
+  await tablet.waitForTimeout(800);
+  assert(await tablet.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "a tablet has to be scrolled sideways");
+  const small = await tablet.evaluate(() => [...document.querySelectorAll("button, select, nav a")].filter((one) => one.offsetParent && one.getBoundingClientRect().height < 43.5).map((one) => one.outerHTML.slice(0, 100)));
+  assert(small.length === 0, `too small for a finger: ${small.join(", ")}`);
+  const stop = await tablet.locator("#stop").boundingBox();
+  assert(stop.width >= 64 && stop.height >= 64, "the stop is small");
+  await browser.accessible(tablet, "a tablet");
+  await browser.picture(tablet, "tablet");
+
+  // Without a token there is a question and nothing else.
+  const stranger = await browser.tab();
+  await stranger.goto(origin);
+  await stranger.waitForSelector(".asking");
+  await browser.accessible(stranger, "the question for a token");
+  await browser.end();
+});

@@ -1,0 +1,93 @@
+// A browser with the console in it, and what is the same in each visit.
+const { chromium } = require("playwright-core");
+const fs = require("node:fs");
+const path = require("node:path");
+const axe = fs.readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+
+const [link, pictures, executable] = process.argv.slice(2);
+const origin = new URL(link).origin;
+
+function fail(text) {
+  console.error(text);
+  process.exit(1);
+}
+
+const assert = (holds, text) => holds || fail(text);
+
+/** Asks until something is so; says what it was if it never is. */
+async function until(what, holds, seconds = 10) {
+  let last;
+  for (const end = Date.now() + seconds * 1000; Date.now() < end; ) {
+    last = await holds();
+    if (last) return last;
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+  return fail(`${what}: not within ${seconds} s (${JSON.stringify(last)})`);
+}
+
+class Visit {
+  static async begin() {
+    const visit = new Visit();
+    visit.browser = await chromium.launch({ executablePath: executable, args: ["--no-sandbox", "--disable-gpu", "--force-color-profile=srgb"] });
+    visit.complaints = [];
+    visit.foreign = [];
+    return visit;
+  }
+
+  /** A tab of a size, with nothing in it. */
+  async tab(settings = {}) {
+    const context = await this.browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark", ...settings });
+    const page = await context.newPage();
+    // The browser itself tells of each refusal; that of a link which does not fit is what is asked for.
+    const isAsked = (message) => /409/.test(message.text()) && message.location().url.includes("/links/");
+    page.on("console", (message) => ["error", "warning"].includes(message.type()) && !isAsked(message) && this.complaints.push(`${message.text()} (${message.location().url})`));
+    page.on("pageerror", (error) => this.complaints.push(String(error)));
+    page.on("request", (request) => /^(data|blob):/.test(request.url()) || request.url().startsWith(origin) || this.foreign.push(request.url()));
+    return page;
+  }
+
+  /** Another layout, by its name behind the #. */
+  async view(page, name) {
+    await page.click(`nav a[href="#view=${name}"]`);
+    await page.waitForSelector(`nav a[href="#view=${name}"][aria-current=page]`);
+  }
+
+  async picture(page, name) {
+    await page.screenshot({ path: path.join(pictures, `${name}.png`) });
+  }
+
+  /** What axe finds wrong, of what matters to people. */
+  async accessible(page, where) {
+    if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe);
+    const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"] }));
+    const words = violations.map(({ id, help, nodes }) => `${id}: ${help}: ${nodes.slice(0, 3).map(({ html, failureSummary }) => `${html.slice(0, 200)} ${failureSummary}`).join("; ")}`);
+    assert(words.length === 0, `${where} has what is not accessible:\n${words.join("\n")}`);
+  }
+
+  async theme(page, name) {
+    if ((await page.evaluate(() => document.documentElement.dataset.theme)) !== name) await page.click("button[aria-label='Dark or light']");
+  }
+
+  async end() {
+    assert(this.complaints.length === 0, `the page complains:\n${this.complaints.join("\n")}`);
+    assert(this.foreign.length === 0, `the page asks others: ${this.foreign.join(", ")}`);
+    await this.browser.close();
+  }
+}
+
+/** Asks the agent, beside the page. */
+async function api(method, at, body) {
+  const token = new URLSearchParams(new URL(link).hash.slice(1)).get("token");
+  const headers = { Authorization: `Bearer ${token}`, "Content-Type": "application/json" };
+  const answer = await fetch(`${origin}/api/v1${at}`, { method, headers, body: body === undefined ? undefined : JSON.stringify(body) });
+  assert(answer.ok, `${method} ${at}: ${answer.status}`);
+  return answer.json();
+}
+
+const value = async (at) => (await api("GET", `/slate/${at}`)).value;
+
+function visit(steps) {
+  steps().catch((error) => fail(error.stack));
+}
+
+module.exports = { Visit, api, assert, link, origin, until, value, visit };

@@ -1,0 +1,107 @@
+//! The files of the console's page. A browser gets them without a token: they hold no secret, and ask for what they show with one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use crate::context::Page;
+
+/// The files that are built in, by their paths.
+const BUILT_IN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
+
+/// Where a project keeps panels and layouts of its own: beside what the agent was started with.
+pub(crate) const PROJECT: &str = "console";
+
+/// What stands before the paths of a project's own files.
+const OWN: &str = "/project/";
+
+/// The largest file of a project or of `console.assets`, bytes.
+const LARGEST: u64 = 8 << 20;
+
+/// Where pages come from.
+pub(crate) struct Pages {
+    /// Those that the program brought.
+    given: Vec<Page>,
+    /// Instead of what is built in.
+    assets: Option<PathBuf>,
+    project: PathBuf,
+}
+
+impl Pages {
+    pub fn new(given: Vec<Page>, assets: Option<PathBuf>) -> Self {
+        Self { given, assets, project: PROJECT.into() }
+    }
+
+    /// The page at a path.
+    pub fn find(&self, path: &str) -> Option<Page> {
+        if let Some(page) = self.given.iter().find(|page| page.path == path) {
+            return Some(page.clone());
+        }
+        if path == "/panels.json" {
+            let content = json!(self.panels()).to_string().into_bytes();
+            return Some(Page { path: path.into(), kind: "application/json".into(), content });
+        }
+        let path = if path == "/" { "/index.html" } else { path };
+        let kind = kind(path)?;
+        let content = if let Some(own) = path.strip_prefix(OWN) {
+            read(&self.project, own)?
+        } else if let Some(assets) = &self.assets {
+            read(assets, path.strip_prefix('/')?)?
+        } else {
+            BUILT_IN.iter().find(|(known, _)| *known == path)?.1.to_vec()
+        };
+        Some(Page { path: path.into(), kind: kind.into(), content })
+    }
+
+    /// The panels: those of the page, and behind them those of the project, which replace others of the same name.
+    fn panels(&self) -> Vec<String> {
+        let mut panels: Vec<String> = match &self.assets {
+            Some(assets) => scripts(&assets.join("panels"), "/panels/"),
+            None => {
+                let built_in = BUILT_IN.iter().map(|(path, _)| *path);
+                built_in.filter(|path| path.starts_with("/panels/")).map(ToOwned::to_owned).collect()
+            }
+        };
+        panels.extend(scripts(&self.project.join("panels"), &format!("{OWN}panels/")));
+        panels
+    }
+}
+
+/// The scripts in a folder, in the order of their names; none when it can't be read.
+fn scripts(folder: &Path, prefix: &str) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let mut scripts: Vec<_> = names
+        .filter(|name| is_plain(name) && name.ends_with(".js"))
+        .map(|name| format!("{prefix}{name}"))
+        .collect();
+    scripts.sort();
+    scripts
+}
+
+/// A file in a folder and nowhere else.
+fn read(folder: &Path, path: &str) -> Option<Vec<u8>> {
+    if !path.split('/').all(is_plain) {
+        return None;
+    }
+    let file = folder.join(path);
+    let is_fit = fs::metadata(&file).is_ok_and(|about| about.is_file() && about.len() <= LARGEST);
+    if is_fit { fs::read(file).ok() } else { None }
+}
+
+/// Whether a name is no way to another folder and nothing that is hidden.
+pub(crate) fn is_plain(name: &str) -> bool {
+    let known = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_' | b'.');
+    !name.is_empty() && !name.starts_with('.') && name.bytes().all(known)
+}
+
+fn kind(path: &str) -> Option<&'static str> {
+    Some(match path.rsplit_once('.')?.1 {
+        "html" => "text/html; charset=utf-8",
+        "js" => "text/javascript; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "svg" => "image/svg+xml",
+        _ => return None,
+    })
+}

@@ -1,0 +1,71 @@
+// The agent over HTTP. A token comes behind the # of the link that the agent prints, where no log ever sees it.
+
+const BASE = "/api/v1";
+const KEY = "slate.token";
+
+// Another link in a tab that is open is another run.
+function take() {
+  const given = new URLSearchParams(location.hash.slice(1));
+  const token = given.get("token");
+  if (token === null) return;
+  sessionStorage.setItem(KEY, token);
+  given.delete("token");
+  history.replaceState(null, "", given.size ? `#${given}` : location.pathname);
+}
+take();
+
+/** The token of this tab; empty when nobody has given one. */
+export const token = () => sessionStorage.getItem(KEY) ?? "";
+
+/** Takes a token, or a link that has one. */
+export function giveToken(text) {
+  const found = text.trim().match(/token=([^&\s]+)/)?.[1] ?? text.trim();
+  sessionStorage.setItem(KEY, found);
+}
+
+/** What the agent refuses, with what to do about it. */
+export class Problem extends Error {
+  constructor(status, detail, help = "", report = "") {
+    super(detail);
+    Object.assign(this, { status, help, report });
+  }
+}
+
+async function ask(method, path, body, headers = {}) {
+  const options = { method, headers: { Authorization: `Bearer ${token()}`, ...headers } };
+  if (body !== undefined) {
+    options.body = JSON.stringify(body);
+    options.headers["Content-Type"] = "application/json";
+  }
+  let response;
+  try {
+    response = await fetch(BASE + path, options);
+  } catch {
+    throw new Problem(0, "the agent does not answer", "see whether it still runs");
+  }
+  const text = await response.text();
+  let value = text;
+  if ((response.headers.get("content-type") ?? "").includes("json")) value = JSON.parse(text);
+  if (!response.ok) throw new Problem(response.status, value.detail ?? text, value.help, value.report);
+  return value;
+}
+
+export const get = (path) => ask("GET", path);
+export const put = (path, body) => ask("PUT", path, body);
+export const patch = (path, body) => ask("PATCH", path, body);
+export const post = (path, body) => ask("POST", path, body);
+export const remove = (path) => ask("DELETE", path);
+
+/** The path of an operation about a property, such as `/slate/exp1/r2/planner/params`. */
+export const at = (agent, path, kind = "slate") =>
+  `/${kind}/${encodeURIComponent(agent)}/${path.split("/").map(encodeURIComponent).join("/")}`;
+
+/** Where an image, which can set no header, comes from. */
+export const source = (agent, path, query) =>
+  `${BASE}${at(agent, path)}?${new URLSearchParams({ ...query, token: token() })}`;
+
+/** Opens a WebSocket, with the token among its subprotocols. */
+export function openSocket(name) {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  return new WebSocket(`${scheme}://${location.host}${BASE}/${name}`, ["slate.v1", `slate.token.${token()}`]);
+}

@@ -1,0 +1,147 @@
+// The page: its head, the choice of a layout, the tiles.
+import { html, render, useEffect, useMemo, useState } from "/lib/preact.js";
+import { get, giveToken, Problem, token } from "/api.js";
+import { connect, connection, onConnection } from "/live.js";
+import { BUILT_IN, isFit, read, write } from "/layouts.js";
+import { follow, reloadAll, useAgent } from "/store.js";
+import { Head } from "/head.js";
+import { Help } from "/help.js";
+import { Banner } from "/banner.js";
+import { Bar } from "/bar.js";
+import { Workspace } from "/workspace.js";
+import { keep } from "/keep.js";
+import { select } from "/selection.js";
+
+const panels = new Map();
+const broken = [];
+
+// A panel of the project stands behind the others, and so in the place of one with the same id.
+async function loadPanels() {
+  const paths = await (await fetch("/panels.json")).json();
+  const loaded = await Promise.allSettled(paths.map((path) => import(path)));
+  loaded.forEach(({ value, reason }, place) => {
+    const panel = value?.default;
+    if (panel?.id && panel.title && panel.Panel) panels.set(panel.id, panel);
+    else broken.push(`${paths[place]}: ${reason ?? "it exports no { id, title, Panel }"}`);
+  });
+  broken.forEach((text) => console.error(text));
+}
+
+const settings = () => new URLSearchParams(location.hash.slice(1));
+
+// What the link asks for: a layout in it, or the name of one.
+function wanted() {
+  const given = settings();
+  const layout = given.get("layout") ? read(given.get("layout")) : null;
+  if (given.get("select")) select(given.get("select"));
+  return { name: given.get("view") ?? "overview", layout };
+}
+
+function Asking({ problem }) {
+  const [text, setText] = useState("");
+  const enter = (event) => {
+    event.preventDefault();
+    giveToken(text);
+    location.reload();
+  };
+  return html`<main class="asking"><form onSubmit=${enter}>
+    <h1>Slate</h1>
+    <p>${problem ? "Nobody has this token; each run has a new one." : "The agent wants to know who asks."} It prints a link with its token when it starts:</p>
+    <pre>console: ${location.origin}/#token=…</pre>
+    <label>Link or token <input autofocus autocomplete="off" spellcheck="false" value=${text} onInput=${(event) => setText(event.target.value)} /></label>
+    <button class="primary" disabled=${!text.trim()}>Open</button>
+  </form></main>`;
+}
+
+function useConnection() {
+  const [, redraw] = useState(0);
+  useEffect(() => onConnection(() => redraw((count) => count + 1)), []);
+  return connection.state;
+}
+
+function App() {
+  const state = useConnection();
+  const agent = useAgent();
+  const [saved, setSaved] = useState({});
+  const [view, setView] = useState(wanted);
+  const [help, setHelp] = useState(false);
+  const all = useMemo(() => ({ ...BUILT_IN, ...saved }), [saved]);
+  const layout = view.layout ?? all[view.name] ?? BUILT_IN.overview;
+
+  useEffect(() => follow("/layouts", ({ value }) => value && setSaved(Object.fromEntries(Object.entries(value).filter(([, it]) => isFit(it))))), []);
+  useEffect(() => {
+    // A link with a token is one of another run.
+    const changed = () => (settings().has("token") ? location.reload() : setView(wanted()));
+    addEventListener("hashchange", changed);
+    return () => removeEventListener("hashchange", changed);
+  }, []);
+  useEffect(() => {
+    if (state === "live") reloadAll();
+  }, [state]);
+  useEffect(() => {
+    document.title = agent ? `${agent.stopped ? "■ " : ""}${agent.name} · ${layout.title}` : "Slate";
+  }, [agent?.name, agent?.stopped, layout.title]);
+
+  const show = (name) => {
+    history.pushState(null, "", `#view=${name}`);
+    setView({ name, layout: null });
+  };
+  const change = (layout) => {
+    history.replaceState(null, "", `#view=${view.name}&layout=${write(layout)}`);
+    setView({ name: view.name, layout });
+  };
+
+  useEffect(() => {
+    // `g` and a letter goes to a layout; a press inside a field is meant for that.
+    let goes = 0;
+    const press = (event) => {
+      const inField = event.target.closest?.("input, textarea, select, [contenteditable]");
+      if (inField || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (performance.now() - goes < 1200) {
+        const names = Object.keys(all);
+        const found = names.find((name) => all[name].key === event.key) ?? names.find((name) => name.startsWith(event.key));
+        goes = 0;
+        if (found) show(found);
+      } else if (event.key === "g") goes = performance.now();
+      else if (event.key === "?") setHelp((shown) => !shown);
+      else if (event.key === "/") {
+        const field = document.querySelector("input[type=search]");
+        if (field) {
+          event.preventDefault();
+          field.focus();
+        }
+      }
+    };
+    addEventListener("keydown", press);
+    return () => removeEventListener("keydown", press);
+  }, [all]);
+
+  return html`
+    <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Go to the panels</a>
+    <${Head} agent=${agent} state=${state} view=${view} layout=${layout} layouts=${all} built=${BUILT_IN} show=${show}
+      change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} />
+    <${Banner} agent=${agent} state=${state} broken=${broken} />
+    <${Workspace} key=${view.name} layout=${layout} panels=${panels} change=${change} />
+    <${Bar} agent=${agent} />
+    ${help && html`<${Help} layouts=${all} close=${() => setHelp(false)} />`}`;
+}
+
+async function begin() {
+  const root = document.getElementById("app");
+  let problem = null;
+  if (token()) {
+    try {
+      await Promise.all([get("/agent"), loadPanels()]);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      problem = error;
+    }
+  }
+  root.replaceChildren();
+  if (!token() || problem?.status === 401) return render(html`<${Asking} problem=${problem} />`, root);
+  connect();
+  keep();
+  render(html`<${App} />`, root);
+}
+
+begin();

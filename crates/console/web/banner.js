@@ -1,0 +1,81 @@
+// What nobody may overlook: a stop, actuators that are not armed, a connection that is gone.
+import { html, useEffect, useRef, useState } from "/lib/preact.js";
+import { post, Problem } from "/api.js";
+import { connection, useReadings } from "/live.js";
+import { reload, useResource } from "/store.js";
+import { Trouble } from "/parts.js";
+import { isOver } from "/stop.js";
+
+// What ends a stop is held for so long that nobody does it by mistake, ms.
+const HOLD = 1000;
+
+function Hold({ children, done }) {
+  const [held, setHeld] = useState(false);
+  const timer = useRef(0);
+  const begin = () => {
+    if (held) return;
+    setHeld(true);
+    timer.current = setTimeout(() => {
+      setHeld(false);
+      done();
+    }, HOLD);
+  };
+  const end = () => {
+    clearTimeout(timer.current);
+    setHeld(false);
+  };
+  const isKey = (event) => event.key === " " || event.key === "Enter";
+  return html`<button class="hold" data-held=${held} onPointerDown=${begin} onPointerUp=${end} onPointerLeave=${end} onBlur=${end}
+    onKeyDown=${(event) => isKey(event) && (event.preventDefault(), begin())} onKeyUp=${(event) => isKey(event) && end()}>${children}</button>`;
+}
+
+function Gone() {
+  const [, redraw] = useState(0);
+  useEffect(() => {
+    const timer = setInterval(() => redraw((count) => count + 1), 1000);
+    return () => clearInterval(timer);
+  }, []);
+  const seconds = Math.round((performance.now() - connection.since) / 1000);
+  return html`<div class="banner lost" role="alert">
+    <b>No connection for ${seconds} s.</b> What is shown is as old. The agent has ended, or can't be reached; the page goes on when it is back.
+  </div>`;
+}
+
+/** The banners. */
+export function Banner({ agent, state, broken }) {
+  const [problem, setProblem] = useState(null);
+  const actuators = useResource("/actuators", 5) ?? [];
+  const gates = useReadings(actuators.map(({ name }) => `${name}/gate`), 4);
+  const stopped = agent?.stopped ?? null;
+  const disarmed = actuators.filter(({ name }) => gates[`${name}/gate`]?.value.mode === "DISARMED").map(({ name }) => name);
+  const act = (path) => async () => {
+    try {
+      setProblem(null);
+      await post(path, path === "/arm" ? {} : undefined);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      setProblem(error);
+    }
+    reload("/agent", "/actuators");
+  };
+  useEffect(() => {
+    const again = () => reload("/agent", "/actuators");
+    document.addEventListener("stopped", again);
+    return () => document.removeEventListener("stopped", again);
+  }, []);
+  useEffect(() => {
+    document.documentElement.dataset.stopped = stopped !== null;
+    if (stopped === null) isOver();
+  }, [stopped]);
+  return html`<div class="banners">
+    ${state === "lost" && html`<${Gone} />`}
+    ${stopped !== null && html`<div class="banner stopped" role="alert">
+      <b>Stopped</b> ${stopped} <span class="grow"></span> <${Hold} done=${act("/reset")}>Hold to reset</${Hold}>
+    </div>`}
+    ${stopped === null && disarmed.length > 0 && html`<div class="banner disarmed" role="alert">
+      <b>Not armed</b> ${disarmed.join(", ")} <span class="grow"></span> <button onClick=${act("/arm")}>Arm</button>
+    </div>`}
+    ${broken.map((text) => html`<div class="banner lost" role="alert" key=${text}><b>A panel can't be loaded.</b> ${text}</div>`)}
+    <${Trouble} problem=${problem} />
+  </div>`;
+}

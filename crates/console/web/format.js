@@ -1,0 +1,54 @@
+// How numbers, times and values are written: with their units, and so that digits stay where they are.
+
+/** Decimal places that tell something of a quantity of a unit. */
+const PLACES = { m: 3, rad: 3, "m/s": 3, "rad/s": 3, s: 2, "m/s²": 2, "rad/s²": 2, "1/s": 2 };
+
+/** A number and its unit. */
+export function number(value, unit = "") {
+  if (value === null || value === undefined) return "NaN";
+  if (unit === "ns") return duration(value);
+  const text = Number.isInteger(value) && !(unit in PLACES) ? String(value) : value.toFixed(PLACES[unit] ?? 3);
+  // A true minus is as wide as a digit.
+  return (text.startsWith("-") ? `−${text.slice(1)}` : text) + (unit ? ` ${unit}` : "");
+}
+
+/** A duration of nanoseconds, with three digits. */
+export function duration(nanoseconds) {
+  if (nanoseconds === 0) return "0 ns";
+  const steps = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
+  const [size, unit] = steps.find(([size]) => Math.abs(nanoseconds) >= size) ?? [1e9, "s"];
+  const scaled = nanoseconds / size;
+  const places = unit === "ns" ? 0 : scaled >= 100 ? 0 : scaled >= 10 ? 1 : 2;
+  return `${scaled.toFixed(places)} ${unit}`;
+}
+
+/** The agent's time, such as `1:07.42`. */
+export function time(nanoseconds) {
+  const seconds = nanoseconds / 1e9;
+  const minutes = Math.floor(seconds / 60);
+  return `${minutes}:${(seconds - 60 * minutes).toFixed(2).padStart(5, "0")}`;
+}
+
+/** How old something is, seconds. */
+export const age = (seconds) => (seconds < 0.995 ? `${Math.max(0, seconds * 1000).toFixed(0)} ms` : `${seconds.toFixed(1)} s`);
+
+/** The word of a constant: `DELIBERATIVE` is Deliberative. */
+export const word = (name) => {
+  const text = String(name ?? "").replaceAll("_", " ").toLowerCase();
+  return text.charAt(0).toUpperCase() + text.slice(1);
+};
+
+const NAMES = { theta: "θ" };
+
+/** A value in one line, after the schema of its interface. */
+export function brief(value, schema) {
+  if (value === null || value === undefined) return schema?.type?.includes?.("number") ? "NaN" : "none";
+  if (typeof value === "number") return number(value, schema?.["x-unit"]);
+  if (typeof value !== "object") return String(value);
+  if (Array.isArray(value)) return `${value.length} ${value.length === 1 ? "item" : "items"}`;
+  const names = Object.keys(schema?.properties ?? value).filter((name) => name in value && name !== "reserved");
+  // Nobody wants to know that a value is called a value.
+  if (names.length === 1) return brief(value[names[0]], schema?.properties?.[names[0]]);
+  const parts = names.map((name) => `${NAMES[name] ?? name} ${brief(value[name], schema?.properties?.[name])}`);
+  return parts.join("  ");
+}

@@ -1,0 +1,87 @@
+// The head of the page: which agent, how it is, which layout.
+import { html, useEffect, useState } from "/lib/preact.js";
+import { clock, useReading } from "/live.js";
+import { time, word } from "/format.js";
+import { useProperties } from "/store.js";
+import { toggleTheme } from "/theme.js";
+import { copy, write } from "/layouts.js";
+import { Problem, put } from "/api.js";
+
+// The digits change often; nothing else of the head does.
+function Clock() {
+  const [text, setText] = useState("");
+  useReading("loop/state", 2);
+  useEffect(() => {
+    const timer = setInterval(() => setText(time(clock.now)), 100);
+    return () => clearInterval(timer);
+  }, []);
+  return html`<span class="clock" title="The agent's time">${text}</span>`;
+}
+
+function Verdict({ path, isNamed }) {
+  const verdict = useReading(path, 5)?.value;
+  if (!verdict) return null;
+  const mark = { RUNNING: "▸", SUCCEEDED: "✓", FAILED: "✕" }[verdict.state] ?? "·";
+  return html`<span class="chip" data-state=${verdict.state} title=${`/${path}`}>${mark} ${isNamed ? `${path.split("/")[0]}: ` : ""}${verdict.reason || word(verdict.state)}</span>`;
+}
+
+function Layouts({ view, layout, layouts, built, change, saved, show }) {
+  const [note, setNote] = useState("");
+  const tell = (text) => {
+    setNote(text);
+    setTimeout(() => setNote(""), 4000);
+  };
+  const share = async () => {
+    const link = `${location.origin}/#view=${view.name}&layout=${write(layout)}`;
+    try {
+      await navigator.clipboard.writeText(link);
+      tell("The link is copied; it has no token");
+    } catch {
+      prompt("A link to this layout, without a token:", link);
+    }
+  };
+  const save = async () => {
+    const title = prompt("Name of the layout, for this project:", view.name in built ? "" : layout.title)?.trim();
+    if (!title) return;
+    const name = title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "") || "layout";
+    const own = { ...copy(layout), title };
+    try {
+      await put(`/layouts/${name}`, own);
+      saved(name, own);
+      tell(`console/layouts/${name}.json is written`);
+    } catch (problem) {
+      if (!(problem instanceof Problem)) throw problem;
+      tell(problem.message);
+    }
+  };
+  return html`<span class="layouts">
+    ${note && html`<span role="status" class="muted">${note}</span>`}
+    ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="The layout as it was">Reset layout</button>`}
+    <button class="quiet" onClick=${share} title="Copies a link to this layout">Link</button>
+    <button class="quiet" onClick=${save} title="Saves this layout in the project">Save</button>
+  </span>`;
+}
+
+/** The head of the page. */
+export function Head(properties) {
+  const { agent, state, view, layouts, show, help } = properties;
+  const verdicts = useProperties().filter(({ interface: name }) => name === "Verdict");
+  const names = { live: "Live", connecting: "Connecting", lost: "No connection" };
+  return html`<header class="head">
+    <div class="title">
+      <img src="/icon.svg" alt="" width="28" height="28" />
+      <h1>${agent?.name ?? "Slate"}</h1>
+      <span class="connection" data-state=${state}>${names[state]}</span>
+      <${Clock} />
+      ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
+      <span class="grow"></span>
+      <${Layouts} ...${properties} />
+      <button class="quiet" onClick=${toggleTheme} title="Dark or light" aria-label="Dark or light">◐</button>
+      <button class="quiet" onClick=${help} title="Keys (?)" aria-label="Keys">?</button>
+    </div>
+    <nav aria-label="Layouts">
+      ${Object.entries(layouts).map(([name, { title }]) =>
+        html`<a key=${name} href=${`#view=${name}`} aria-current=${view.name === name ? "page" : undefined}>${title}</a>`)}
+    </nav>
+  </header>`;
+}

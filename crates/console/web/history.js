@@ -1,0 +1,71 @@
+// What values were, as far as the page has seen them: one that was plotted once is kept as long as the page is open.
+import { part } from "/schema.js";
+import { watch } from "/live.js";
+import { at, get, Problem } from "/api.js";
+
+const RATE = 20;
+// Ten minutes of them.
+const MOST = 10 * 60 * RATE;
+
+const histories = new Map();
+
+/** The values at a pointer of a property since somebody asked for them first: `times` in s, and `values`, which are numbers or names. */
+export function history(path, pointer, rate = RATE) {
+  const key = `${path} ${pointer}`;
+  let found = histories.get(key);
+  if (found) return found;
+  found = { times: [], values: [], listeners: new Set() };
+  histories.set(key, found);
+  watch(path, ({ value, time }) => add(found, time / 1e9, part(value, pointer)), { rate, live: true });
+  recall(path + pointer, 5000, (values) => prepend(found, values));
+  return found;
+}
+
+// Whose past can be asked for, if anybody's, and what is to be filled with it.
+let rememberer = null;
+const waiting = [];
+
+/** Has an agent tell what was before this page was open. */
+export function rememberedBy(agent) {
+  if (rememberer === agent) return;
+  rememberer = agent;
+  waiting.forEach((fill) => fill(agent));
+}
+
+/** Calls a function with what a property, or a part of it, was before this page was open, if an agent keeps that. */
+export function recall(path, most, take) {
+  const fill = async (agent) => {
+    try {
+      take((await get(`${at(agent, path, "history")}?limit=${most}`)).values);
+    } catch (problem) {
+      // It goes without; the bar says what is kept.
+      if (!(problem instanceof Problem)) throw problem;
+    }
+  };
+  waiting.push(fill);
+  if (rememberer) fill(rememberer);
+}
+
+function prepend(history, values) {
+  const first = history.times[0] ?? Infinity;
+  const before = values.filter(({ time }) => time / 1e9 < first);
+  history.times.unshift(...before.map(({ time }) => time / 1e9));
+  history.values.unshift(...before.map(({ value }) => plain(value)));
+  history.listeners.forEach((listener) => listener());
+}
+
+const plain = (value) => (typeof value === "boolean" ? Number(value) : typeof value === "object" ? null : value ?? null);
+
+function add(history, time, value) {
+  const { times, values } = history;
+  // Another run has begun, or the agent went back to a snapshot.
+  if (time < times.at(-1)) times.length = values.length = 0;
+  if (time === times.at(-1)) return;
+  times.push(time);
+  values.push(plain(value));
+  if (times.length > MOST) {
+    times.splice(0, MOST / 10);
+    values.splice(0, MOST / 10);
+  }
+  history.listeners.forEach((listener) => listener());
+}

@@ -1,0 +1,44 @@
+// Which panels stand where. A layout is columns of tiles, and each has a share of the room:
+// `{ title, columns: [{ share, tiles: [{ panel, share, options }] }] }`.
+
+const tile = (panel, share = 1, options = {}) => ({ panel, share, options });
+const column = (share, ...tiles) => ({ share, tiles });
+
+/** The layouts that are always there. */
+export const BUILT_IN = {
+  overview: { title: "Overview", columns: [column(3, tile("map")), column(2, tile("overview", 3), tile("log", 2))] },
+  inspect: { title: "Inspect", columns: [column(3, tile("tree")), column(2, tile("inspector"))] },
+  parameters: { title: "Parameters", columns: [column(3, tile("parameters")), column(2, tile("map", 3), tile("plot", 2))] },
+  plots: { title: "Plots", columns: [column(3, tile("plot"), tile("plot", 1, { series: [] })), column(2, tile("states"))] },
+  mapek: { title: "MAPE-K", columns: [column(1, tile("mapek"))] },
+  graph: { title: "Graph", columns: [column(1, tile("graph"))] },
+  timing: { title: "Timing", columns: [column(1, tile("timing"))] },
+  log: { title: "Log", columns: [column(1, tile("log"))] },
+  images: { title: "Images", columns: [column(1, tile("image"))] },
+  drive: { title: "Drive", columns: [column(3, tile("map")), column(2, tile("drive", 3), tile("overview", 2))] },
+};
+
+/** A copy that can be changed. */
+export const copy = (layout) => structuredClone(layout);
+
+/** As text that fits behind the # of a link. */
+export const write = (layout) => btoa(unescape(encodeURIComponent(JSON.stringify(layout)))).replaceAll("+", "-").replaceAll("/", "_");
+
+/** What such a text says; nothing when it is none. */
+export function read(text) {
+  try {
+    const layout = JSON.parse(decodeURIComponent(escape(atob(text.replaceAll("-", "+").replaceAll("_", "/")))));
+    return isFit(layout) ? layout : null;
+  } catch {
+    return null;
+  }
+}
+
+/** Whether something that came from elsewhere is a layout. */
+export const isFit = (layout) =>
+  typeof layout?.title === "string" &&
+  Array.isArray(layout.columns) &&
+  layout.columns.length > 0 &&
+  layout.columns.every(
+    ({ share, tiles }) => share > 0 && Array.isArray(tiles) && tiles.length > 0 && tiles.every((tile) => typeof tile?.panel === "string" && tile.share > 0),
+  );

@@ -1,0 +1,203 @@
+// Values as they come, over one WebSocket. Whoever wants a property watches it; what several want comes once, as often as the
+// most eager of them likes. A page that nobody sees asks for one value a second. Who looks back gets what was then instead, while
+// the robot goes on.
+import { at, get, openSocket, Problem } from "/api.js";
+import { useEffect, useRef, useState } from "/lib/preact.js";
+
+const RETRY = [500, 1000, 2000];
+const HIDDEN_RATE = 1;
+// How soon it is asked again for what was not there.
+const MISSING = 2000;
+
+const subscriptions = new Map();
+const byId = new Map();
+const connectionListeners = new Set();
+let socket = null;
+let nextId = 1;
+let attempts = 0;
+
+/** How the connection is: `connecting`, `live` or `lost`, and since when (ms of `performance.now`). */
+export const connection = { state: "connecting", since: performance.now() };
+
+/** The agent's time, ns: `live` as far as it is known, `now` that which is looked at. */
+export const clock = { now: 0, live: 0 };
+
+// What is looked at instead of the present, and what of it is shown already.
+let past = null;
+let shown = null;
+let isAsking = false;
+
+function tell(state) {
+  if (connection.state !== state) Object.assign(connection, { state, since: performance.now() });
+  for (const listener of connectionListeners) listener(connection);
+}
+
+/** Calls a function whenever the connection changes; returns what ends that. */
+export function onConnection(listener) {
+  connectionListeners.add(listener);
+  return () => connectionListeners.delete(listener);
+}
+
+/** Connects, and goes on doing so. */
+export function connect() {
+  socket = openSocket("live");
+  socket.onopen = () => {
+    attempts = 0;
+    clock.live = 0;
+    lookLive();
+    tell("live");
+    subscribe([...subscriptions.values()]);
+  };
+  socket.onmessage = ({ data }) => hear(JSON.parse(data));
+  socket.onclose = () => {
+    tell("lost");
+    setTimeout(connect, RETRY[Math.min(attempts++, RETRY.length - 1)]);
+  };
+}
+
+const isOpen = () => socket?.readyState === WebSocket.OPEN;
+
+const rateOf = (subscription) => {
+  const rate = Math.max(...[...subscription.watchers.values()].map(({ rate }) => rate));
+  return document.hidden ? Math.min(rate, HIDDEN_RATE) : rate;
+};
+
+function subscribe(wanted) {
+  if (!isOpen() || wanted.length === 0) return;
+  const wishes = wanted.map((it) => ({ id: it.id, url: `/${it.path}`, rate: rateOf(it), every: it.every }));
+  socket.send(JSON.stringify({ subscribe: wishes }));
+}
+
+function hear(message) {
+  const subscription = byId.get(message.id);
+  if (subscription === undefined) return;
+  if (message.problem) {
+    subscription.problem = message.problem;
+    setTimeout(() => subscription.watchers.size && subscribe([subscription]), MISSING);
+    return;
+  }
+  if (message.value === undefined) {
+    subscription.problem = null;
+    subscription.interface = message.interface;
+    return;
+  }
+  if (message.time > clock.live) clock.live = message.time;
+  if (past === null) clock.now = clock.live;
+  const { value, time, sequence } = message;
+  subscription.last = { value, time, sequence, received: performance.now() };
+  deliver(subscription, subscription.last, past !== null);
+}
+
+/** Tells who watches; what is of the present alone reaches who wants that always. */
+function deliver(subscription, reading, isLiveAlone = false) {
+  for (const [listener, { live }] of subscription.watchers) if (!isLiveAlone || live) listener(reading);
+}
+
+/** Shows what was at a time, ns, of an agent that keeps its last seconds or plays a recording. */
+export async function lookBack(agent, time) {
+  past = { agent, time };
+  clock.now = time;
+  connectionListeners.forEach((listener) => listener(connection));
+  if (isAsking) return;
+  isAsking = true;
+  // Whoever drags goes on while answers come; only the last place counts.
+  while (past !== null && shown !== past) {
+    const wanted = past;
+    await Promise.all([...subscriptions.values()].map((subscription) => recall(subscription, wanted)));
+    shown = wanted;
+  }
+  isAsking = false;
+}
+
+async function recall(subscription, { agent, time }) {
+  if ([...subscription.watchers.values()].every(({ live }) => live)) return;
+  try {
+    const { values } = await get(`${at(agent, subscription.path, "history")}?to=${time}&limit=1`);
+    if (past !== null && values.length) deliverPast(subscription, { ...values.at(-1), received: performance.now() });
+  } catch (problem) {
+    // What was left out of the record stays as it was.
+    if (!(problem instanceof Problem)) throw problem;
+  }
+}
+
+function deliverPast(subscription, reading) {
+  for (const [listener, { live }] of subscription.watchers) if (!live) listener(reading);
+}
+
+/** Goes back to the present. */
+export function lookLive() {
+  if (past === null) return;
+  past = shown = null;
+  clock.now = clock.live;
+  for (const subscription of subscriptions.values()) if (subscription.last) deliver(subscription, subscription.last);
+  connectionListeners.forEach((listener) => listener(connection));
+}
+
+/** Whether the past is looked at. */
+export const isPast = () => past !== null;
+
+/**
+ * Calls a function with each reading `{value, time, sequence, received}` of a property, at most `rate` times a second, or with
+ * each value that is kept if `every`; with `live`, also while somebody looks back. Returns what ends that.
+ */
+export function watch(path, listener, { rate = 10, every = false, live = false } = {}) {
+  const key = every ? `${path}|every` : path;
+  let subscription = subscriptions.get(key);
+  if (subscription === undefined) {
+    subscription = { id: nextId++, path, every, watchers: new Map(), last: null, problem: null, interface: null };
+    subscriptions.set(key, subscription);
+    byId.set(subscription.id, subscription);
+  }
+  const before = Math.max(0, ...[...subscription.watchers.values()].map(({ rate }) => rate));
+  subscription.watchers.set(listener, { rate, live });
+  if (rate > before) subscribe([subscription]);
+  if (past !== null && !live) recall(subscription, past);
+  else if (subscription.last) listener(subscription.last);
+  return () => {
+    subscription.watchers.delete(listener);
+    if (subscription.watchers.size > 0) return;
+    subscriptions.delete(key);
+    byId.delete(subscription.id);
+    if (isOpen()) socket.send(JSON.stringify({ unsubscribe: [subscription.id] }));
+  };
+}
+
+// Nobody sees more than a picture at a time, however much has come.
+const due = new Set();
+function refresh() {
+  for (const redraw of due) redraw();
+  due.clear();
+}
+function later(redraw) {
+  if (due.size === 0) requestAnimationFrame(refresh);
+  due.add(redraw);
+}
+
+/** The newest readings of properties, by their paths, for a component. */
+export function useReadings(paths, rate = 10) {
+  const readings = useRef({});
+  const [, redraw] = useState(0);
+  const key = paths.join(" ");
+  useEffect(() => {
+    readings.current = {};
+    const again = () => redraw((count) => count + 1);
+    const ends = paths.map((path) =>
+      watch(path, (reading) => {
+        readings.current[path] = reading;
+        later(again);
+      }, { rate }),
+    );
+    return () => {
+      due.delete(again);
+      ends.forEach((end) => end());
+    };
+  }, [key, rate]);
+  return readings.current;
+}
+
+/** The newest reading of a property, for a component; nothing before there is one. */
+export function useReading(path, rate = 10) {
+  return useReadings(path ? [path] : [], rate)[path];
+}
+
+document.addEventListener("visibilitychange", () => subscribe([...subscriptions.values()]));

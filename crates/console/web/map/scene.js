@@ -1,0 +1,52 @@
+// What a map can show of an agent: found by the interfaces of its properties, so that it needs no configuration.
+
+const DRIVEN = ["Pose2"];
+
+/** The robot that a property is about: the one whose name is a part of its path. */
+const robotOf = (path, names) => path.split("/").find((part) => names.includes(part));
+
+// Of several goals of a robot the one that its Plan has made of what it was told.
+const where = (goals) => goals.filter(({ path, robot }) => !path.includes("knowledge") || !goals.some((other) => other.robot === robot && !other.path.includes("knowledge")));
+
+/** Poses, scans, goals and the rest, each with the robot that it belongs to. */
+export function find(properties, world) {
+  const names = (world?.robots ?? []).map(({ name }) => name);
+  const outputs = properties.filter(({ access }) => access === "output");
+  const of = (...interfaces) => outputs.filter((property) => interfaces.includes(property.interface));
+  const poses = of(...DRIVEN).map(({ path }) => ({ path, robot: robotOf(path, names) }));
+  const robots = (world?.robots ?? []).map((body) => ({
+    ...body,
+    isScripted: world.scripted.includes(body.name),
+    pose: poses.find(({ path, robot }) => robot === body.name && path.endsWith("/truth"))?.path ?? poses.find(({ robot }) => robot === body.name)?.path,
+    status: of("ExecuteStatus").find(({ path }) => robotOf(path, names) === body.name)?.path,
+  }));
+  const anchored = (...interfaces) =>
+    of(...interfaces)
+      .map(({ path, interface: name }) => ({ path, interface: name, robot: robots.find((robot) => robot.name === robotOf(path, names)) }))
+      .filter(({ robot }) => robot?.pose);
+  return {
+    robots,
+    // What no robot of the scene is: a bare arrow.
+    poses: [...poses.filter(({ robot }) => !robot), ...of("Odometry").filter(({ path }) => !robotOf(path, names))].map(({ path }) => ({ path })),
+    scans: anchored("SonarScan", "LaserScan"),
+    sightings: anchored("Sightings"),
+    goals: where(of("Point2").filter(({ path }) => path.endsWith("/goal")).map(({ path }) => ({ path, robot: robotOf(path, names) }))),
+  };
+}
+
+/** What a click on the map can set: inputs without a link, mailboxes, and parameters that are a goal. */
+export function targets(properties, links) {
+  const linked = new Set(links.map(({ to }) => to));
+  return properties.flatMap(({ path, interface: name, access }) => {
+    const isPlace = ["Point2", "Pose2"].includes(name);
+    if (isPlace && access === "messages") return [{ path, how: "send", turned: name === "Pose2" }];
+    if (isPlace && access === "setting" && !linked.has(path)) return [{ path, how: "set", turned: name === "Pose2" }];
+    return [];
+  });
+}
+
+/** The same of parameters, after what these are made of. */
+export const parameterTargets = (properties, interfaces) =>
+  properties
+    .filter(({ access, interface: name }) => access === "setting" && interfaces[name]?.properties?.goal_x && interfaces[name].properties.goal_y)
+    .map(({ path }) => ({ path, how: "parameters", turned: false }));

@@ -1,0 +1,75 @@
+// One property: what it is made of, who writes and reads it, its value as it comes.
+import { Age, at, brief, Empty, Field, html, leaves, number, part, patch, post, Problem, put, reload, Trouble, useAgent, useEffect, useInterfaces, useProperties, useReading, useResource, useSelected, useState } from "/slate.js";
+
+/** One value in one line, with the unit that its schema says. */
+function written(value, { type, unit, schema }) {
+  if (value === undefined) return "–";
+  if (type === "number" || type === "integer") return number(value, unit);
+  if (Array.isArray(value)) return value.length && typeof value[0] === "object" ? `${value.length} items` : `[${value.slice(0, 8).map((item) => number(item)).join(", ")}${value.length > 8 ? ", …" : ""}]`;
+  return brief(value, schema);
+}
+
+/** Sets an input without a link, or sends a message. */
+function Editor({ property, value }) {
+  const agent = useAgent();
+  const [text, setText] = useState("");
+  const [problem, setProblem] = useState(null);
+  const [said, setSaid] = useState("");
+  const sends = property.access === "messages";
+  useEffect(() => {
+    setText(value === undefined ? "" : JSON.stringify(value, null, 1));
+    setProblem(null);
+    setSaid("");
+  }, [property.path]);
+  const apply = async (event) => {
+    event.preventDefault();
+    setProblem(null);
+    setSaid("");
+    try {
+      const body = JSON.parse(text);
+      const answer = await (sends ? post : typeof body === "object" ? patch : put)(at(agent.name, property.path), body);
+      setSaid(sends ? answer.status : "Set");
+      reload("/properties", "/properties?values", "/settings/differences");
+    } catch (error) {
+      if (error instanceof SyntaxError) setProblem(new Problem(0, `This is no JSON: ${error.message}`, "such as {\"x\": 1.5}"));
+      else if (error instanceof Problem) setProblem(error);
+      else throw error;
+    }
+  };
+  return html`<form class="editor" onSubmit=${apply}>
+    <label>${sends ? "Message" : "Value"} (JSON)<textarea rows="4" spellcheck="false" value=${text} onInput=${(event) => setText(event.target.value)}></textarea></label>
+    <div><button class="primary" disabled=${!text.trim()}>${sends ? "Send" : "Set"}</button> <span role="status" class="muted">${said}</span></div>
+    <${Trouble} problem=${problem} /></form>`;
+}
+
+function Panel() {
+  const path = useSelected();
+  const property = useProperties().find((property) => property.path === path);
+  const schema = useInterfaces()[property?.interface];
+  const links = useResource("/links", 5) ?? [];
+  const reading = useReading(property && property.access !== "messages" ? path : null, 10);
+  if (!path) return html`<${Empty}>Choose a property in the panel Properties.</${Empty}>`;
+  if (!property) return html`<${Empty}>There is no property /${path} now.</${Empty}>`;
+  const own = `/${path}`;
+  const readers = links.filter(({ from }) => from === own || from.startsWith(`${own}/`)).map(({ to }) => to);
+  const isLinked = links.some(({ to }) => to === path);
+  const writer = { output: "its module", setting: isLinked ? "its link" : "configuration, or by hand", messages: "whoever sends" }[property.access];
+  return html`<div class="scroll inspector" tabindex="0" role="region" aria-label="Inspector">
+    <div class="group"><code>/${path}</code></div>
+    <p class="doc">${property.doc}</p>
+    <dl>
+      <${Field} name="Interface" title=${schema?.description}>${property.interface}</${Field}>
+      <${Field} name="Written by">${writer}</${Field}>
+      <${Field} name="Read by">${readers.length ? readers.join(", ") : "no link"}</${Field}>
+      ${reading && html`<${Field} name="Number, age">${reading.sequence}, <${Age} time=${reading.time} /></${Field}>`}
+    </dl>
+    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th></tr></thead><tbody>
+      ${leaves(schema).map((leaf) => html`<tr key=${leaf.pointer}><th scope="row">${leaf.name || "value"}</th>
+        <td class="number">${written(part(reading.value, leaf.pointer), leaf)}</td><td class="muted wrap">${leaf.doc}</td></tr>`)}</tbody></table>`}
+    ${!reading && property.access !== "messages" && html`<p class="doc muted">It has no value yet.</p>`}
+    ${(property.access === "messages" || (property.access === "setting" && !isLinked)) && html`<${Editor} property=${property} value=${reading?.value} />`}
+    ${reading && html`<details class="raw"><summary>As JSON</summary><pre>${JSON.stringify(reading.value, null, 1)}</pre></details>`}
+  </div>`;
+}
+
+export default { id: "inspector", title: "Inspector", Panel };

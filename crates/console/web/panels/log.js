@@ -1,0 +1,58 @@
+// The lines of the log, as they come.
+import { Empty, html, time, useEffect, useRef, useState, get } from "/slate.js";
+
+const LEVELS = ["error", "warn", "info", "debug", "trace"];
+const MOST = 2000;
+
+function Panel({ options, setOptions }) {
+  const [lines, setLines] = useState(null);
+  const [text, setText] = useState("");
+  const [paused, setPaused] = useState(false);
+  const scroll = useRef(null);
+  const level = options.level ?? "info";
+  useEffect(() => {
+    let [after, ended, timer] = [null, false, 0];
+    setLines(null);
+    // A line seldom comes alone, so they are asked for together.
+    const more = async () => {
+      try {
+        const fresh = await get(`/log?level=${level}${after === null ? "" : `&after=${after}`}`);
+        if (ended) return;
+        if (fresh.length) after = fresh.at(-1).sequence;
+        setLines((before) => (fresh.length || before === null ? [...(before ?? []), ...fresh].slice(-MOST) : before));
+      } catch {
+        // The banner says what is wrong; it goes on when that is over.
+        if (!ended) after = null;
+      }
+      timer = setTimeout(more, 500);
+    };
+    more();
+    return () => {
+      ended = true;
+      clearTimeout(timer);
+    };
+  }, [level]);
+  useEffect(() => {
+    if (!paused && scroll.current) scroll.current.scrollTop = scroll.current.scrollHeight;
+  });
+  const wanted = text.toLowerCase();
+  const shown = (lines ?? []).filter((line) => !wanted || line.module.toLowerCase().includes(wanted) || line.text.toLowerCase().includes(wanted));
+  // Who scrolls back wants to read.
+  const scrolled = ({ target }) => setPaused(target.scrollHeight - target.scrollTop - target.clientHeight > 30);
+  return html`
+    <div class="bar-of-tools">
+      <input type="search" placeholder="Search" aria-label="Search in the log" value=${text} onInput=${(event) => setText(event.target.value)} />
+      <select aria-label="Least level" value=${level} onChange=${(event) => setOptions({ level: event.target.value })}>
+        ${LEVELS.map((name) => html`<option key=${name} value=${name}>${name}</option>`)}</select>
+      ${paused && html`<button onClick=${() => setPaused(false)}>Follow</button>`}
+    </div>
+    <div class="scroll" ref=${scroll} onScroll=${scrolled} role="log" aria-live="off" aria-label="Log" tabindex="0">
+      ${lines && !shown.length && html`<${Empty}>${lines.length ? "No line has that." : "No line yet of this level."}</${Empty}>`}
+      <table class="log"><tbody>
+        ${shown.map((line) => html`<tr key=${line.sequence} data-level=${line.level.toLowerCase()}>
+          <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}
+      </tbody></table>
+    </div>`;
+}
+
+export default { id: "log", title: "Log", Panel };

@@ -1,0 +1,278 @@
+// The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
+import { at, clock, colors, Empty, html, onTheme, patch, post, Problem, put, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
+import * as draw from "/map/draw.js";
+import { find, parameterTargets, targets } from "/map/scene.js";
+import { forget, trail } from "/map/trails.js";
+import { fit, toWorld, zoom } from "/map/view.js";
+
+const LAYERS = { world: "World", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
+
+// Nothing says how large the world of a robot without a simulator is.
+const SOMEWHERE = { minimum: [-3, -3], maximum: [3, 3] };
+
+// Only the first scan of a robot, as what its blocks make of it lies upon it.
+const firstScans = (scans) => scans.filter(({ robot }, place) => scans.findIndex((other) => other.robot === robot) === place);
+
+function Panel({ options, setOptions }) {
+  const agent = useAgent();
+  const properties = useProperties();
+  const interfaces = useInterfaces();
+  const links = useResource("/links", 5) ?? [];
+  const documents = useResource("/documents") ?? [];
+  const world = useResource(documents.includes("world") ? "/documents/world" : null);
+  const scene = useMemo(() => find(properties, world), [properties, world]);
+  const goals = useMemo(() => [...parameterTargets(properties, interfaces), ...targets(properties, links)], [properties, interfaces, links]);
+  const [box, size] = useSize();
+  const canvas = useRef(null);
+  const state = useRef({ view: null, readings: new Map(), pointers: new Map(), ruler: null, aim: null, dirty: true }).current;
+  const [tool, setTool] = useState("move");
+  const [target, setTarget] = useState("");
+  const [hover, setHover] = useState(null);
+  const [problem, setProblem] = useState(null);
+  const [said, setSaid] = useState("");
+  const [summary, setSummary] = useState([]);
+  const isShown = (layer) => options[layer] !== false;
+  const bounds = world?.bounds?.maximum ? world.bounds : SOMEWHERE;
+  const chosen = goals.find(({ path }) => path === target) ?? goals[0];
+
+  // What is drawn is watched, each at the rate of a picture.
+  const watched = useMemo(() => {
+    const { robots, poses, scans, sightings, goals } = scene;
+    const paths = [...robots.flatMap(({ pose, status }) => [pose, status]), ...poses.map(({ path }) => path)];
+    if (isShown("scans")) paths.push(...firstScans(scans).map(({ path }) => path));
+    if (isShown("sightings")) paths.push(...sightings.map(({ path }) => path));
+    if (isShown("goals")) paths.push(...goals.map(({ path }) => path));
+    return [...new Set(paths.filter(Boolean))];
+  }, [scene, options.scans, options.sightings, options.goals]);
+  useEffect(() => {
+    state.readings.clear();
+    const ends = watched.map((path) =>
+      watch(path, (reading) => {
+        state.readings.set(path, reading);
+        state.dirty = true;
+      }, { rate: 20 }),
+    );
+    return () => ends.forEach((end) => end());
+  }, [watched.join(" ")]);
+  const trails = useMemo(() => scene.robots.filter(({ pose }) => pose).map(({ pose, status }) => trail(pose, status)), [scene]);
+
+  useEffect(() => {
+    if (size && size.width > 0 && !state.moved) state.view = fit(bounds, size);
+    state.dirty = true;
+  }, [size?.width, size?.height, bounds]);
+
+  useEffect(() => {
+    if (!size) return undefined;
+    const redraw = () => (state.dirty = true);
+    let frame = 0;
+    const loop = () => {
+      frame = requestAnimationFrame(loop);
+      if (!state.dirty || !canvas.current || !state.view) return;
+      state.dirty = false;
+      paint();
+    };
+    state.dirty = true;
+    loop();
+    const end = onTheme(redraw);
+    return () => {
+      end();
+      cancelAnimationFrame(frame);
+    };
+  });
+
+  // What a person who does not see the picture is told, and who does can copy.
+  useEffect(() => {
+    const timer = setInterval(() => {
+      setSummary(scene.robots.map(({ name, pose, status, isScripted }) => {
+        const place = state.readings.get(pose)?.value;
+        const route = state.readings.get(status)?.value.route;
+        return { name, place, route: route ?? (isScripted ? "scripted" : "") };
+      }));
+    }, 250);
+    return () => clearInterval(timer);
+  }, [scene]);
+
+  const value = (path) => state.readings.get(path)?.value;
+
+  function paint() {
+    const element = canvas.current;
+    const ratio = devicePixelRatio || 1;
+    if (element.width !== size.width * ratio || element.height !== size.height * ratio) {
+      element.width = size.width * ratio;
+      element.height = size.height * ratio;
+    }
+    const context = element.getContext("2d");
+    const scheme = colors();
+    const followed = scene.robots.find(({ name }) => name === options.follow);
+    const leader = followed && value(followed.pose);
+    if (leader) Object.assign(state.view, { x: leader.x, y: leader.y });
+    const { view } = state;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, size.width, size.height);
+    draw.grid(context, scheme, view, size);
+    if (isShown("world") && world) draw.world(context, scheme, view, size, world);
+    const drawGoals = () => {
+      const live = scene.goals.filter(({ path }) => value(path));
+      if (!live.length) (world?.goals ?? []).forEach(({ x, y, label }) => draw.goal(context, scheme, view, size, x, y, label, scheme.muted));
+      const several = live.length > 1;
+      live.forEach(({ path, robot }) => draw.goal(context, scheme, view, size, value(path).x, value(path).y, several ? `goal of ${robot ?? path}` : "goal"));
+    };
+    if (isShown("trails")) trails.forEach((trail) => draw.trail(context, scheme, view, size, trail, clock.now));
+    if (isShown("scans")) {
+      for (const { path, interface: name, robot } of firstScans(scene.scans)) {
+        const [pose, scan] = [value(robot.pose), value(path)];
+        if (pose && scan) (name === "SonarScan" ? draw.sonar : draw.laser)(context, scheme, view, size, pose, scan);
+      }
+    }
+    if (isShown("sightings")) {
+      for (const { path, robot } of scene.sightings) {
+        if (value(robot.pose) && value(path)) draw.sightings(context, scheme, view, size, value(robot.pose), value(path));
+      }
+    }
+    for (const body of scene.robots) {
+      const route = value(body.status)?.route;
+      const color = route === "REACTIVE" ? scheme.reactive : route === "DELIBERATIVE" ? scheme.deliberative : scheme.idle;
+      draw.robot(context, scheme, view, size, body, value(body.pose) ?? body, color);
+    }
+    if (isShown("poses")) {
+      for (const { path } of scene.poses) {
+        const pose = value(path)?.pose ?? value(path);
+        if (pose) draw.arrow(context, scheme, view, size, pose, path);
+      }
+    }
+    // Above the robot that has come there.
+    if (isShown("goals")) drawGoals();
+    if (state.ruler) draw.ruler(context, scheme, view, size, state.ruler);
+    if (state.aim) {
+      if (chosen?.turned) draw.arrow(context, scheme, view, size, state.aim, "", scheme.text);
+      else draw.goal(context, scheme, view, size, state.aim.x, state.aim.y, "", scheme.text);
+    }
+    draw.scaleBar(context, scheme, view, size);
+  }
+
+  async function send({ x, y, theta }) {
+    const [place, turned] = [{ x, y }, { x, y, theta }];
+    const path = at(agent.name, chosen.path);
+    try {
+      setProblem(null);
+      if (chosen.how === "parameters") await patch(path, { goal_x: x, goal_y: y });
+      else await (chosen.how === "send" ? post : put)(path, chosen.turned ? turned : place);
+      setSaid(`Goal: x ${x.toFixed(2)} m, y ${y.toFixed(2)} m`);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      setProblem(error);
+    }
+  }
+
+  const local = (event) => {
+    const { left, top } = canvas.current.getBoundingClientRect();
+    return [event.clientX - left, event.clientY - top];
+  };
+  const world2 = (event) => toWorld(state.view, size, ...local(event));
+  const round = (number) => Math.round(number * 1000) / 1000;
+
+  const down = (event) => {
+    canvas.current.setPointerCapture(event.pointerId);
+    state.pointers.set(event.pointerId, local(event));
+    const [x, y] = world2(event).map(round);
+    if (tool === "goal" && chosen) state.aim = { x, y, theta: 0 };
+    if (tool === "measure") state.ruler = [[x, y], [x, y]];
+    state.dirty = true;
+  };
+  const move = (event) => {
+    setHover(world2(event));
+    const before = state.pointers.get(event.pointerId);
+    if (!before) return;
+    const now = local(event);
+    const pointers = [...state.pointers.entries()];
+    if (pointers.length === 2) {
+      const [, other] = pointers.find(([id]) => id !== event.pointerId);
+      const distance = (one) => Math.hypot(one[0] - other[0], one[1] - other[1]);
+      state.view = zoom(state.view, size, other[0], other[1], distance(now) / (distance(before) || 1));
+      state.moved = true;
+      state.aim = null;
+    } else if (tool === "move") {
+      state.view = { ...state.view, x: state.view.x - (now[0] - before[0]) / state.view.scale, y: state.view.y + (now[1] - before[1]) / state.view.scale };
+      state.moved = true;
+      if (options.follow) setOptions({ follow: "" });
+    } else if (state.aim) {
+      const [x, y] = world2(event);
+      if (Math.hypot(x - state.aim.x, y - state.aim.y) * state.view.scale > 6) state.aim.theta = round(Math.atan2(y - state.aim.y, x - state.aim.x));
+    } else if (state.ruler) state.ruler[1] = world2(event);
+    state.pointers.set(event.pointerId, now);
+    state.dirty = true;
+  };
+  const up = (event) => {
+    state.pointers.delete(event.pointerId);
+    if (state.aim) send(state.aim);
+    state.aim = null;
+    state.dirty = true;
+  };
+  const wheel = (event) => {
+    event.preventDefault();
+    state.view = zoom(state.view, size, ...local(event), Math.exp(-event.deltaY / 500));
+    state.moved = true;
+    state.dirty = true;
+  };
+  useEffect(() => {
+    const element = canvas.current;
+    element?.addEventListener("wheel", wheel, { passive: false });
+    return () => element?.removeEventListener("wheel", wheel);
+  });
+  const whole = () => {
+    state.view = fit(bounds, size);
+    state.moved = false;
+    state.dirty = true;
+    if (options.follow) setOptions({ follow: "" });
+  };
+  const press = (event) => {
+    const [across, upwards] = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key] ?? [0, 0];
+    const factor = { "+": 1.25, "=": 1.25, "-": 0.8 }[event.key];
+    if (factor) state.view = zoom(state.view, size, size.width / 2, size.height / 2, factor);
+    else if (across || upwards) state.view = { ...state.view, x: state.view.x + (across * 40) / state.view.scale, y: state.view.y + (upwards * 40) / state.view.scale };
+    else if (event.key === "f") whole();
+    else if (event.key === "Enter" && tool === "goal" && chosen) send({ x: round(state.view.x), y: round(state.view.y), theta: 0 });
+    else return;
+    event.preventDefault();
+    state.moved = event.key !== "f";
+    state.dirty = true;
+  };
+
+  if (world === undefined && !documents.length && !scene.poses.length && !properties.length) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
+  const button = (name, title, disabled = false) =>
+    html`<button class="tool" aria-pressed=${tool === name} disabled=${disabled} title=${title} onClick=${() => setTool(name)}>${word(name)}</button>`;
+  return html`<div class="map">
+    <div class="bar-of-tools">
+      ${button("move", "Drag the map; the wheel zooms")}
+      ${button("goal", goals.length ? "A click sets the goal; dragging turns it" : "No input, parameter or mailbox here takes a place", !goals.length)}
+      ${button("measure", "Drag to measure")}
+      ${tool === "goal" && goals.length > 1 && html`<select aria-label="What is set" value=${chosen?.path} onChange=${(event) => setTarget(event.target.value)}>
+        ${goals.map(({ path }) => html`<option key=${path} value=${path}>${path}</option>`)}</select>`}
+      <button class="tool" onClick=${whole} title="All of the world (f)">Fit</button>
+      ${scene.robots.length > 0 && html`<select aria-label="Follow" value=${options.follow ?? ""} onChange=${(event) => setOptions({ follow: event.target.value })}>
+        <option value="">Follow none</option>${scene.robots.map(({ name }) => html`<option key=${name} value=${name}>Follow ${name}</option>`)}</select>`}
+      <span class="grow"></span>
+      <details class="menu"><summary>Layers</summary><div>
+        ${Object.entries(LAYERS).map(([name, title]) => html`<label key=${name}><input type="checkbox" checked=${isShown(name)} onChange=${(event) => setOptions({ [name]: event.target.checked })} /> ${title}</label>`)}
+        <button onClick=${() => { forget(); state.dirty = true; }}>Clear trails</button>
+      </div></details>
+    </div>
+    <div class="canvas-box" ref=${box}>
+      <canvas ref=${canvas} tabindex="0" role="img" data-tool=${tool} aria-label=${`Map. ${summary.map(({ name, place, route }) => place ? `${name} at ${place.x.toFixed(1)}, ${place.y.toFixed(1)} ${word(route)}` : name).join("; ")}`}
+        onPointerDown=${down} onPointerMove=${move} onPointerUp=${up} onPointerCancel=${() => { state.pointers.clear(); state.aim = null; }} onPointerLeave=${() => setHover(null)} onKeyDown=${press}></canvas>
+      <table class="readout">
+        <caption class="hidden">Robots</caption>
+        <tbody>${summary.map(({ name, place, route }) => html`<tr key=${name} data-route=${route}>
+          <th scope="row">${name}</th>
+          <td class="number">${place ? place.x.toFixed(2) : "–"} m</td><td class="number">${place ? place.y.toFixed(2) : "–"} m</td>
+          <td class="number">${place ? place.theta.toFixed(2) : "–"} rad</td><td>${word(route)}</td></tr>`)}</tbody>
+      </table>
+      <p class="pointer number">${hover ? `${hover[0].toFixed(2)} m  ${hover[1].toFixed(2)} m` : ""}</p>
+      <p class="legend" aria-hidden="true"><span class="deliberative">● Deliberative</span><span class="reactive">■ Reactive</span></p>
+      <p class="said" role="status">${said}</p>
+      <${Trouble} problem=${problem} />
+    </div>
+  </div>`;
+}
+
+export default { id: "map", title: "Map", Panel };

@@ -1,0 +1,106 @@
+// Parameters of modules: with ranges and units, taken back one by one, compared with the files, and saved into them.
+import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState } from "/slate.js";
+
+/** The least and the greatest value of a slider: what the parameter allows; nothing where nobody has said. */
+const bounds = ({ range }) => (range && range[1] - range[0] < 1e6 ? { low: range[0], high: range[1] } : null);
+
+function Parameter({ leaf, value, file, set, isAllowed }) {
+  const [text, setText] = useState(null);
+  const { name, type, unit, doc } = leaf;
+  const limits = bounds(leaf);
+  const isNumber = type === "number" || type === "integer";
+  const differs = file !== undefined;
+  const enter = (event) => {
+    event.preventDefault();
+    if (text !== null && text.trim() !== "") set(isNumber ? Number(text.replace(",", ".")) : text);
+    setText(null);
+  };
+  // A slider has no more digits than a hundredth of its range tells apart.
+  const rounded = ({ target }) => Number(Number(target.value).toPrecision(3));
+  const id = `parameter-${leaf.path}-${name}`;
+  const choices = type === "enumeration" ? leaf.schema.anyOf[0].enum : null;
+  return html`<div class="parameter" data-differs=${differs}>
+    <label for=${id} title=${doc}>${name}<small>${doc}</small></label>
+    ${isNumber && html`
+      ${limits ? html`<input type="range" aria-label=${`${name}, slider`} title=${`${limits.low} to ${limits.high} ${unit}`} min=${limits.low} max=${limits.high} step=${type === "integer" ? 1 : "any"}
+        value=${value ?? 0} disabled=${!isAllowed} onChange=${(event) => { setText(null); set(rounded(event)); }} onInput=${(event) => setText(String(rounded(event)))} />` : html`<span></span>`}
+      <form onSubmit=${enter}><input id=${id} inputmode="decimal" autocomplete="off" disabled=${!isAllowed} value=${text ?? (value ?? "NaN")} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form>
+      <span class="unit">${unit}</span>`}
+    ${type === "boolean" && html`<span></span><input id=${id} type="checkbox" disabled=${!isAllowed} checked=${value === true} onChange=${(event) => set(event.target.checked)} /><span></span>`}
+    ${choices && html`<span></span><select id=${id} disabled=${!isAllowed} value=${value} onChange=${(event) => set(event.target.value)}>${choices.map((choice) => html`<option key=${choice}>${choice}</option>`)}</select><span></span>`}
+    ${!isNumber && type !== "boolean" && !choices && html`<span></span><form onSubmit=${enter}><input id=${id} autocomplete="off" disabled=${!isAllowed || type !== "string"} value=${text ?? (typeof value === "string" ? value : JSON.stringify(value))} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form><span></span>`}
+    <span class="was" title=${differs ? `The file says ${file}` : ""}>${differs ? `file: ${file}` : ""}</span></div>`;
+}
+
+function Panel({ options, setOptions }) {
+  const agent = useAgent();
+  const interfaces = useInterfaces();
+  const properties = useProperties().filter(({ path, access }) => access === "setting" && path.endsWith("/params"));
+  const differences = useResource("/settings/differences", 3) ?? [];
+  const known = useResource("/parameters", 10) ?? [];
+  const ranges = useMemo(() => new Map(known.map(({ module, name, range }) => [`${module} ${name}`, range])), [known]);
+  const [text, setText] = useState("");
+  const [undone, setUndone] = useState([]);
+  const [problem, setProblem] = useState(null);
+  const [said, setSaid] = useState("");
+  const shown = properties
+    .map(({ path, interface: name }) => ({ path, module: path.slice(0, -"/params".length), fields: leaves(interfaces[name]) }))
+    .filter(({ fields, module }) => fields.length && `${module} ${fields.map(({ name }) => name).join(" ")}`.toLowerCase().includes(text.toLowerCase()));
+  const readings = useReadings(shown.map(({ path }) => path), 5);
+  const isAllowed = agent?.role === "developer";
+  const changed = new Map(differences.map((difference) => [difference.path.replaceAll('"', ""), difference]));
+  const again = () => reload("/settings/differences", "/properties");
+  const attempt = async (work) => {
+    setProblem(null);
+    setSaid("");
+    try {
+      const answer = await work();
+      again();
+      return answer;
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      setProblem(error);
+      return null;
+    }
+  };
+  const set = (path, leaf, before, isUndo = false) => (value) => {
+    if (value === before) return;
+    const names = leaf.pointer.split("/").slice(1);
+    const body = names.reduceRight((inner, name) => ({ [name]: inner }), value);
+    attempt(() => patch(at(agent.name, path), body)).then((done) => {
+      if (done && !isUndo) setUndone((all) => [...all, { path, leaf, before, after: value }]);
+    });
+  };
+  const undo = () => {
+    const last = undone.at(-1);
+    setUndone(undone.slice(0, -1));
+    set(last.path, last.leaf, undefined, true)(last.before);
+  };
+  const revert = () => attempt(() => remove("/settings")).then((done) => done && (setUndone([]), setSaid("As the files say again")));
+  const save = () => attempt(() => post("/settings/save", {})).then((done) => done && setSaid(`Written: ${done.files.join(", ") || "nothing has changed"}`));
+  // What the command line says is none of the files', and stays out of them.
+  const own = differences.filter(({ path, origin }) => path.startsWith("modules.") && !origin?.startsWith("--"));
+  return html`
+    <div class="bar-of-tools">
+      <input type="search" placeholder="Module or parameter" aria-label="Search for parameters" value=${text} onInput=${(event) => setText(event.target.value)} />
+      <button disabled=${!undone.length} onClick=${undo} title="Takes the last change back">Undo</button>
+      <button disabled=${!own.length || !isAllowed} onClick=${revert} title="Takes back all that is not saved">Revert</button>
+      <button disabled=${!own.length || !isAllowed} onClick=${save} title="Writes the changes into the files, with their comments kept">Save${own.length ? ` ${own.length}` : ""}</button>
+      <span role="status" class="muted">${said}</span>
+    </div>
+    <${Trouble} problem=${problem} />
+    <div class="scroll parameters">
+      ${!isAllowed && agent && html`<p class="doc muted">A ${agent.role} may look at parameters; a developer changes them.</p>`}
+      ${shown.map(({ path, module, fields }) => html`<section key=${path}>
+        <h3>${module}</h3>
+        ${fields.map((leaf) => {
+          const value = part(readings[path]?.value, leaf.pointer);
+          const difference = changed.get(`modules.${module}.params.${leaf.name}`);
+          const file = difference && (difference.file ?? difference.default ?? "not there");
+          return html`<${Parameter} key=${leaf.pointer} leaf=${{ ...leaf, path, range: ranges.get(`${module} ${leaf.name}`) }} value=${value} file=${file} isAllowed=${isAllowed} set=${set(path, leaf, value)} />`;
+        })}</section>`)}
+      ${!shown.length && html`<${Empty}>No module has such parameters.</${Empty}>`}
+    </div>`;
+}
+
+export default { id: "parameters", title: "Parameters", Panel };

@@ -1,0 +1,142 @@
+// Numbers over time.
+import { clock, colors, Empty, html, number, numbers, onTheme, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState } from "/slate.js";
+import { history } from "/history.js";
+import uPlot from "/lib/uplot.js";
+
+const WINDOWS = { 10: "10 s", 30: "30 s", 60: "1 min", 300: "5 min", 600: "10 min" };
+
+const title = ({ path, pointer }) => `${path}${pointer}`;
+
+/** What is plotted before anybody has chosen: what the first actuator gets. */
+const usual = (choices) => choices.filter(({ path }) => path.endsWith("/command")).slice(0, 2);
+
+/** The range of an axis: a tenth more than there is, and some room about a number that stays the same. */
+function vertical(chart, least, most) {
+  if (least === null || most === null) return [0, 1];
+  const room = most - least || Math.abs(most) || 1;
+  return [least - room / 10, most + room / 10];
+}
+
+const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
+
+function Chart({ series, seconds, paused, size }) {
+  const box = useRef(null);
+  const newest = useRef({ paused });
+  newest.current.paused = paused;
+  const key = series.map(title).join(" ");
+  useEffect(() => {
+    const scheme = colors();
+    const units = [...new Set(series.map(({ unit }) => unit))];
+    const axis = { stroke: scheme.muted, grid: { stroke: scheme.line, width: 1 }, ticks: { stroke: scheme.line, width: 1 }, font: "12px system-ui, sans-serif" };
+    const tail = histories();
+    const options = {
+      ...size,
+      pxAlign: 1,
+      legend: { show: false },
+      cursor: { sync: { key: "slate" }, drag: { x: false, y: false } },
+      scales: { x: { time: false, range: () => range() }, ...Object.fromEntries(units.map((unit) => [unit || "1", { range: vertical }])) },
+      series: [
+        {},
+        ...series.map(({ unit }, place) => ({
+          scale: unit || "1",
+          stroke: scheme.series[place % scheme.series.length],
+          dash: DASHES[Math.floor(place / scheme.series.length) % DASHES.length],
+          width: 2,
+          spanGaps: true,
+          points: { show: false },
+        })),
+      ],
+      axes: [
+        { ...axis, label: "time, s", labelSize: 18, labelFont: axis.font, size: 34 },
+        ...units.slice(0, 2).map((unit, place) => ({ ...axis, scale: unit || "1", side: place ? 1 : 3, label: unit || "–", labelSize: 16, labelFont: axis.font, size: 54, grid: place ? { show: false } : axis.grid })),
+      ],
+    };
+    let end = clock.now / 1e9;
+    const range = () => [Math.max(0, end - seconds), Math.max(end, 1)];
+    const chart = new uPlot(options, tail.data(end - seconds), box.current);
+    let dirty = true;
+    let drawn = 0;
+    const frame = setInterval(() => {
+      if (newest.current.paused || (!dirty && drawn === clock.now)) return;
+      dirty = false;
+      drawn = clock.now;
+      end = clock.now / 1e9;
+      chart.setData(tail.data(end - seconds));
+    }, 50);
+    const listener = () => (dirty = true);
+    tail.all.forEach(({ listeners }) => listeners.add(listener));
+    return () => {
+      clearInterval(frame);
+      tail.all.forEach(({ listeners }) => listeners.delete(listener));
+      chart.destroy();
+    };
+  }, [key, seconds, size.width, size.height, document.documentElement.dataset.theme]);
+
+  // The newest part of each history, on one axis of time.
+  function histories() {
+    const all = series.map(({ path, pointer }) => history(path, pointer));
+    const since = ({ times, values }, begin) => {
+      let last = times.length;
+      while (last > 0 && times[last - 1] > clock.now / 1e9 + 0.1) last -= 1;
+      let place = last;
+      while (place > 0 && times[place - 1] >= begin) place -= 1;
+      return [times.slice(Math.max(0, place - 1), last), values.slice(Math.max(0, place - 1), last)];
+    };
+    return { all, data: (begin) => (all.length ? uPlot.join(all.map((history) => since(history, begin))) : [[]]) };
+  }
+  return html`<div class="chart" ref=${box} role="img" aria-label=${`Plot of ${series.map(title).join(", ")}`}></div>`;
+}
+
+/** The newest number of each line, which says what it is. */
+function Legend({ series, remove }) {
+  const [, redraw] = useState(0);
+  useEffect(() => {
+    const timer = setInterval(() => redraw((count) => count + 1), 250);
+    return () => clearInterval(timer);
+  }, []);
+  const scheme = colors();
+  return html`<ul class="series">${series.map((line, place) => html`<li key=${title(line)}>
+    <span class="swatch" style=${{ background: scheme.series[place % scheme.series.length] }}></span>
+    <span>${title(line)}</span><b class="number">${history(line.path, line.pointer).values.length ? number(history(line.path, line.pointer).values.at(-1), line.unit) : "–"}</b>
+    <button class="quiet" aria-label=${`Take ${title(line)} out`} onClick=${() => remove(line)}>✕</button></li>`)}</ul>`;
+}
+
+function Panel({ options, setOptions }) {
+  const properties = useProperties();
+  const interfaces = useInterfaces();
+  const [box, size] = useSize();
+  const [paused, setPaused] = useState(false);
+  const [, redraw] = useState(0);
+  const [text, setText] = useState("");
+  useEffect(() => onTheme(() => redraw((count) => count + 1)), []);
+  const choices = useMemo(
+    () => properties.filter(({ access }) => access !== "messages").flatMap(({ path, interface: name }) => numbers(interfaces[name]).map(({ pointer, unit }) => ({ path, pointer, unit }))),
+    [properties, interfaces],
+  );
+  const byTitle = useMemo(() => new Map(choices.map((choice) => [title(choice), choice])), [choices]);
+  const chosen = options.series ?? usual(choices).map(title);
+  const series = useMemo(() => chosen.map((name) => byTitle.get(name)).filter(Boolean), [chosen.join(" "), byTitle]);
+  const seconds = options.seconds ?? 30;
+  const add = (event) => {
+    event.preventDefault();
+    if (!byTitle.has(text)) return;
+    setOptions({ series: [...new Set([...chosen, text])] });
+    setText("");
+  };
+  const remove = (line) => setOptions({ series: chosen.filter((name) => name !== title(line)) });
+  return html`
+    <div class="bar-of-tools">
+      <form class="grow" onSubmit=${add}><input list="numbers" placeholder="Add a number, such as r2/wheels/command/left" aria-label="Add a number" autocomplete="off" value=${text}
+        onInput=${(event) => setText(event.target.value)} onChange=${add} /></form>
+      <datalist id="numbers">${choices.map((choice) => html`<option key=${title(choice)} value=${title(choice)}>${choice.unit}</option>`)}</datalist>
+      <select aria-label="How long back" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>
+        ${Object.entries(WINDOWS).map(([value, name]) => html`<option key=${value} value=${value}>${name}</option>`)}</select>
+      <button class="tool" aria-pressed=${paused} onClick=${() => setPaused(!paused)}>${paused ? "Go on" : "Pause"}</button>
+    </div>
+    <${Legend} series=${series} remove=${remove} />
+    <div class="canvas-box" ref=${box}>
+      ${!series.length ? html`<${Empty}>Add a number to see it over time.</${Empty}>` : size && size.height > 60 && html`<${Chart} series=${series} seconds=${seconds} paused=${paused} size=${size} />`}
+    </div>`;
+}
+
+export default { id: "plot", title: "Plot", Panel };

@@ -1,0 +1,93 @@
+// Every property: what it is now, how old that is, how often it comes.
+import { Age, brief, Empty, html, select, useInterfaces, useMemo, useRef, useResource, useSelected, useState } from "/slate.js";
+
+// What every module has; it tells little and is much.
+const USUAL = /\/(enabled|histogram|state|timing)$/;
+
+/** The rows of a tree: folders and properties, those below what is closed left out. */
+function rows(properties, isOpen) {
+  const found = [];
+  const seen = new Set();
+  for (const property of properties) {
+    const parts = property.path.split("/");
+    let hidden = false;
+    for (let depth = 1; depth < parts.length && !hidden; depth += 1) {
+      const path = parts.slice(0, depth).join("/");
+      if (!seen.has(path)) found.push({ path, name: parts[depth - 1], depth, isFolder: true });
+      seen.add(path);
+      hidden = !isOpen(path);
+    }
+    if (!hidden) found.push({ path: property.path, name: parts.at(-1), depth: parts.length, property });
+  }
+  return found;
+}
+
+/** How often each property is written, Hz, after two looks. */
+function useRates(properties) {
+  const before = useRef(new Map());
+  return useMemo(() => {
+    const now = performance.now();
+    const rates = new Map();
+    for (const { path, sequence } of properties) {
+      const last = before.current.get(path);
+      const seconds = last ? (now - last.when) / 1000 : 0;
+      if (last && seconds > 0.2) rates.set(path, Math.max(0, sequence - last.sequence) / seconds);
+      before.current.set(path, { when: now, sequence });
+    }
+    return rates;
+  }, [properties]);
+}
+
+function Row({ row, open, toggle, rate, schema, isSelected, isFirst }) {
+  const { path, name, depth, property, isFolder } = row;
+  const act = () => (isFolder ? toggle(path) : select(path));
+  const key = (event) => {
+    const rows = [...event.currentTarget.closest("[role=treegrid]").querySelectorAll("[role=row][tabindex]")];
+    const place = rows.indexOf(event.currentTarget);
+    const go = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (go) rows[place + go]?.focus();
+    else if (event.key === "Enter" || event.key === " ") act();
+    else if (isFolder && ((event.key === "ArrowRight" && !open) || (event.key === "ArrowLeft" && open))) toggle(path);
+    else return;
+    event.preventDefault();
+  };
+  return html`<tr role="row" tabindex=${isFirst || isSelected ? 0 : -1} aria-level=${depth} aria-expanded=${isFolder ? open : undefined} aria-selected=${isSelected} data-path=${path} onClick=${act} onKeyDown=${key} title=${property?.doc}>
+    <th role="rowheader" scope="row" style=${{ paddingLeft: `${depth * 14 - 4}px` }}><span class="twist" aria-hidden="true">${isFolder ? (open ? "▾" : "▸") : ""}</span>${name}</th>
+    <td role="gridcell" class="value">${property && (property.access === "messages" ? html`<span class="muted">takes messages</span>` : property.value === undefined ? html`<span class="muted">${property.sequence ? "large" : "none yet"}</span>` : brief(property.value, schema))}</td>
+    <td role="gridcell" class="number">${property?.time !== undefined && html`<${Age} time=${property.time} />`}</td>
+    <td role="gridcell" class="number">${rate === undefined || !property ? "" : rate ? `${rate.toFixed(rate < 10 ? 1 : 0)} Hz` : "–"}</td>
+    <td role="gridcell" class="muted">${property?.interface}</td></tr>`;
+}
+
+function Panel({ options, setOptions }) {
+  const properties = useResource("/properties?values", 1);
+  const interfaces = useInterfaces();
+  const selected = useSelected();
+  const [text, setText] = useState("");
+  const [closed, setClosed] = useState(() => new Set());
+  const rates = useRates(properties ?? []);
+  const wanted = text.toLowerCase().split(/\s+/).filter(Boolean);
+  const fits = ({ path, interface: name }) => wanted.every((part) => path.toLowerCase().includes(part) || name.toLowerCase().includes(part));
+  const shown = (properties ?? []).filter((property) => (options.usual || wanted.length || !USUAL.test(property.path)) && fits(property));
+  const isOpen = (path) => wanted.length > 0 || !closed.has(path);
+  const toggle = (path) => setClosed((before) => {
+    const after = new Set(before);
+    if (!after.delete(path)) after.add(path);
+    return after;
+  });
+  if (!properties) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
+  return html`
+    <div class="bar-of-tools">
+      <input type="search" placeholder="Path or interface" aria-label="Search for properties" value=${text} onInput=${(event) => setText(event.target.value)} />
+      <label><input type="checkbox" checked=${options.usual === true} onChange=${(event) => setOptions({ usual: event.target.checked })} /> What every module has</label>
+      <span class="muted">${shown.length} of ${properties.length}</span>
+    </div>
+    <div class="scroll"><table role="treegrid" aria-label="Properties" class="tree">
+      <thead><tr role="row"><th role="columnheader">Property</th><th role="columnheader">Value</th><th role="columnheader" class="number">Age</th><th role="columnheader" class="number">Rate</th><th role="columnheader">Interface</th></tr></thead>
+      <tbody>${rows(shown, isOpen).map((row, place) => html`<${Row} key=${row.path} row=${row} open=${isOpen(row.path)} toggle=${toggle} rate=${rates.get(row.path)}
+        schema=${interfaces[row.property?.interface]} isSelected=${row.path === selected} isFirst=${place === 0} />`)}</tbody></table>
+      ${!shown.length && html`<${Empty}>No property is called so.</${Empty}>`}
+    </div>`;
+}
+
+export default { id: "tree", title: "Properties", Panel };

@@ -1,0 +1,47 @@
+// Small parts that panels have in common.
+import { html, useEffect, useState } from "/lib/preact.js";
+import { age } from "/format.js";
+import { clock } from "/live.js";
+
+/** What a panel says when it has nothing to show, and why. */
+export const Empty = ({ children }) => html`<p class="empty">${children}</p>`;
+
+/** A refusal of the agent, with what to do about it. */
+export const Trouble = ({ problem }) =>
+  problem &&
+  html`<div class="trouble" role="alert">
+    <b>${problem.message}</b>${problem.help && html`<span>${problem.help}</span>`}
+    ${problem.report && html`<pre>${problem.report}</pre>`}
+  </div>`;
+
+/** A name and what it is, as a row of a list. */
+export const Field = ({ name, children, state, title }) =>
+  html`<div class="field" title=${title}><dt>${name}</dt><dd data-state=${state}>${children}</dd></div>`;
+
+/** How old a reading is, by the agent's clock; what should be no older than `limit` seconds and is stands out. */
+export const Age = ({ time, limit = Infinity }) => {
+  if (time === undefined || time === null) return html`<span class="muted">never</span>`;
+  const seconds = (clock.now - time) / 1e9;
+  return html`<span class=${seconds > limit ? "stale" : "muted"}>${age(Math.max(0, seconds))}</span>`;
+};
+
+/** A part of a whole, as a bar. */
+export const Bar = ({ share, label }) =>
+  html`<svg class="bar" role="img" aria-label=${label} viewBox="0 0 100 6" preserveAspectRatio="none">
+    <rect width="100" height="6" class="bar-back" /><rect width=${100 * Math.min(1, Math.max(0, share))} height="6" class="bar-front" />
+  </svg>`;
+
+/** The size of an element in CSS pixels, and a reference to put on it. */
+export function useSize() {
+  const [element, setElement] = useState(null);
+  const [size, setSize] = useState(null);
+  useEffect(() => {
+    if (!element) return undefined;
+    const observer = new ResizeObserver(([{ contentRect: { width, height } }]) =>
+      setSize({ width: Math.floor(width), height: Math.floor(height) }),
+    );
+    observer.observe(element);
+    return () => observer.disconnect();
+  }, [element]);
+  return [setElement, size];
+}

@@ -1,0 +1,30 @@
+// What a value is made of, after the JSON Schema of its interface.
+
+const typeOf = (schema) => {
+  const types = [schema.type ?? []].flat();
+  if (schema.anyOf?.[0]?.enum) return "enumeration";
+  if (schema.anyOf) return typeOf({ ...schema, ...schema.anyOf[0], anyOf: undefined });
+  return types.find((type) => type !== "null") ?? "any";
+};
+
+/** The leaves of a value: `{pointer, name, type, unit, doc, schema}`; lists are one leaf. */
+export function leaves(schema, pointer = "") {
+  if (!schema) return [];
+  const type = typeOf(schema);
+  if (type !== "object" || !schema.properties) {
+    const name = pointer.slice(1).replaceAll("/", ".");
+    return [{ pointer, name, type, unit: schema["x-unit"] ?? "", doc: schema.description ?? "", schema }];
+  }
+  return Object.entries(schema.properties)
+    .filter(([name]) => name !== "reserved")
+    .flatMap(([name, part]) => leaves(part, `${pointer}/${name}`));
+}
+
+/** The leaves that can be drawn over time. */
+export const numbers = (schema) => leaves(schema).filter(({ type }) => ["number", "integer", "boolean"].includes(type));
+
+/** The part of a value at a JSON Pointer. */
+export function part(value, pointer) {
+  for (const name of pointer.split("/").slice(1)) value = value?.[name];
+  return value;
+}

@@ -1,0 +1,15 @@
+// What panels are made with. A panel is a file that exports `{ id, title, Panel }`; `Panel` gets its `options`, `setOptions`, and
+// draws itself with `html`. A project adds its own in the folder `console/panels`, with nothing to build:
+//
+//   import { html, useReading } from "/slate.js";
+//   const Panel = () => html`<p>${useReading("simulator/r2/clearance")?.value.distance} m</p>`;
+//   export default { id: "clearance", title: "Clearance", Panel };
+export * from "/lib/preact.js";
+export * from "/api.js";
+export * from "/format.js";
+export * from "/schema.js";
+export * from "/store.js";
+export { clock, connection, onConnection, useReading, useReadings, watch } from "/live.js";
+export { useSelected, select } from "/selection.js";
+export { Age, Bar, Empty, Field, Trouble, useSize } from "/parts.js";
+export { colors, onTheme } from "/theme.js";

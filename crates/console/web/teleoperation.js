@@ -1,0 +1,66 @@
+// A person who drives: on a socket of its own, so that no picture is ever in the way of what he says.
+import { openSocket } from "/api.js";
+import { alsoStop } from "/stop.js";
+
+// A command holds for 150 ms, so one that is lost is no jerk.
+const PERIOD = 50;
+
+/** The controls of one actuator, until `leave` is called. `told` gets `{state, gate, delay, problem, hold}` whenever that changes. */
+export class Controls {
+  constructor(actuator, told) {
+    Object.assign(this, { actuator, told, command: null, sent: new Map(), sequence: 0, timer: 0 });
+    this.status = { state: "asks", gate: null, delay: null, problem: null, hold: 150 };
+    this.socket = openSocket("teleoperation");
+    this.socket.onopen = () => this.say({ take: actuator });
+    this.socket.onmessage = ({ data }) => this.hear(JSON.parse(data));
+    this.socket.onclose = () => this.tell({ state: "gone" });
+    this.endStop = alsoStop(() => this.say({ stop: "in the console" }));
+  }
+
+  say(message) {
+    if (this.socket.readyState !== WebSocket.OPEN) return;
+    const sequence = ++this.sequence;
+    this.sent.set(sequence, performance.now());
+    this.socket.send(JSON.stringify({ ...message, sequence }));
+  }
+
+  hear(message) {
+    const since = this.sent.get(message.sequence);
+    this.sent.delete(message.sequence);
+    const news = since === undefined ? {} : { delay: performance.now() - since };
+    if (message.taken) Object.assign(news, { state: "holds", hold: message.hold_ms, problem: null });
+    if (message.problem) Object.assign(news, { problem: message.problem, state: this.status.state === "asks" ? "refused" : this.status.state });
+    if (message.gate) news.gate = message.gate;
+    this.tell(news);
+  }
+
+  tell(news) {
+    this.status = { ...this.status, ...news };
+    this.told(this.status);
+  }
+
+  /** Commands from now on, 20 times a second, until `release`. */
+  drive(command) {
+    this.command = command;
+    if (this.timer) return;
+    this.say({ command });
+    this.timer = setInterval(() => this.say({ command: this.command }), PERIOD);
+  }
+
+  /** Ends the command: said once, and then silence. */
+  release() {
+    if (!this.timer) return;
+    clearInterval(this.timer);
+    this.timer = 0;
+    this.say({ release: true });
+  }
+
+  /** Gives the controls to whoever wants them next. */
+  leave() {
+    this.release();
+    this.endStop();
+    this.say({ leave: true });
+    this.socket.onclose = null;
+    this.socket.close();
+  }
+}
