@@ -1,9 +1,12 @@
 //! The operations.
 
+mod history;
 mod log;
 mod motion;
 mod openapi;
 mod parts;
+mod playback;
+mod recordings;
 mod settings;
 mod shape;
 mod snapshots;
@@ -579,6 +582,18 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         kinds: &[],
         handler: statistics::recording,
     },
+    recordings::LIST,
+    recordings::END,
+    recordings::FLIGHT,
+    recordings::START,
+    playback::STATUS,
+    playback::PAUSE,
+    playback::RESUME,
+    playback::STEP,
+    playback::SEEK,
+    playback::RATE,
+    playback::LOOP,
+    history::READ,
     Operation {
         method: "GET",
         path: "/documents",
