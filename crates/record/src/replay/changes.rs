@@ -109,9 +109,15 @@ fn make(agent: &Agent, change: &Change) -> Result<(), String> {
     }
 }
 
-/// Whether a change was one of these modules.
-pub(super) fn concerns(change: &Change, modules: &BTreeSet<String>) -> bool {
-    let Change::Setting { path, .. } = change else { return false };
+/// Whether a change was one of these modules, or of the code of one of these plugins.
+pub(super) fn concerns(change: &Change, modules: &BTreeSet<String>, plugins: &BTreeSet<String>) -> bool {
+    let path = match change {
+        Change::Setting { path, .. } => path,
+        Change::Reload { plugin: name, .. } | Change::Load { name, .. } | Change::Unload { name } => {
+            return plugins.contains(name);
+        }
+        _ => return false,
+    };
     let names = |module: &String| {
         let quoted = format!("\"{module}\"");
         let own = [format!("modules.{quoted}."), format!("modules.{module}."), format!("links.\"{module}/")];

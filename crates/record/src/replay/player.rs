@@ -1,6 +1,6 @@
 //! A recording that is played in an agent.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -114,7 +114,8 @@ impl Player {
         let mut changes = VecDeque::new();
         // Cycles are counted from the beginning.
         if is_lockstep && bounds.0 == span.0 {
-            let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules);
+            let codes = codes(plugins, &full, &plan);
+            let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules, &codes);
             changes.extend(reel.timeline.changes.drain(..).filter(of_modules));
         }
         let reel = SharedReel::new(reel);
@@ -238,6 +239,19 @@ fn with_libraries(plugins: &[Plugin], configuration: &Configuration) -> Vec<Plug
     let files = configuration.plugins().iter().filter_map(|entry| entry.file.as_ref());
     let libraries = files.filter_map(|file| Some(load(&file.value).ok()?.0));
     plugins.iter().cloned().chain(libraries).collect()
+}
+
+/// The plugins whose recorded code the modules that run have. Whoever says where a plugin's code is wants no other one.
+fn codes(plugins: &[Plugin], configuration: &Configuration, plan: &Plan) -> BTreeSet<String> {
+    let modules = configuration.modules().iter().filter(|module| plan.modules.contains(&module.name.value));
+    let kinds: BTreeSet<&str> = modules.map(|module| module.plugin.value.as_str()).collect();
+    let has = |plugin: &&Plugin| plugin.kinds().iter().any(|kind| kinds.contains(kind.name()));
+    let is_given = |name: &str| {
+        let places = [format!("plugins.{name}."), format!("plugins.\"{name}\".")];
+        plan.sets.iter().any(|set| places.iter().any(|place| set.starts_with(place.as_str())))
+    };
+    let names = plugins.iter().filter(has).map(|plugin| plugin.name().to_owned());
+    names.filter(|name| !is_given(name)).collect()
 }
 
 /// How many reasons are told.
