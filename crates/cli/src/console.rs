@@ -10,8 +10,25 @@ mod built_in {
     use std::sync::Arc;
 
     use slate::console::{Console, Document, Settings};
+    use slate::runtime::Agent;
 
     use super::{Configuration, Failure, Mission};
+
+    /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and secrets is for
+    /// that run.
+    pub fn open_playback(agent: &Agent) -> Option<Console> {
+        match Console::start(agent, &Settings::default(), Vec::new()) {
+            Ok(console) => {
+                eprintln!("console: {}", console.link());
+                Some(console)
+            }
+            // It is played all the same.
+            Err(error) => {
+                eprintln!("{error}");
+                None
+            }
+        }
+    }
 
     /// What a configuration says of it.
     pub struct Wish {
@@ -50,7 +67,13 @@ mod built_in {
 
 #[cfg(not(feature = "console"))]
 mod built_in {
+    use slate::runtime::Agent;
+
     use super::{Configuration, Failure, Mission};
+
+    pub fn open_playback(_: &Agent) -> Option<()> {
+        None
+    }
 
     pub struct Wish;
 
@@ -70,4 +93,4 @@ mod built_in {
     }
 }
 
-pub use built_in::Wish;
+pub use built_in::{Wish, open_playback};

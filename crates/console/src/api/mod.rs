@@ -1,10 +1,13 @@
 //! The operations.
 
+mod history;
 mod layouts;
 mod log;
 mod motion;
 mod openapi;
 mod parts;
+mod playback;
+mod recordings;
 mod settings;
 mod shape;
 mod snapshots;
@@ -592,6 +595,18 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         kinds: &[],
         handler: statistics::recording,
     },
+    recordings::LIST,
+    recordings::END,
+    recordings::FLIGHT,
+    recordings::START,
+    playback::STATUS,
+    playback::PAUSE,
+    playback::RESUME,
+    playback::STEP,
+    playback::SEEK,
+    playback::RATE,
+    playback::LOOP,
+    history::READ,
     Operation {
         method: "GET",
         path: "/layouts",
