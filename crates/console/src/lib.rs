@@ -21,6 +21,7 @@ mod api;
 mod connection;
 mod context;
 mod guard;
+mod lease;
 mod picture;
 mod problem;
 mod query;

@@ -112,7 +112,7 @@ fn of(operation: &Operation, context: &Context) -> Json {
         },
     });
     if let Some(body) = operation.body {
-        let needed = !matches!(operation.name, super::STOP | "arm" | "save");
+        let needed = !matches!(operation.name, super::STOP | super::DRIVE | "arm" | "save");
         document["requestBody"] =
             json!({ "required": needed, "content": { "application/json": { "schema": body() } } });
     }
