@@ -87,9 +87,12 @@ fn a_robot_is_driven_by_keys_and_stops_when_none_is_pressed() {
     // 0.2 m/s by wheels of 9.75 cm.
     let (left, right) = (command["left"].as_f64().unwrap(), command["right"].as_f64().unwrap());
     assert!((left - right).abs() < 1e-9 && (left - 2.05).abs() < 0.1, "{command}");
-    while priority(&running) == "TELEOPERATION" {
+    while running.read("exp1", "/r2/wheels/command/left") != 0.0 {
         assert!(last.elapsed() < Duration::from_millis(250), "{:?}", last.elapsed());
     }
+    // The plan would drive on, and does not while somebody has the controls.
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(running.read("exp1", "/r2/wheels/command"), serde_json::json!({ "left": 0.0, "right": 0.0 }));
     held(&mut terminal, b"\x1b[D");
     let command = running.read("exp1", "/r2/wheels/command");
     assert!(command["left"].as_f64() < Some(0.0) && command["right"].as_f64() > Some(0.0), "{command}");

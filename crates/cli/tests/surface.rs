@@ -173,6 +173,9 @@ fn each_document_in_json_says_of_which_form_it_is() {
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "0.3"]);
     running.done(&["wait", "/loop/histogram/count", "> 10"]);
     running.done(&["snapshot", "save", "now.snapshot"]);
+    // A line of the log.
+    running.done(&["stop"]);
+    common::wait_for("the line", || !running.done(&["log"]).is_empty());
     for (arguments, schema, field) in [
         (&["module", "list"][..], "slate.module/1", "modules"),
         (&["plugin", "list"], "slate.plugin/1", "plugins"),
@@ -192,7 +195,7 @@ fn each_document_in_json_says_of_which_form_it_is() {
     ] {
         let form = if arguments[0] == "graph" { &["--format", "json"][..] } else { &["--json"] };
         let said = running.done(&[arguments, form].concat());
-        let document: Value = serde_json::from_str(said.lines().last().unwrap_or_default()).unwrap();
+        let document: Value = serde_json::from_str(said.lines().last().unwrap_or("null")).unwrap();
         assert_eq!(document["schema"], schema, "{arguments:?}");
         assert!(document.get(field).is_some(), "{arguments:?}: {document}");
     }

@@ -1,13 +1,14 @@
 //! Driving by keys.
 //!
-//! A terminal tells which keys are pressed, and not when they are let go; it repeats one that is held. So a key commands for as
-//! long as the agent lets a command hold, and its repetition renews that. Whatever becomes of the key, of this program, of the
-//! terminal or of the connection behind it: the robot gets nothing more, and the agent ends the command by its own clock.
+//! A terminal tells which keys are pressed, and not when they are let go; it repeats one that is held. So a key commands for a
+//! short while, and its repetition renews that; between keys the robot is held still, whatever its plan wants. Whatever becomes of
+//! this program, of the terminal or of the connection behind it: the agent ends what was commanded last by its own clock.
 
 mod drive;
 mod keys;
 
 use std::io::{IsTerminal, Read, Write};
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use crossterm::cursor::MoveToColumn;
@@ -20,7 +21,7 @@ use slate::runtime::remote::{Client, ClientError};
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
-use crate::watch::{end_well_on_interrupt, is_interrupted};
+use crate::watch::{end_well_on_interrupt, is_interrupted, now};
 use drive::Drive;
 use keys::Key;
 
@@ -48,14 +49,17 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How long keys are waited for before it is looked how the gate stands.
-const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+/// How long keys are waited for before the robot is told again to stand still; a command holds for three times as long.
+const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+
+/// How long a key counts: longer than from one repetition to the next.
+const KEY: Duration = Duration::from_millis(150);
 
 /// What a key makes faster and slower.
 const STEP: f64 = 1.25;
 
 const KEYS: &str = "w a s d or arrows drive, q e z c in curves, x halts, + and - change the speed,\n\
-                    space stops all actuators, Esc ends; a key that is let go halts within 250 ms";
+                    space stops all actuators, Esc ends; the robot stands still while no key is held";
 
 /// The terminal hands over keys at once and shows none of them, until this is dropped.
 struct Raw;
@@ -117,63 +121,54 @@ fn run(client: &mut Client, actuator: &str, drive: &Drive, speeds: (f64, f64)) -
     let mut stdin = std::io::stdin().lock();
     let (speed, turn) = speeds;
     let mut factor = 1.0;
-    let url = format!("/{actuator}/gate");
+    let mut driven: Option<Instant> = None;
     loop {
         if is_interrupted() {
             return Ok(());
         }
-        let gate = match pressed(&mut stdin)? {
-            Pressed::Nothing => client.read(&url)?.map(|reading| reading.value).unwrap_or_default(),
-            Pressed::End => return Ok(()),
-            Pressed::Keys(keys) => {
-                let mut motion = None;
-                for key in keys {
-                    match key {
-                        Key::Drive(forward, left) => motion = Some((forward, left)),
-                        Key::Halt => motion = Some((0.0, 0.0)),
-                        Key::Faster => factor *= STEP,
-                        Key::Slower => factor /= STEP,
-                        Key::Stop => client.stop("by a person who drives")?,
-                        Key::Quit => return Ok(()),
-                    }
-                }
-                match motion {
-                    Some((0.0, 0.0)) => client.release()?,
-                    Some((forward, left)) => {
-                        client.command(drive.command(forward * speed * factor, left * turn * factor))?
-                    }
-                    None => client.read(&url)?.map(|reading| reading.value).unwrap_or_default(),
-                }
+        let mut motion = None;
+        for key in pressed(&mut stdin)? {
+            match key {
+                Key::Drive(forward, left) => motion = Some((forward, left)),
+                Key::Halt => (motion, driven) = (None, None),
+                Key::Faster => factor *= STEP,
+                Key::Slower => factor /= STEP,
+                Key::Stop => client.stop("by a person who drives")?,
+                Key::Quit => return Ok(()),
             }
+        }
+        let command = match motion {
+            Some((forward, left)) => {
+                driven = Some(now());
+                Some(drive.command(forward * speed * factor, left * turn * factor))
+            }
+            None if driven.is_some_and(|driven| driven.elapsed() < KEY) => None,
+            None => Some(drive.command(0.0, 0.0)),
         };
+        let Some(command) = command else { continue };
+        let gate = client.command(command)?;
         show(actuator, (speed * factor, turn * factor), &gate);
     }
 }
 
-enum Pressed {
-    Nothing,
-    Keys(Vec<Key>),
-    /// There is no terminal any more.
-    End,
-}
-
 /// What was pressed since; it is waited for a little.
-fn pressed(stdin: &mut std::io::StdinLock<'_>) -> Result<Pressed, Failure> {
+fn pressed(stdin: &mut std::io::StdinLock<'_>) -> Result<Vec<Key>, Failure> {
     let lost = |source| Failure::File { path: "the terminal".into(), source };
     let mut polled = [PollFd::new(&*stdin, PollFlags::IN)];
     match poll(&mut polled, Some(&LOOK)) {
-        Ok(0) => return Ok(Pressed::Nothing),
+        Ok(0) => return Ok(Vec::new()),
         Ok(_) => {}
         // A signal came, and is looked at.
-        Err(rustix::io::Errno::INTR) => return Ok(Pressed::Nothing),
+        Err(rustix::io::Errno::INTR) => return Ok(Vec::new()),
         Err(error) => return Err(lost(error.into())),
     }
     // Larger than what the reader keeps for itself, so that what is polled is all that there is.
     let mut bytes = vec![0; 64 << 10];
     match stdin.read(&mut bytes) {
-        Ok(0) => Ok(Pressed::End),
-        Ok(count) => Ok(Pressed::Keys(keys::parse(&bytes[..count]))),
-        Err(error) if error.kind() == std::io::ErrorKind::Interrupted => Ok(Pressed::Nothing),
+        // There is no terminal any more.
+        Ok(0) => Ok(vec![Key::Quit]),
+        Ok(count) => Ok(keys::parse(&bytes[..count])),
+        Err(error) if error.kind() == std::io::ErrorKind::Interrupted => Ok(Vec::new()),
         Err(error) => Err(lost(error)),
     }
 }
