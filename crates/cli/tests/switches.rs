@@ -63,12 +63,12 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
     running.start("exp1", &EXP1);
     let file = library("libslate_wheeled.so");
     running.fails(
-        5,
+        4,
         &["plugin", "shadow", "slate-weeled", &file],
         &["no plugin `slate-weeled`", "slate-wheeled"],
     );
     running.fails(
-        2,
+        4,
         &["plugin", "shadow", "slate-weeled"],
         &["no plugin `slate-weeled` is loaded", "plugin list"],
     );

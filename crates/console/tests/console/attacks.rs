@@ -28,6 +28,9 @@ fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
         ("POST", "/settings/save".into(), json!({ "to": "origin" }), "developer"),
         ("POST", "/snapshots/attack".into(), json!(null), "developer"),
         ("POST", "/snapshots/attack/load".into(), json!(null), "developer"),
+        ("POST", "/leases".into(), json!({ "actuator": "wheel" }), "operator"),
+        ("PUT", "/leases/0123456789abcdef".into(), json!({ "release": true }), "operator"),
+        ("DELETE", "/leases/0123456789abcdef".into(), json!(null), "operator"),
         ("POST", "/reset".into(), json!(null), "operator"),
         ("POST", "/arm".into(), json!({}), "operator"),
         ("POST", "/stop".into(), json!({ "reason": "attack" }), "viewer"),
@@ -36,7 +39,7 @@ fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
 
 /// What must not change.
 fn state(run: &Running) -> String {
-    let parts = ["/settings", "/links", "/plugins"].map(|path| run.get(path).text());
+    let parts = ["/settings", "/links", "/plugins", "/leases"].map(|path| run.get(path).text());
     let modules = run.get("/modules").json();
     let conditions: Vec<_> =
         modules.as_array().unwrap().iter().map(|module| module["condition"].clone()).collect();
@@ -58,7 +61,7 @@ fn no_attack_changes_anything() {
         })
         .collect();
     // Whoever adds an operation adds it here.
-    assert_eq!(listed.len(), 17, "{listed:?}");
+    assert_eq!(listed.len(), 20, "{listed:?}");
     let mut attacks = 0;
     for (method, path, body, role) in changes(&run) {
         let body = Some(&body).filter(|body| !body.is_null());
