@@ -50,7 +50,7 @@ fn a_playback_is_controlled_from_another_shell() {
     let values = status("values").as_u64().unwrap();
     wait_for("it goes in circles", || status("values").as_u64().unwrap() > values + 2000);
     assert!((1_000_000_000..=1_200_000_000).contains(&status("time").as_u64().unwrap()));
-    running.fails(1, &["replay", "seek", "1000"], &["behind its end", "slate replay status"]);
+    running.fails(5, &["replay", "seek", "1000"], &["behind its end", "slate replay status"]);
     running.done(&["replay", "pause"]);
     assert_eq!(status("is_paused"), true);
     running.done(&["replay", "loop"]);
@@ -73,7 +73,7 @@ fn an_agent_that_plays_nothing_has_nothing_to_control() {
     )
     .unwrap();
     running.start("robot", &["run", "robot.toml", "--headless", "--rate", "1"]);
-    running.fails(1, &["replay", "pause"], &["plays no recording", "slate replay FILE"]);
+    running.fails(5, &["replay", "pause"], &["plays no recording", "slate replay FILE"]);
 }
 
 #[test]

@@ -77,6 +77,7 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     let outcome = player.outcome()?;
     match json {
         true => output::json(&json!({
+            "schema": "slate.replay/1",
             "values": played.values,
             "cycles": played.cycles,
             "time": played.time,

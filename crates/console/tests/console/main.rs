@@ -11,6 +11,7 @@ mod agent;
 mod attacks;
 mod client;
 mod foxglove;
+mod leases;
 mod modules;
 mod openapi;
 mod pages;
