@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Shape;
 use crate::bytes;
+use crate::channel::{Tap, Tapped};
 use crate::sync::{AtomicU32, AtomicU64, Guarded, Mutex, Ordering, Reading, order};
 
 /// The states of a slot. The receiver changes it from being sent to an answer, the sender back to being sent.
@@ -34,6 +35,7 @@ pub struct Mailbox {
     /// 1 + the index of the message sent last; 0 for none.
     head: AtomicU64,
     desk: Mutex<Desk>,
+    tap: Tapped,
 }
 
 #[derive(Debug)]
@@ -133,6 +135,7 @@ impl Mailbox {
             slots: (0..usize::from(senders) * slots_per_sender).map(|_| slot()).collect(),
             head: AtomicU64::new(0),
             desk: Mutex::new(desk),
+            tap: Tapped::default(),
         })
     }
 
@@ -143,6 +146,11 @@ impl Mailbox {
     /// The memory of a message.
     pub fn shape(&self) -> Shape {
         self.shape
+    }
+
+    /// Shows `tap` what the receiver takes from now on. Only the first one counts.
+    pub fn set_tap(&self, tap: Arc<dyn Tap>) {
+        self.tap.set(tap);
     }
 
     /// A sender.
@@ -328,6 +336,14 @@ impl Receiver {
         self.collect();
         self.give_back(u32::from(ABANDONED) << CODE_SHIFT | REFUSED);
         self.sequence = sequence;
+    }
+
+    /// Shows who sees the mailbox the messages that were collected last, which are dealt with from the host's time `now` on,
+    /// nanoseconds.
+    pub fn show(&self, now: u64) {
+        if let Some(tap) = self.mailbox.tap.get() {
+            self.messages().for_each(|message| tap.took(&message, now));
+        }
     }
 
     /// Releases the last messages, and takes all that were sent since; says how many they are.

@@ -4,18 +4,22 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::ArgValueCompleter;
 use slate::runtime::{Mode, Rate};
 
+use crate::api::ApiOptions;
 use crate::bag::BagVerb;
+use crate::browse::ConsoleOptions;
 use crate::check::CheckOptions;
 use crate::complete::{self, Shell};
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::doctor::DoctorOptions;
+use crate::goal::GoalOptions;
 use crate::graph::GraphOptions;
 use crate::interface::InterfaceVerb;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
 use crate::module::ModuleVerb;
 use crate::new::NewOptions;
+use crate::output::Colour;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::record::RecordVerb;
@@ -23,6 +27,7 @@ use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::stat::StatOptions;
+use crate::teleop::TeleopOptions;
 use crate::top::TopOptions;
 use crate::trace::TraceOptions;
 use crate::tree::TreeOptions;
@@ -38,6 +43,10 @@ pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
 pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,
+
+    /// When what is printed has colours.
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = Colour::Auto)]
+    pub color: Colour,
 }
 
 #[derive(Debug, Subcommand)]
@@ -139,6 +148,11 @@ pub enum Verb {
         #[arg(long)]
         json: bool,
     },
+    /// Writes pages for `man` into a folder.
+    Man {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// Looks whether this computer is fit to run a robot; ends with 7 when it is not.
     Doctor(DoctorOptions),
     /// Draws modules and links of a configuration, or of a running agent.
@@ -160,6 +174,14 @@ pub enum Verb {
         #[command(flatten)]
         agent: AgentOption,
     },
+    /// Prints the link of a running agent's web console, which has a secret in it, or opens it.
+    Console(ConsoleOptions),
+    /// Calls an operation of a running agent's HTTP API, or lists them; the secret is found by itself.
+    Api(ApiOptions),
+    /// Sets where a robot of a running agent is to go.
+    Goal(GoalOptions),
+    /// Drives a robot of a running agent by keys; it stops when none is pressed.
+    Teleop(TeleopOptions),
     /// Stops all actuators of a running agent, until `reset` and `arm`. It is no emergency stop.
     Stop {
         /// Why; it is kept and shown.

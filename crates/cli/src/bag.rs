@@ -171,7 +171,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         BagVerb::Info { file, json } => {
             let info = bag::verify(&mut logs::open(file)?)?;
             match json {
-                true => output::json(&info),
+                true => output::document("slate.bag.info/1", &info),
                 false => show::info(file, &info),
             }
         }
@@ -179,7 +179,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         BagVerb::Repair { file, out, json } => {
             let repaired = bag::repair(file, out.as_deref())?;
             match json {
-                true => output::json(&repaired),
+                true => output::document("slate.bag.repair/1", &repaired),
                 false => show::repaired(out.as_ref().unwrap_or(file), &repaired),
             }
         }
@@ -188,7 +188,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             let options = logs::Options { format: *format, is_lenient: *lenient };
             let imported = logs::import(file, out, &options)?;
             match json {
-                true => output::json(&imported),
+                true => output::document("slate.bag.import/1", &imported),
                 false => show::imported(out, &imported),
             }
         }
@@ -213,7 +213,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         BagVerb::Diff { a, b, json } => {
             let diff = bag::diff(a, b)?;
             match json {
-                true => output::json(&diff),
+                true => output::document("slate.bag.diff/1", &diff),
                 false => show::diff(a, b, &diff),
             }
             return Ok(diff.first.is_none());
@@ -248,6 +248,7 @@ fn cat(file: &Path, selection: &Selection, json: bool) -> Result<(), Failure> {
         let topic = &message.channel.topic;
         match json {
             true => output::json(&json!({
+                "schema": "slate.bag.cat/1",
                 "time": message.log_time,
                 "publish_time": message.publish_time,
                 "topic": topic,

@@ -37,7 +37,7 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     let batch = Batch::of(&summaries).out_of(options.runs);
     output::line(&batch);
     if options.common.json {
-        output::line(batch.json_line()?);
+        output::document("slate.batch/1", &batch);
     }
     Ok(summaries.len() as u64 == options.runs && summaries.iter().all(Summary::succeeded))
 }

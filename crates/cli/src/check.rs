@@ -10,13 +10,13 @@ use serde::Serialize;
 use serde_json::json;
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
 use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
-use slate::runtime::{Agent, Mode, Options, StartError};
+use slate::runtime::{Agent, Mistake, Mode, Options, StartError};
 use slate::share::agent::AgentSharing;
 
 use crate::examples::{self, Application};
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::observation::Observation;
-use crate::{codes, complete, output, scene};
+use crate::{complete, output, scene};
 
 #[derive(Debug, Args)]
 pub struct CheckOptions {
@@ -208,7 +208,7 @@ fn unused(configuration: &Configuration, agent: &Agent) -> Vec<Diagnostic> {
 fn finding(severity: &'static str, diagnostic: &Diagnostic) -> Finding {
     Finding {
         severity,
-        code: codes::of(diagnostic.message()).unwrap_or_default(),
+        code: diagnostic.mistake().map_or("", Mistake::code),
         message: diagnostic.message().into(),
         help: diagnostic.help_text().map(String::from),
         file: diagnostic.source_name().map(String::from),

@@ -1,4 +1,5 @@
 use clap::Subcommand;
+use serde_json::json;
 use slate::runtime::configuration::{SaveTo, parse_change};
 use slate::runtime::remote::{Changed, ClientError, Different};
 
@@ -68,7 +69,7 @@ pub fn config(verb: &ConfigVerb) -> Result<bool, Failure> {
 fn get(agent: &AgentOption, path: &str, json: bool) -> Result<(), Failure> {
     let settings = agent.connect()?.settings(path)?;
     if json {
-        output::json(&settings);
+        output::document("slate.config/1", &json!({ "settings": settings }));
         return Ok(());
     }
     let row = |setting: slate::runtime::remote::SettingEntry| {
@@ -103,7 +104,7 @@ fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     let mut client = agent.connect()?;
     let differences = client.differences()?;
     if json {
-        output::json(&differences);
+        output::document("slate.config.diff/1", &json!({ "differences": differences }));
     } else {
         differences.iter().for_each(show);
     }

@@ -10,8 +10,32 @@ mod built_in {
     use std::sync::Arc;
 
     use slate::console::{Console, Document, Settings};
+    use slate::runtime::Agent;
 
     use super::{Configuration, Failure, Mission};
+    use crate::trails::Trails;
+
+    /// A run is reached as long as this lives.
+    pub struct Opened {
+        _console: Console,
+        _trails: Trails,
+    }
+
+    /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and secrets is for
+    /// that run.
+    pub fn open_playback(agent: &Agent) -> Option<Console> {
+        match Console::start(agent, &Settings::default(), Vec::new()) {
+            Ok(console) => {
+                eprintln!("console: {}", console.link());
+                Some(console)
+            }
+            // It is played all the same.
+            Err(error) => {
+                eprintln!("{error}");
+                None
+            }
+        }
+    }
 
     /// What a configuration says of it.
     pub struct Wish {
@@ -26,16 +50,18 @@ mod built_in {
         }
 
         /// Begins, in a run that somebody watches or whose configuration asks for it.
-        pub fn open(&self, mission: &Mission, is_watched: bool) -> Result<Option<Console>, Failure> {
+        pub fn open(&self, mission: &Mission, is_watched: bool) -> Result<Option<Opened>, Failure> {
             if !self.settings.enabled.unwrap_or(is_watched || self.is_named) {
                 return Ok(None);
             }
             let scene = serde_json::to_value(mission.scene()).unwrap_or_default();
             let world = Document { name: "world".into(), read: Arc::new(move || scene.clone()) };
-            match Console::start(&mission.agent, &self.settings, vec![world]) {
+            let trails = Trails::follow(Arc::clone(&mission.observation), mission.agent.clock());
+            let trail = Document { name: "trails".into(), read: trails.reader() };
+            match Console::start(&mission.agent, &self.settings, vec![world, trail]) {
                 Ok(console) => {
                     eprintln!("console: {}", console.link());
-                    Ok(Some(console))
+                    Ok(Some(Opened { _console: console, _trails: trails }))
                 }
                 Err(error) if self.is_named => Err(error.into()),
                 // A run that nobody has asked it of goes on without.
@@ -50,7 +76,13 @@ mod built_in {
 
 #[cfg(not(feature = "console"))]
 mod built_in {
+    use slate::runtime::Agent;
+
     use super::{Configuration, Failure, Mission};
+
+    pub fn open_playback(_: &Agent) -> Option<()> {
+        None
+    }
 
     pub struct Wish;
 
@@ -70,4 +102,4 @@ mod built_in {
     }
 }
 
-pub use built_in::Wish;
+pub use built_in::{Wish, open_playback};

@@ -78,7 +78,7 @@ impl Drop for Display {
 
 fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, log: &Lines, stop: &AtomicBool) {
     let mut out = std::io::stdout();
-    let terminal = out.is_terminal();
+    let (terminal, colour) = (out.is_terminal(), output::has_colour(&out));
     let period = if terminal { Duration::from_millis(100) } else { Duration::from_secs(1) };
     output::line(title);
     let mut lines = 0;
@@ -86,14 +86,14 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, log: &L
         let last = stop.load(Ordering::Acquire);
         // A line that wraps could not be drawn over again.
         let width = if terminal { size().map_or(80, |(columns, _)| columns.into()) } else { usize::MAX };
-        let text = frame(observation, clock(), terminal, width);
+        let text = frame(observation, clock(), colour, width);
         if terminal {
             if lines > 0 {
                 let _ = queue!(out, MoveUp(lines));
             }
             let _ = queue!(out, MoveToColumn(0), Clear(ClearType::FromCursorDown));
             lines = text.lines().count() as u16;
-            log.fresh().iter().for_each(|line| output::line(said(line)));
+            log.fresh().iter().for_each(|line| output::line(said(line, colour)));
         }
         let _ = out.write_all(text.as_bytes());
         let _ = out.flush();
@@ -111,9 +111,10 @@ fn show(title: &str, observation: &Observation, clock: &dyn Fn() -> u64, log: &L
 }
 
 /// A line of the log.
-fn said(record: &Record) -> String {
+fn said(record: &Record, colour: bool) -> String {
     let text = record.to_string();
     match record.level {
+        _ if !colour => text,
         Level::Error => text.red().to_string(),
         Level::Warn => text.yellow().to_string(),
         _ => text,

@@ -3,21 +3,30 @@ use std::path::{Path, PathBuf};
 
 use slate::blackboard::nearest_names;
 use slate::record::replay::PlayError;
-use slate::runtime::StartError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
 use slate::runtime::remote::{ClientError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
+use slate::runtime::{Mistake, StartError};
 
 use crate::arguments::MAXIMUM_SEED;
-use crate::{codes, output};
+use crate::output;
 
 /// The agent is not there, or does not answer.
 pub const UNREACHED: u8 = 3;
 
+/// There is nothing of that name.
+const UNKNOWN: u8 = 4;
+
+/// The agent does not do it.
+const REFUSED: u8 = 5;
+
 /// What was waited for did not come.
 pub const TIMED_OUT: u8 = 6;
+
+/// There is no value yet, as when what was waited for did not come.
+pub const NO_DATA: u8 = TIMED_OUT;
 
 /// What was to be so is not so.
 pub const ASSERTION_FALSE: u8 = 7;
@@ -84,6 +93,30 @@ pub enum Failure {
     NothingLike { pattern: String },
     #[error("a table with commas is of one property, and these are several: {}", .urls.join(", "))]
     SeveralInTable { urls: Vec<String> },
+    #[error("agent `{agent}` is not reached over HTTP")]
+    NoConsole { agent: String },
+    #[error("{address} is not reached: {reason}")]
+    Unreached { address: String, reason: String },
+    #[error("{address} speaks TLS, which this command does not")]
+    Tls { address: String },
+    #[error("{detail}")]
+    Http { status: u16, detail: String, help: String, code: Option<String> },
+    #[error("{}", no_goal(.found))]
+    NoGoal { found: Vec<String> },
+    #[error("{}", no_actuator(.known))]
+    NoActuator { known: Vec<String> },
+    #[error("`{actuator}` takes {interface}, and keys are known for {}", .known.join(", "))]
+    NoKeys { actuator: String, interface: String, known: Vec<&'static str> },
+    #[error("nothing tells how large the wheels are that `{actuator}` drives")]
+    NoChassis { actuator: String },
+    #[error("the goal of `{module}` has no heading")]
+    NoHeading { module: String },
+    #[error("nobody is asked, as there is no terminal")]
+    Unconfirmed,
+    #[error("keys are read from a terminal, and there is none")]
+    NoTerminal,
+    #[error("`{text}` is no body")]
+    Body { text: String },
     #[error("no kind of mistake has the code `{code}`")]
     NoCode { code: String },
     #[error("{place}: {problem}")]
@@ -130,6 +163,20 @@ impl From<SnapshotError> for Failure {
     }
 }
 
+fn no_goal(found: &[String]) -> String {
+    match found.is_empty() {
+        true => "no module has a goal that can be set".into(),
+        false => format!("several goals can be set: {}", found.join(", ")),
+    }
+}
+
+fn no_actuator(known: &[String]) -> String {
+    match known.is_empty() {
+        true => "the agent has no actuators".into(),
+        false => format!("it has to be said which actuator: {}", known.join(", ")),
+    }
+}
+
 fn no_checkout(said: Option<&Path>) -> String {
     match said {
         Some(said) => format!("{} is no folder of Slate's sources", slate::runtime::printable(said)),
@@ -138,12 +185,45 @@ fn no_checkout(said: Option<&Path>) -> String {
 }
 
 impl Failure {
-    /// What the process ends with: 1 when an agent refuses, or has not what is meant, 3 when it is not reached, else 2.
+    /// What the process ends with: 3 when the agent is not reached, 4 when there is nothing of that name, 5 when the agent
+    /// refuses, 6 when it answers too late, else 2.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Agent(ClientError::Refused(_)) | Self::NotLinked { .. } => 1,
+            Self::Agent(ClientError::Refused(_)) => match self.mistake() {
+                Some(Mistake::Name | Mistake::Parameter | Mistake::Kind) => UNKNOWN,
+                _ => REFUSED,
+            },
             Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } => UNREACHED,
+            Self::NoConsole { .. } | Self::Unreached { .. } => UNREACHED,
+            Self::NotLinked { .. }
+            | Self::NotLoaded { .. }
+            | Self::NothingLike { .. }
+            | Self::NoCode { .. } => UNKNOWN,
+            Self::NoGoal { found: known } | Self::NoActuator { known } if known.is_empty() => UNKNOWN,
+            Self::Http { status: 404, .. } => UNKNOWN,
+            Self::Http { status: 408 | 504, .. } => TIMED_OUT,
+            Self::Http { .. } => REFUSED,
             _ => 2,
+        }
+    }
+
+    /// Of which kind it is, if it has one.
+    fn mistake(&self) -> Option<Mistake> {
+        match self {
+            Self::Configuration(report) => report.mistake(),
+            Self::Agent(ClientError::Refused(refusal)) => Mistake::from_code(refusal.code.as_deref()?),
+            Self::Agent(ClientError::NoAgent { .. }) | Self::NoAgent | Self::Unmet { .. } => {
+                Some(Mistake::NoAgent)
+            }
+            Self::Agent(ClientError::Lost { .. } | ClientError::Nonsense { .. }) => Some(Mistake::Silent),
+            Self::Agent(ClientError::Version { .. }) => Some(Mistake::Version),
+            Self::SeveralAgents { .. } => Some(Mistake::WhichAgent),
+            Self::NotLinked { .. } | Self::NothingLike { .. } | Self::NotLoaded { .. } => Some(Mistake::Name),
+            Self::NoGoal { .. } | Self::NoActuator { .. } => Some(Mistake::Name),
+            Self::Library(_) => Some(Mistake::Library),
+            Self::Condition { .. } => Some(Mistake::Value),
+            Self::Http { code, .. } => Mistake::from_code(code.as_deref()?),
+            _ => None,
         }
     }
 
@@ -158,9 +238,8 @@ impl Failure {
                 if let Some(help) = other.help().filter(|help| !help.is_empty()) {
                     eprintln!("  help: {}", output::harmless(help));
                 }
-                if let Some(code) = codes::of(&other.to_string()).filter(|_| std::io::stderr().is_terminal())
-                {
-                    eprintln!("  more: slate explain {code}");
+                if let Some(mistake) = other.mistake().filter(|_| std::io::stderr().is_terminal()) {
+                    eprintln!("  more: slate explain {}", mistake.code());
                 }
             }
         }
@@ -229,6 +308,30 @@ impl Failure {
                     near => format!("did you mean {near}?"),
                 }
             }
+            Self::NoConsole { agent } => format!(
+                "start it with --set console.port=0, or without --headless; `slate ps` shows whether {agent} is the one"
+            ),
+            Self::Unreached { .. } => "look whether the agent still runs: slate ps".into(),
+            Self::Tls { address } => format!(
+                "use a program that knows its certificate, such as curl --cacert FILE {address}/api/v1/agent"
+            ),
+            Self::Http { help, .. } => help.clone(),
+            Self::NoGoal { found } if found.is_empty() => {
+                "a goal is an input without a link called `goal` or `target`, or parameters `goal_x` and `goal_y`; \
+                 `slate tree '/**/params' --values` shows what can be set"
+                    .into()
+            }
+            Self::NoGoal { found } => format!("choose one, such as --of {}", found.first()?),
+            Self::NoActuator { known } if known.is_empty() => "`slate check` tells what a configuration has".into(),
+            Self::NoActuator { known } => format!("choose one, such as `slate teleop {}`", known.first()?),
+            Self::NoKeys { .. } => "drive it by a program: book page 28, Driving".into(),
+            Self::NoChassis { .. } => {
+                "a property of the interface `Chassis` does, with the name of the robot in its path".into()
+            }
+            Self::NoHeading { .. } => "leave the heading out".into(),
+            Self::Unconfirmed => "say --yes: the robot moves".into(),
+            Self::NoTerminal => "call it in a terminal; programs drive over HTTP, see book page 28".into(),
+            Self::Body { .. } => "give JSON such as '{\"enabled\": false}', @FILE, or - for stdin".into(),
             Self::NoCode { .. } => "`slate explain` lists all codes".into(),
             Self::NothingLike { .. } => "`slate tree` shows the properties that there are".into(),
             Self::SeveralInTable { .. } => "name one of them, or take --json, a line for each value".into(),

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
+use serde_json::json;
 use slate::blackboard::{Url, is_within};
 use slate::runtime::remote::LinkEntry;
 
@@ -123,7 +124,7 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
             links = only(links, to)?;
         }
         if options.json {
-            output::json(&links);
+            output::document("slate.link/1", &json!({ "links": links }));
         } else {
             output::columns(links.into_iter().map(row));
         }
@@ -175,7 +176,7 @@ pub fn unlink(options: &UnlinkOptions) -> Result<bool, Failure> {
 
 fn show(changed: &[slate::runtime::remote::Changed], dry_run: bool, json: bool) {
     if json {
-        return output::json(&changed);
+        return output::document("slate.link.change/1", &json!({ "changed": changed }));
     }
     match (changed.is_empty(), dry_run) {
         (true, _) => output::line("nothing changes: all is as it should be"),

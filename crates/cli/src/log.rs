@@ -68,7 +68,7 @@ fn show(reading: &Reading, json: bool) {
         let mut line = reading.value.clone();
         // Padding of the interface.
         line.as_object_mut().map(|fields| fields.remove("reserved"));
-        output::json(&line);
+        output::document("slate.log/1", &line);
         return;
     }
     let text = |name: &str| reading.value.get(name).and_then(Value::as_str).unwrap_or_default();

@@ -1,8 +1,10 @@
 //! The `slate` command.
 
+mod api;
 mod arguments;
 mod bag;
 mod batch;
+mod browse;
 mod check;
 mod codes;
 mod complete;
@@ -15,12 +17,16 @@ mod deployment;
 mod display;
 mod doctor;
 mod duration;
+mod endpoint;
 mod examples;
 mod failure;
+mod goal;
 mod graph;
+mod http;
 mod interface;
 mod link;
 mod log;
+mod man;
 mod mission;
 mod module;
 mod new;
@@ -39,15 +45,18 @@ mod scene;
 mod snapshot;
 mod stat;
 mod stop;
+mod teleop;
 mod top;
 mod trace;
+#[cfg(feature = "console")]
+mod trails;
 mod tree;
 mod wait;
 mod watch;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{ColorChoice, CommandFactory, FromArgMatches};
 
 use arguments::{Arguments, Verb};
 use failure::Failure;
@@ -56,7 +65,7 @@ fn main() -> ExitCode {
     // An isolated module is this program, started once more.
     slate::runtime::isolation::enter(&examples::plugins());
     complete::answer();
-    let arguments = match Arguments::try_parse() {
+    let arguments = match parsed() {
         Ok(arguments) => arguments,
         Err(error) => {
             // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
@@ -75,6 +84,27 @@ fn main() -> ExitCode {
     }
 }
 
+/// What was asked for, with help and complaints in the colours that were asked for, too.
+fn parsed() -> Result<Arguments, clap::Error> {
+    let words: Vec<_> = std::env::args_os().collect();
+    let mut command = Arguments::command();
+    let said = words.iter().zip(words.iter().skip(1).map(Some).chain([None])).find_map(|(word, next)| {
+        match word.to_str()?.split_once('=') {
+            Some(("--color", when)) => Some(when.to_owned()),
+            None if word == "--color" => next?.to_str().map(str::to_owned),
+            _ => None,
+        }
+    });
+    command = match said.as_deref() {
+        Some("always") => command.color(ColorChoice::Always),
+        Some("never") => command.color(ColorChoice::Never),
+        _ => command,
+    };
+    let arguments = Arguments::from_arg_matches(&command.try_get_matches_from(words)?)?;
+    output::set_colour(arguments.color);
+    Ok(arguments)
+}
+
 /// Does what is asked, and returns what the process ends with.
 fn done(verb: &Verb) -> Result<u8, Failure> {
     let well = match verb {
@@ -90,7 +120,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Peers(options) => peers::peers(options),
         Verb::Trace(options) => trace::trace(options),
         Verb::Log(options) => log::log(options),
-        Verb::Get { url, json, agent } => property::get(agent, url, *json),
+        Verb::Get { url, json, agent } => return property::get(agent, url, *json),
         Verb::Set { url, value, json, agent } => property::set(agent, url, value, *json),
         Verb::Watch(options) => return watch::watch(options),
         Verb::Wait(options) => return wait::wait(options),
@@ -98,6 +128,11 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Tree(options) => tree::tree(options),
         Verb::Top(options) => top::top(options),
         Verb::New(options) => new::new(options),
+        Verb::Api(options) => api::api(options),
+        Verb::Console(options) => browse::console(options),
+        Verb::Goal(options) => goal::goal(options),
+        Verb::Teleop(options) => teleop::teleop(options),
+        Verb::Man { folder } => man::man(folder),
         Verb::Doctor(options) => return doctor::doctor(options),
         Verb::Interface(verb) => return interface::interface(verb),
         Verb::Explain { codes, json } => codes::explain(codes, *json),

@@ -1,5 +1,6 @@
 use clap::Subcommand;
 use clap_complete::ArgValueCompleter;
+use serde_json::json;
 use slate::runtime::remote::Switched;
 
 use crate::connection::AgentOption;
@@ -64,7 +65,7 @@ pub fn show_switched(name: &str, on: bool, switched: Switched) {
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     let modules = agent.connect()?.modules()?;
     if json {
-        output::json(&modules);
+        output::document("slate.module/1", &json!({ "modules": modules }));
         return Ok(());
     }
     let head = ["module", "condition", "ticks", "late", "crashes", "plugin", "shadow"].map(String::from);

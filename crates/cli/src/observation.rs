@@ -8,6 +8,7 @@ use slate::blackboard::interface::{Field, Value, View};
 use slate::blackboard::{Board, Property};
 use slate::record::{Route, Sample};
 use slate::runtime::configuration::{Configuration, Diagnostic, Spanned, Table, Value as Setting};
+use slate::runtime::{Message, Mistake};
 
 use crate::failure::Failure;
 
@@ -64,7 +65,7 @@ fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
     let mut complaints = Vec::new();
     let mut check = |place: &str, table: &Table, known: &[&str]| {
         for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
-            let message = format!("unknown key `{name}` in [{place}]");
+            let message = Mistake::Key.of(format!("unknown key `{name}` in [{place}]"));
             let help = format!("known are {}", known.join(", "));
             complaints.push(configuration.diagnostic(entry.key, message, Some(help)));
         }
@@ -94,7 +95,7 @@ impl Observation {
             match board.find(text.trim_start_matches('/')) {
                 Ok((property, _)) => Some(property),
                 Err(error) => {
-                    complaints.push(configuration.diagnostic(spanned.span, error.to_string(), None));
+                    complaints.push(configuration.diagnostic(spanned.span, Message::from(&error), None));
                     None
                 }
             }
@@ -130,7 +131,7 @@ impl Observation {
                 Some((property, field))
             });
             if field.is_none() {
-                let message = format!("there is no field `{text}`");
+                let message = Mistake::Name.of(format!("there is no field `{text}`"));
                 let help = "name that of a parameter, such as \"/planner/params/speed\"";
                 complaints.push(configuration.diagnostic(spanned.span, message, Some(help.into())));
             }

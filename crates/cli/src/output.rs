@@ -2,8 +2,11 @@
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::ValueEnum;
+use serde_json::{Value, json};
 use slate::runtime::printable_text;
 
 /// Whether something could not be written.
@@ -41,8 +44,31 @@ pub fn is_lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
+/// When what is written has colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Colour {
+    /// On a terminal, unless `NO_COLOR` says otherwise.
+    Auto,
+    Always,
+    Never,
+}
+
+/// What was asked for.
+static COLOUR: OnceLock<Colour> = OnceLock::new();
+
+/// Decides on colours, once.
+pub fn set_colour(colour: Colour) {
+    // Whoever was first is this program, too.
+    let _ = COLOUR.set(colour);
+}
+
 /// Whether what is written there may have colours.
 pub fn has_colour(stream: &impl IsTerminal) -> bool {
+    match COLOUR.get() {
+        Some(Colour::Always) => return true,
+        Some(Colour::Never) => return false,
+        Some(Colour::Auto) | None => {}
+    }
     let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
     let is_forced = variable("CLICOLOR_FORCE").is_some_and(|value| value != "0");
     variable("NO_COLOR").is_none() && (is_forced || stream.is_terminal())
@@ -54,6 +80,20 @@ pub fn json(value: &impl serde::Serialize) {
         Ok(text) => line(text),
         Err(error) => eprintln!("the result can't be written as JSON: {error}"),
     }
+}
+
+/// Prints a document of a form that has a name. What is no object stands in it under `value`.
+pub fn document(schema: &str, value: &impl serde::Serialize) {
+    let value = match serde_json::to_value(value) {
+        Ok(value) => value,
+        Err(error) => return eprintln!("the result can't be written as JSON: {error}"),
+    };
+    let mut document = match value {
+        Value::Object(_) => value,
+        other => json!({ "value": other }),
+    };
+    document["schema"] = json!(schema);
+    json(&document);
 }
 
 /// Prints rows with their columns below each other.

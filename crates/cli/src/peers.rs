@@ -24,7 +24,7 @@ pub fn peers(options: &PeersOptions) -> Result<bool, Failure> {
     let mut agent = options.agent.connect()?;
     let all = agent.peers()?;
     if options.json {
-        output::json(&all);
+        output::document("slate.peers/1", &all);
         return Ok(true);
     }
     let PeerList { peers, rejected } = all;

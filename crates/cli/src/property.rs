@@ -5,19 +5,25 @@ use slate::runtime::remote::{PropertyEntry, SetProperty};
 use slate::runtime::sharing::TEAM;
 
 use crate::connection::AgentOption;
-use crate::failure::Failure;
+use crate::failure::{Failure, NO_DATA};
 use crate::output;
 
-/// Prints the newest value of a property or a field; false when it was never written.
-pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<bool, Failure> {
+/// Prints the newest value of a property or a field; returns what the process ends with.
+pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<u8, Failure> {
     let reading = agent.connect_for(url)?.read(url)?;
     if json {
-        output::json(&reading);
-        return Ok(reading.is_some());
+        let (value, sequence, time) = match &reading {
+            Some(reading) => (Some(&reading.value), Some(reading.sequence), Some(reading.time)),
+            None => (None, None, None),
+        };
+        output::json(
+            &json!({"schema": "slate.get/1", "url": url, "value": value, "sequence": sequence, "time": time}),
+        );
+        return Ok(if reading.is_some() { 0 } else { NO_DATA });
     }
     let Some(reading) = reading else {
         eprintln!("{url} was never written");
-        return Ok(false);
+        return Ok(NO_DATA);
     };
     let mut rows = Vec::new();
     flatten(String::new(), &reading.value, &mut rows);
@@ -25,7 +31,7 @@ pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<bool, Failure> 
         [[name, value]] if name.is_empty() => output::line(value),
         _ => output::columns(rows),
     }
-    Ok(true)
+    Ok(0)
 }
 
 /// A row for each number and text in a value, with its path.
@@ -94,7 +100,7 @@ pub fn set(agent: &AgentOption, url: &str, value: &str, json: bool) -> Result<bo
 pub fn list(agent: &AgentOption, pattern: Option<&str>, json: bool) -> Result<bool, Failure> {
     let properties = agent.connect_for(pattern.unwrap_or_default())?.properties(pattern)?;
     if json {
-        output::json(&properties);
+        output::document("slate.list/1", &json!({ "properties": properties }));
         return Ok(true);
     }
     // As they are asked for: those of another agent by their whole URLs, and so what the team knows, which is below its name.

@@ -76,7 +76,7 @@ pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
         }
         RecordVerb::Status { json, agent } => {
             let status = agent.connect()?.recordings()?;
-            if *json { output::json(&status) } else { show(&status) }
+            if *json { output::document("slate.record/1", &status) } else { show(&status) }
         }
         RecordVerb::Snapshot { file, agent } => {
             let saved = agent.connect()?.save_flight(&absolute(file)?)?;

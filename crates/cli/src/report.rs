@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use serde_json::json;
 use slate::record::page::{self, Followed, Known};
 use slate::record::replay::Run;
 use slate::runtime::printable;
@@ -30,7 +31,7 @@ pub fn report(options: &ReportOptions) -> Result<bool, Failure> {
     let out = options.out.clone().unwrap_or_else(|| page::usual_folder(&options.path));
     let files = page::write(&options.path, &known, &out)?;
     if options.json {
-        output::json(&files);
+        output::document("slate.report/1", &json!({ "files": files }));
     } else if let [page, others @ ..] = &files[..] {
         output::line(format_args!(
             "{}, with {} pictures and tables beside it",

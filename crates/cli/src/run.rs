@@ -155,7 +155,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         None => {}
     }
     if options.common.json {
-        output::line(finished.summary.json_line()?);
+        output::document("slate.run/1", &finished.summary);
     }
     Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
 }

@@ -71,7 +71,7 @@ pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
             let snapshot = Snapshot::read(file)?;
             match (json, configuration) {
                 (_, true) => output::line(snapshot.configuration_text().trim_end()),
-                (true, _) => output::json(&value(&snapshot)),
+                (true, _) => output::document("slate.snapshot/1", &value(&snapshot)),
                 _ => show(&snapshot),
             }
         }

@@ -49,7 +49,7 @@ pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
         .and_then(|()| record(&mut client, options.seconds, &interrupted))
         .map_err(|error| without_end(error, &file))?;
     if options.json {
-        output::json(&recorded);
+        output::document("slate.trace/1", &recorded);
     } else {
         output::line(summary(&recorded, &file));
     }

@@ -71,5 +71,5 @@ fn what_is_no_field_or_type_is_refused() {
     running.fails(2, &["interface", "new", "Battery", "--field", "x:Pose3"], &["did you mean Pose2"]);
     running.fails(2, &["interface", "check", "nothing.rs"], &["nothing.rs"]);
     assert!(running.done(&["explain", "s006"]).contains("S006: the two ends of a link don't fit"));
-    running.fails(2, &["explain", "S999"], &["`slate explain` lists all"]);
+    running.fails(4, &["explain", "S999"], &["`slate explain` lists all"]);
 }

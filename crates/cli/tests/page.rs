@@ -40,7 +40,7 @@ fn the_page_of_a_recording_tells_what_that_of_its_run_tells() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(text(&output.stdout).contains("recorded/report.html, with 9 pictures and tables"), "{output:?}");
     let files = json(&slate(&folder, &["report", "run", "--json"]));
-    assert_eq!(files[0], "run/report.html");
+    assert_eq!(files["files"][0], "run/report.html");
     std::fs::create_dir(folder.join("alone")).unwrap();
     for name in ["summary.json", "trajectory.csv", "trajectory.svg", "timeline.svg", "scene.svg"] {
         std::fs::copy(folder.join("run").join(name), folder.join("alone").join(name)).unwrap();

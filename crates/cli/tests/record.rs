@@ -198,6 +198,12 @@ fn what_is_changed_during_the_run_is_changed_again() {
     let (said, code) = verify(running.folder(), "here/run.mcap");
     assert!(said.starts_with("identical, "), "{said}");
     assert_eq!(code, Some(0));
+    // Modules that run on the recording go on with other code where they did.
+    let modules = "r2/planner,r2/execute,r2/avoid_obstacle,r2/avoid_wall,r2/pass_position";
+    let output = running.call(&["replay", "here/run.mcap", "--rate", "max", "--recompute", modules]);
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("identical") && !said.contains("can't be made again"), "{said}");
+    assert_eq!(output.status.code(), Some(0));
 }
 
 /// Records a run that goes on while something is done to it, and makes it again.

@@ -52,11 +52,11 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     assert!(soon(|| log().contains("the actuators are stopped: a child ran by")), "{}", log());
     for arm in [&["arm"][..], &["arm", "r2/wheels"]] {
         let words = ["still stopped: `r2/wheels` (a child ran by)", "`slate reset`, then `slate arm`"];
-        running.fails(1, arm, &words);
+        running.fails(5, arm, &words);
     }
     // What stopped it first is why it stands.
     assert_eq!(running.done(&["stop"]), STOPPED);
-    running.fails(1, &["arm"], &["a child ran by"]);
+    running.fails(5, &["arm"], &["a child ran by"]);
     stands(&running, "STOPPED");
 
     assert_eq!(running.done(&["reset"]), "the stop is over; `slate arm` lets commands through\n");
@@ -65,8 +65,8 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     stands(&running, "DISARMED");
     assert!(running.done(&["reset"]).contains("no actuator was stopped"));
     stands(&running, "DISARMED");
-    running.fails(1, &["arm", "r2/whels"], &["no actuator is called `r2/whels`", "did you mean r2/wheels?"]);
-    running.fails(1, &["arm", "gripper"], &["no actuator is called `gripper`"]);
+    running.fails(4, &["arm", "r2/whels"], &["no actuator is called `r2/whels`", "did you mean r2/wheels?"]);
+    running.fails(4, &["arm", "gripper"], &["no actuator is called `gripper`"]);
     stands(&running, "DISARMED");
     assert_eq!(running.done(&["arm", "r2/wheels"]), "r2/wheels is armed\n");
     drives(&running);

@@ -52,6 +52,8 @@ fn collect(running: &Running, verb: &[&str], lines: &mut Vec<String>) {
             "Arguments" if is_entry && text.starts_with(['<', '[']) => {
                 lines.push(format!("{name} {}", text.split("  ").next().unwrap()));
             }
+            // Those that every verb has stand at the top.
+            "Options" if !verb.is_empty() && text.starts_with("--color") => {}
             "Options" if is_entry && text.starts_with('-') && !text.contains("--help") => {
                 lines.push(format!("{name} {}", text.split("  ").next().unwrap()));
             }
@@ -148,7 +150,10 @@ fn the_documents_in_json_keep_their_form() {
             &["doctor"],
             r#"{"findings":[{"found":"text","hint":null,"state":"text","what":"text"}],"ok":"truth","schema":"slate.doctor/1"}"#,
         ),
-        (&["get", "/simulator/r2/truth/x"], r#"{"sequence":"number","time":"number","value":"number"}"#),
+        (
+            &["get", "/simulator/r2/truth/x"],
+            r#"{"schema":"slate.get/1","sequence":"number","time":"number","url":"text","value":"number"}"#,
+        ),
     ] {
         let output = running.call(&[arguments, &["--json"]].concat());
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -159,5 +164,39 @@ fn the_documents_in_json_keep_their_form() {
             *hint = Value::Null;
         }
         assert_eq!(found, wanted, "{arguments:?}");
+    }
+}
+
+#[test]
+fn each_document_in_json_says_of_which_form_it_is() {
+    let mut running = Running::new("schemas");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "0.3"]);
+    running.done(&["wait", "/loop/histogram/count", "> 10"]);
+    running.done(&["snapshot", "save", "now.snapshot"]);
+    // A line of the log.
+    running.done(&["stop"]);
+    common::wait_for("the line", || !running.done(&["log"]).is_empty());
+    for (arguments, schema, field) in [
+        (&["module", "list"][..], "slate.module/1", "modules"),
+        (&["plugin", "list"], "slate.plugin/1", "plugins"),
+        (&["link"], "slate.link/1", "links"),
+        (&["link", "referee/truth", "simulator/r2/truth"], "slate.link.change/1", "changed"),
+        (&["list"], "slate.list/1", "properties"),
+        (&["config", "get"], "slate.config/1", "settings"),
+        (&["config", "diff"], "slate.config.diff/1", "differences"),
+        (&["peers"], "slate.peers/1", "peers"),
+        (&["record", "status"], "slate.record/1", "recordings"),
+        (&["snapshot", "info", "now.snapshot"], "slate.snapshot/1", "modules"),
+        (&["log", "-n", "1"], "slate.log/1", "text"),
+        (&["tree"], "slate.tree/1", "tree"),
+        (&["top"], "slate.top/1", "modules"),
+        (&["explain"], "slate.explain/1", "codes"),
+        (&["graph", "exp1"], "slate.graph/1", "nodes"),
+    ] {
+        let form = if arguments[0] == "graph" { &["--format", "json"][..] } else { &["--json"] };
+        let said = running.done(&[arguments, form].concat());
+        let document: Value = serde_json::from_str(said.lines().last().unwrap_or("null")).unwrap();
+        assert_eq!(document["schema"], schema, "{arguments:?}");
+        assert!(document.get(field).is_some(), "{arguments:?}: {document}");
     }
 }

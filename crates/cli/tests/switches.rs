@@ -23,11 +23,11 @@ fn a_switch_says_what_it_did_and_what_it_can_not_do() {
     assert_eq!(running.read("exp1", "/referee/enabled/value"), true);
 
     let words = ["`simulator` is the time source", "stands still", "end the agent instead"];
-    running.fails(1, &["module", "disable", "simulator"], &words);
+    running.fails(5, &["module", "disable", "simulator"], &words);
     assert_eq!(running.read("exp1", "/simulator/enabled/value"), true);
     for verb in ["enable", "disable"] {
         let words = ["no module is called `r2/planer`", "did you mean r2/planner"];
-        running.fails(1, &["module", verb, "r2/planer"], &words);
+        running.fails(4, &["module", verb, "r2/planer"], &words);
         running.fails(2, &["module", verb], &["<NAME>"]);
     }
 }
@@ -63,17 +63,17 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
     running.start("exp1", &EXP1);
     let file = library("libslate_wheeled.so");
     running.fails(
-        1,
+        4,
         &["plugin", "shadow", "slate-weeled", &file],
         &["no plugin `slate-weeled`", "slate-wheeled"],
     );
     running.fails(
-        2,
+        4,
         &["plugin", "shadow", "slate-weeled"],
         &["no plugin `slate-weeled` is loaded", "plugin list"],
     );
-    running.fails(1, &["plugin", "promote", "slate-wheeled"], &["no new code runs beside it"]);
-    running.fails(1, &["plugin", "shadow", "slate-wheeled", "--end"], &["no new code runs beside it"]);
+    running.fails(5, &["plugin", "promote", "slate-wheeled"], &["no new code runs beside it"]);
+    running.fails(5, &["plugin", "shadow", "slate-wheeled", "--end"], &["no new code runs beside it"]);
     assert!(
         running
             .done(&["plugin", "shadow", "slate-wheeled"])
@@ -208,12 +208,12 @@ fn properties_are_listed_and_read() {
     assert!(list.contains("/loop/state") && !list.contains("/r2/"), "{list}");
     assert!(running.done(&["list", "--json"]).contains("\"path\":\"r2/wheels/command\""));
     assert_eq!(running.done(&["get", "/referee/enabled/value"]), "true\n");
-    while running.call(&["get", "/loop/state"]).status.code() == Some(1) {
+    while running.call(&["get", "/loop/state"]).status.code() == Some(6) {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     let state = running.done(&["get", "/loop/state"]);
     assert!(state.lines().any(|line| line.starts_with("cycles ")), "{state}");
     assert!(running.done(&["get", "/loop/state", "--json"]).contains("\"sequence\""));
-    running.fails(1, &["get", "/loop/nothing"], &["nothing"]);
-    running.fails(1, &["list", "/a***b"], &["/**/timing"]);
+    running.fails(4, &["get", "/loop/nothing"], &["nothing"]);
+    running.fails(5, &["list", "/a***b"], &["/**/timing"]);
 }

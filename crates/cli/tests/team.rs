@@ -68,7 +68,7 @@ fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look
     let listed = running.done(&["list", "slate://team/**", "--agent", "r1"]);
     assert!(listed.contains("slate://team/obstacles "), "{listed}");
     let typo = ["get", "slate://team/obstacle/facts", "--agent", "r1"];
-    running.fails(1, &typo, &["no property at /team/obstacle", "team/obstacles"]);
+    running.fails(4, &typo, &["no property at /team/obstacle", "team/obstacles"]);
     running.fails(2, &["get", "slate://team/obstacles/facts"], &["several agents run here"]);
     // What is wrong with a link is seen before it is made.
     for (to, from, words) in [
@@ -86,7 +86,7 @@ fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look
         ),
         ("scout/atlas/obstacles", "slate://r5/scuot/finder/fuond", "no property at slate://r5/"),
     ] {
-        running.fails(1, &["link", to, from, "--agent", "r1", "--dry-run"], &[words]);
+        running.fails(5, &["link", to, from, "--agent", "r1", "--dry-run"], &[words]);
     }
     for (to, from) in [
         ("scout/atlas/obstacles", "slate://r5/scout/finder/found"),

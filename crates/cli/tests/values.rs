@@ -51,7 +51,7 @@ fn values_are_watched_as_they_come_and_only_those_that_are_meant() {
     let far = running.call(&["watch", truth, "--where", "x > 1000", "--for", "0.3s"]);
     assert_eq!((far.status.code(), text(&far.stdout)), (Some(6), String::new()));
 
-    running.fails(1, &["watch", "/simulator/r2/trut"], &["simulator/r2/truth"]);
+    running.fails(4, &["watch", "/simulator/r2/trut"], &["simulator/r2/truth"]);
     running.fails(2, &["watch", truth, "--where", "x ="], &["FIELD OPERATOR VALUE"]);
     running.fails(2, &["watch", truth, "--where", "z > 1"], &["there is no `z`", "x, y"]);
     running.fails(2, &["watch", "/r2/*/state", "--csv"], &["of one property"]);
@@ -112,13 +112,13 @@ fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
     assert_eq!(running.read("exp1", "/referee/enabled/value"), false);
     running.done(&["set", "/referee/enabled", "true"]);
 
-    running.fails(1, &["set", "/r2/planner/params/speed", "99"], &["99, outside 0 to 3"]);
-    running.fails(1, &["set", "/r2/planner/params/speed", "fast"], &["speed"]);
-    running.fails(1, &["set", "/r2/planner/params/sped", "1"], &["speed"]);
-    running.fails(1, &["set", "/simulator/r2/truth", "1"], &["written by module `simulator`", "slate link"]);
-    running.fails(1, &["set", "/r2/planner/position", "1"], &["is linked, from", "slate unlink"]);
-    running.fails(1, &["set", "/r2/execute/plan", "1"], &["takes messages"]);
-    running.fails(1, &["set", "/loop/state", "1"], &["the host's own", "slate config set"]);
+    running.fails(5, &["set", "/r2/planner/params/speed", "99"], &["99, outside 0 to 3"]);
+    running.fails(5, &["set", "/r2/planner/params/speed", "fast"], &["speed"]);
+    running.fails(4, &["set", "/r2/planner/params/sped", "1"], &["speed"]);
+    running.fails(5, &["set", "/simulator/r2/truth", "1"], &["written by module `simulator`", "slate link"]);
+    running.fails(5, &["set", "/r2/planner/position", "1"], &["is linked, from", "slate unlink"]);
+    running.fails(5, &["set", "/r2/execute/plan", "1"], &["takes messages"]);
+    running.fails(5, &["set", "/loop/state", "1"], &["the host's own", "slate config set"]);
 }
 
 #[test]

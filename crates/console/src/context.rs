@@ -10,6 +10,8 @@ use slate_module::Level;
 use slate_runtime::log::Logger;
 use slate_runtime::remote::Desk;
 
+use crate::lease::Leases;
+
 /// A file that a browser gets without a token, such as a page and what belongs to it.
 #[derive(Clone, Debug)]
 pub struct Page {
@@ -44,6 +46,8 @@ pub(crate) struct Context {
     pub documents: Vec<Document>,
     /// Tells one run from another.
     pub session: String,
+    /// Controls that are had over plain requests.
+    pub leases: Leases,
     /// Who sends messages, by the path of the mailbox.
     senders: Mutex<BTreeMap<String, Sender>>,
     /// Held by who changes something under a condition.
@@ -64,6 +68,7 @@ impl Context {
             logger,
             is_lockstep,
             documents,
+            leases: Leases::default(),
             senders: Mutex::default(),
             turn: Mutex::default(),
         }

@@ -21,6 +21,7 @@ mod api;
 mod connection;
 mod context;
 mod guard;
+mod lease;
 mod pages;
 mod picture;
 mod problem;

@@ -3,6 +3,7 @@
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::BoardError;
+use slate_runtime::Message;
 use slate_runtime::configuration::Report;
 use slate_runtime::remote::Refusal;
 
@@ -14,6 +15,8 @@ pub(crate) struct Problem {
     detail: String,
     /// What to do about it.
     help: String,
+    /// The code of its kind, such as `S004`.
+    code: Option<String>,
     /// File, line and caret of mistakes in a configuration.
     report: Option<String>,
     /// Headers that the status wants.
@@ -22,7 +25,8 @@ pub(crate) struct Problem {
 
 impl Problem {
     pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { status, detail: detail.into(), help: help.into(), report: None, headers: Vec::new() }
+        let (detail, help) = (detail.into(), help.into());
+        Self { status, detail, help, code: None, report: None, headers: Vec::new() }
     }
 
     pub fn with(mut self, name: &'static str, value: impl Into<String>) -> Self {
@@ -45,7 +49,11 @@ impl Problem {
     }
 
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
-        Self { report: refusal.report, ..Self::new(status, refusal.message, refusal.help) }
+        Self {
+            code: refusal.code,
+            report: refusal.report,
+            ..Self::new(status, refusal.message, refusal.help)
+        }
     }
 
     pub fn json(&self) -> Json {
@@ -55,7 +63,9 @@ impl Problem {
             "status": self.status.as_u16(),
             "detail": self.detail,
         });
-        for (name, text) in [("help", Some(&self.help)), ("report", self.report.as_ref())] {
+        for (name, text) in
+            [("help", Some(&self.help)), ("code", self.code.as_ref()), ("report", self.report.as_ref())]
+        {
             if let Some(text) = text.filter(|text| !text.is_empty()) {
                 body[name] = json!(text);
             }
@@ -79,19 +89,21 @@ impl From<Refusal> for Problem {
 
 impl From<Report> for Problem {
     fn from(report: Report) -> Self {
-        Self { report: Some(report.render(false)), ..Self::unfit(report.to_string(), "") }
+        let code = report.mistake().map(|mistake| mistake.code().to_owned());
+        Self { code, report: Some(report.render(false)), ..Self::unfit(report.to_string(), "") }
     }
 }
 
 impl From<BoardError> for Problem {
     fn from(error: BoardError) -> Self {
-        let text = error.to_string();
-        match error {
+        let Message { text, mistake } = Message::from(&error);
+        let problem = match error {
             BoardError::Unknown { .. } => {
                 Self::not_found(text, "GET /api/v1/properties lists the properties")
             }
             BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
             _ => Self::unfit(text, "GET /api/v1/interfaces/NAME tells what values are made of"),
-        }
+        };
+        Self { code: mistake.map(|mistake| mistake.code().to_owned()), ..problem }
     }
 }

@@ -23,6 +23,7 @@ use tokio::sync::{Notify, Semaphore};
 use crate::connection::{Guests, Patient, Place};
 use crate::context::{Context, Document, Page};
 use crate::guard::Guard;
+use crate::lease::LOOK;
 use crate::pages::Pages;
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
@@ -210,7 +211,14 @@ async fn serve(listeners: Vec<std::net::TcpListener>, tls: Option<Tls>, hall: Ar
             Err(error) => hall.context.log(Level::Error, &format!("the console does not listen: {error}")),
         }
     }
-    ended.notified().await;
+    let ends_leases = async {
+        loop {
+            tokio::time::sleep(LOOK).await;
+            hall.context.leases.end_old();
+        }
+    };
+    let (ended, ends_leases) = (std::pin::pin!(ended.notified()), std::pin::pin!(ends_leases));
+    futures_util::future::select(ended, ends_leases).await;
 }
 
 async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {

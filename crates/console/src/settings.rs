@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::path::PathBuf;
 
+use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
 use slate_runtime::printable;
 
@@ -81,7 +82,7 @@ struct Reader<'c> {
 }
 
 impl Reader<'_> {
-    fn add(&mut self, span: Span, message: impl Into<String>, help: &str) {
+    fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
         self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
     }
 

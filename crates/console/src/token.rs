@@ -84,6 +84,8 @@ impl Tokens {
         }
         let path = folder.join(format!("{agent}-{port}.console"));
         let content = json!({
+            "agent": agent,
+            "process": std::process::id(),
             "address": address,
             "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<BTreeMap<_, _>>(),
         });

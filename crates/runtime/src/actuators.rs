@@ -23,8 +23,25 @@ pub(crate) struct Actuator {
     descriptor: &'static Descriptor,
     /// What a person at the controls commands, for whoever takes them. It is read by the loop, so that nobody but the
     /// agent's own threads is ever in the gate.
-    controls: Mutex<Option<Writer>>,
+    controls: Mutex<Controls>,
     inner: Mutex<Inner>,
+}
+
+/// The controls, and who has them.
+#[derive(Debug)]
+struct Controls {
+    /// There while nobody has them.
+    writer: Option<Writer>,
+    holder: Option<Holder>,
+}
+
+/// A person at the controls, or a program that stands for one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Holder {
+    /// Who it is, for people.
+    pub who: String,
+    /// Since when, nanoseconds of the agent's time.
+    pub since: u64,
 }
 
 /// Under which name a person at the controls commands.
@@ -73,7 +90,7 @@ impl Actuator {
             name: name.into(),
             commanders,
             descriptor,
-            controls: Mutex::new(writer),
+            controls: Mutex::new(Controls { writer, holder: None }),
             inner: Mutex::new(inner),
         }
     }
@@ -118,14 +135,30 @@ impl Actuator {
         }
     }
 
-    /// The controls, unless somebody has them.
-    pub fn take_controls(&self) -> Option<Writer> {
-        self.controls.lock().unwrap_or_else(PoisonError::into_inner).take()
+    /// The controls; else who has them.
+    pub fn take_controls(&self, holder: Holder) -> Result<Writer, String> {
+        let mut controls = self.controls();
+        match controls.writer.take() {
+            Some(writer) => {
+                controls.holder = Some(holder);
+                Ok(writer)
+            }
+            None => Err(controls.holder.as_ref().map_or_else(String::new, |other| other.who.clone())),
+        }
     }
 
     /// Leaves the controls to the next one.
     pub fn give_controls_back(&self, writer: Writer) {
-        *self.controls.lock().unwrap_or_else(PoisonError::into_inner) = Some(writer);
+        *self.controls() = Controls { writer: Some(writer), holder: None };
+    }
+
+    /// Who has the controls.
+    pub fn holder(&self) -> Option<Holder> {
+        self.controls().holder.clone()
+    }
+
+    fn controls(&self) -> MutexGuard<'_, Controls> {
+        self.controls.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// How its gate stands now; nothing when another thread is in it.

@@ -17,6 +17,7 @@ mod link;
 pub mod log;
 mod main_loop;
 pub mod memory;
+mod mistake;
 pub mod playback;
 pub mod plugin;
 mod printable;
@@ -30,13 +31,14 @@ pub mod synchronization;
 pub mod timing;
 
 pub use agent::{
-    Agent, Composer, ControlsError, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError,
-    PluginStatus, Reload, StartError, Stopper, SystemClock, Teleoperation, WeakComposer,
+    Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,
+    PluginError, PluginStatus, Reload, StartError, Stopper, SystemClock, Teleoperation, WeakComposer,
 };
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
     ScheduledStage,
 };
+pub use mistake::{Message, Mistake};
 pub use printable::{printable, printable_text};
 pub use slate_module::Stage;

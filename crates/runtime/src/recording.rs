@@ -1,5 +1,7 @@
 //! The seam to what records an agent: it sees every value that is written, and is told what is changed from outside.
 
+mod history;
+
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -8,6 +10,7 @@ use slate_blackboard::{Pattern, Taps};
 use crate::Composer;
 use crate::configuration::{Database, Options, RATE, RecordRule, RecordSelection, Report, period};
 pub use crate::snapshot::PluginMark;
+pub use history::{History, HistoryWish};
 
 /// Records an agent. It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write
 /// them.
@@ -44,6 +47,12 @@ pub trait RecordingControl: Send + Sync {
     /// # Errors
     /// Why it can't.
     fn save(&self, agent: &Composer, file: &Path) -> Result<SavedFlight, RecordingRefusal>;
+
+    /// The values of a property among those of the last seconds, which are always in memory.
+    ///
+    /// # Errors
+    /// Why there are none.
+    fn history(&self, wish: &HistoryWish) -> Result<History, RecordingRefusal>;
 }
 
 /// Why a recording does not begin or end.
@@ -63,6 +72,9 @@ pub struct RecordingStatus {
     pub recordings: Vec<RecordingEntry>,
     /// The last seconds that are in memory; nothing when none are kept.
     pub flight: Option<FlightEntry>,
+    /// Where files are that nobody has named; nothing when nothing can be recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub folder: Option<PathBuf>,
 }
 
 /// A recording.

@@ -95,7 +95,7 @@ fn speed(value: f64) -> Value {
 fn a_person_at_the_controls_goes_before_the_plan_until_they_let_go() {
     let mut agent = lockstep(DRIVE);
     agent.step();
-    let mut controls = agent.composer().take_controls("wheel").unwrap();
+    let mut controls = agent.composer().take_controls("wheel", "a test").unwrap();
     controls.command(&speed(-4.0)).unwrap();
     agent.step();
     assert_eq!(number(&agent, "wheel/command/value"), -4.0);
@@ -118,7 +118,7 @@ fn a_person_at_the_controls_goes_before_the_plan_until_they_let_go() {
 #[test]
 fn a_command_of_a_person_who_is_gone_ends_by_itself() {
     let mut agent = lockstep(DRIVE);
-    let mut controls = agent.composer().take_controls("wheel").unwrap();
+    let mut controls = agent.composer().take_controls("wheel", "a test").unwrap();
     controls.command(&speed(-4.0)).unwrap();
     agent.step();
     assert_eq!(number(&agent, "wheel/command/value"), -4.0);
@@ -132,14 +132,17 @@ fn a_command_of_a_person_who_is_gone_ends_by_itself() {
 fn one_person_at_a_time_has_the_controls() {
     let agent = lockstep(DRIVE);
     let composer = agent.composer();
-    let controls = composer.take_controls("wheel").unwrap();
-    assert_eq!(composer.take_controls("wheel").unwrap_err(), ControlsError::Taken { name: "wheel".into() });
+    let controls = composer.take_controls("wheel", "a test").unwrap();
+    assert_eq!(
+        composer.take_controls("wheel", "a test").unwrap_err(),
+        ControlsError::Taken { name: "wheel".into(), by: "a test".into() }
+    );
     drop(controls);
-    let mut controls = composer.take_controls("wheel").unwrap();
+    let mut controls = composer.take_controls("wheel", "a test").unwrap();
     let text =
         controls.command(&Value::Table(vec![("speed".into(), Value::Float(1.0))])).unwrap_err().to_string();
     assert!(text.contains("speed"), "{text}");
-    let text = composer.take_controls("arm").unwrap_err().to_string();
+    let text = composer.take_controls("arm", "a test").unwrap_err().to_string();
     assert!(text.contains("arm") && text.contains("wheel"), "{text}");
 }
 
@@ -147,7 +150,7 @@ fn one_person_at_a_time_has_the_controls() {
 fn a_stop_holds_against_a_person_too() {
     let mut agent = lockstep(DRIVE);
     agent.step();
-    let mut controls = agent.composer().take_controls("wheel").unwrap();
+    let mut controls = agent.composer().take_controls("wheel", "a test").unwrap();
     agent.stop_actuators("test");
     controls.command(&speed(3.0)).unwrap();
     agent.step();

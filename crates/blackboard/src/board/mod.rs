@@ -209,9 +209,13 @@ impl Board {
         descriptor: &'static Descriptor,
         mailbox: Arc<Mailbox>,
     ) -> Result<Arc<Property>, BoardError> {
-        let carrier = Carrier::Mailbox(mailbox);
+        let carrier = Carrier::Mailbox(Arc::clone(&mailbox));
         let source = self.source(path);
-        self.add(Arc::new(Property::new(source, doc, descriptor, Access::Messages, carrier, None)))
+        let property = Property::new(source, doc, descriptor, Access::Messages, carrier, None);
+        if let Some(tap) = self.taps.0.get().and_then(|taps| taps.tap(&property)) {
+            mailbox.set_tap(tap);
+        }
+        self.add(Arc::new(property))
     }
 
     fn source(&self, path: &str) -> Arc<Source> {

@@ -36,6 +36,7 @@ pub use memory::ValueMemory;
 pub use pool::Loan;
 pub use queue::{Cursor, Evicted, Policy, QueueReader, Start};
 pub use tap::Tap;
+pub(crate) use tap::Tapped;
 pub use writer::{Blocked, Draft, SetAside, Writer};
 
 use crate::Shape;
@@ -43,7 +44,6 @@ use crate::sync::{AtomicU32, AtomicU64, Mutex, Ordering, order};
 use link::Hook;
 use memory::Memory;
 use pool::{NO_SLOT, Pool};
-use tap::Tapped;
 use writer::Ledger;
 
 /// How many readers a channel serves. What they may pin decides how many slots there can be.

@@ -2,16 +2,23 @@ use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use crate::Stamp;
+use crate::message::Message;
 
-/// Sees every value of a channel, whoever writes it.
+/// Sees every value of a channel, whoever writes it, or every message of a mailbox.
 pub trait Tap: Send + Sync {
     /// A value of `items` tail items was published. It is called in the thread of the writer, which waits for it.
     fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp);
+
+    /// A message is dealt with from the host's time `now` on, nanoseconds. It is called in the thread of the receiver, which
+    /// waits for it.
+    fn took(&self, message: &Message<'_>, now: u64) {
+        let _ = (message, now);
+    }
 }
 
 /// Who sees the values.
 #[derive(Default)]
-pub(super) struct Tapped(OnceLock<Arc<dyn Tap>>);
+pub(crate) struct Tapped(OnceLock<Arc<dyn Tap>>);
 
 impl Tapped {
     pub fn set(&self, tap: Arc<dyn Tap>) {

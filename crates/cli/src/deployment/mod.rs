@@ -74,7 +74,7 @@ pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
     deployment.begin()?;
     deployment.follow(&events);
     if options.common.json {
-        output::json(&deployment.summary());
+        output::document("slate.deployment/1", &deployment.summary());
     }
     Ok(deployment.code())
 }

@@ -10,7 +10,7 @@ use crate::output;
 pub fn info(file: &Path, json: bool) -> Result<(), Failure> {
     let outline = LibraryOutline::read(file)?;
     if json {
-        output::json(&outline);
+        output::document("slate.plugin.info/1", &outline);
         return Ok(());
     }
     output::line(format_args!("{} {}", outline.name, outline.version));

@@ -3,6 +3,7 @@ mod info;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
+use serde_json::json;
 use slate::runtime::remote::{LoadedPlugin, PluginEntry, Reloaded};
 
 use crate::connection::AgentOption;
@@ -114,7 +115,7 @@ pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     let plugins = agent.connect()?.plugins()?;
     if json {
-        output::json(&plugins);
+        output::document("slate.plugin/1", &json!({ "plugins": plugins }));
         return Ok(());
     }
     let head = ["plugin", "version", "library", "modules", "shadow"].map(String::from);

@@ -80,7 +80,7 @@ pub fn order(verb: &OrderVerb) -> Result<(), Failure> {
     };
     let status = agent.connect()?.replay(order)?;
     match is_json {
-        true => output::json(&status),
+        true => output::document("slate.replay.status/1", &status),
         false => output::line(text(&status)),
     }
     Ok(())

@@ -11,6 +11,7 @@ use slate::runtime::recording::{Change, Recording};
 use slate::runtime::remote::Server;
 use slate::runtime::{Agent, Mode, Options, printable};
 
+use crate::console::open_playback;
 use crate::examples;
 use crate::failure::Failure;
 use crate::output;
@@ -18,6 +19,8 @@ use crate::output;
 /// Plays it: 0 at its end.
 pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     let plugins = examples::plugins();
+    // What goes as fast as it can is over before anybody looks.
+    let is_watched = plan.rate.is_some() || plan.is_paused;
     let mut player = Player::open(file, &plugins, plan)?;
     tell(&player);
     let database = player.configuration()?;
@@ -67,12 +70,14 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
         // It is played all the same.
         Err(error) => eprintln!("{error}"),
     }
+    let console = is_watched.then(|| open_playback(&agent)).flatten();
     let played = player.run(&mut agent, &stop)?;
-    drop(server);
+    drop((server, console));
     let recorded = recorder.map(|recorder| recorder.end(&mut agent)).transpose()?;
     let outcome = player.outcome()?;
     match json {
         true => output::json(&json!({
+            "schema": "slate.replay/1",
             "values": played.values,
             "cycles": played.cycles,
             "time": played.time,

@@ -129,6 +129,7 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
     };
     if options.json {
         output::json(&json!({
+            "schema": "slate.try/1",
             "module": name,
             "type": kind,
             "is_recorded": is_recorded,

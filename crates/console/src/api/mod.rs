@@ -1,10 +1,14 @@
 //! The operations.
 
+mod history;
 mod layouts;
+mod leases;
 mod log;
 mod motion;
 mod openapi;
 mod parts;
+mod playback;
+mod recordings;
 mod settings;
 mod shape;
 mod snapshots;
@@ -27,6 +31,9 @@ use crate::route::{Ask, Operation, Parameter};
 
 /// The name of the operation that waits for nobody.
 pub(crate) const STOP: &str = "stop";
+
+/// The name of the operation that somebody who drives calls again and again.
+pub(crate) const DRIVE: &str = "drive";
 
 const DRY_RUN: Parameter =
     Parameter { name: "dry_run", doc: "Only finds out whether it can be done.", schema: shape::flag };
@@ -557,6 +564,60 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         handler: motion::arm,
     },
     Operation {
+        method: "GET",
+        path: "/leases",
+        name: "leases",
+        summary: "The actuators, and who has the controls of each",
+        role: Role::Viewer,
+        parameters: &[TOKEN],
+        body: None,
+        answer: || shape::list(shape::holder()),
+        kinds: &[],
+        handler: leases::list,
+    },
+    Operation {
+        method: "POST",
+        path: "/leases",
+        name: "take",
+        summary: "Takes the controls of an actuator, which nobody else has then",
+        role: Role::Operator,
+        parameters: &[],
+        body: Some(|| shape::object(&[("actuator", shape::text())])),
+        answer: shape::lease,
+        kinds: &[],
+        handler: leases::take,
+    },
+    Operation {
+        method: "PUT",
+        path: "/leases/{lease}",
+        name: DRIVE,
+        summary: "Renews a lease of controls, which holds for 5 s, and commands the actuator for 150 ms",
+        role: Role::Operator,
+        parameters: &[],
+        body: Some(shape::drive),
+        answer: || {
+            shape::object(&[
+                ("actuator", shape::text()),
+                ("gate", shape::anything()),
+                ("time", shape::count()),
+            ])
+        },
+        kinds: &[],
+        handler: leases::renew,
+    },
+    Operation {
+        method: "DELETE",
+        path: "/leases/{lease}",
+        name: "give_back",
+        summary: "Gives the controls back",
+        role: Role::Operator,
+        parameters: &[],
+        body: None,
+        answer: || json!({ "type": "object", "maxProperties": 0 }),
+        kinds: &[],
+        handler: leases::give_back,
+    },
+    Operation {
         method: "POST",
         path: "/snapshots/{snapshot}/load",
         name: "load_snapshot",
@@ -592,6 +653,18 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         kinds: &[],
         handler: statistics::recording,
     },
+    recordings::LIST,
+    recordings::END,
+    recordings::FLIGHT,
+    recordings::START,
+    playback::STATUS,
+    playback::PAUSE,
+    playback::RESUME,
+    playback::STEP,
+    playback::SEEK,
+    playback::RATE,
+    playback::LOOP,
+    history::READ,
     Operation {
         method: "GET",
         path: "/layouts",

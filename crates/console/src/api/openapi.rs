@@ -112,7 +112,11 @@ fn of(operation: &Operation, context: &Context) -> Json {
         },
     });
     if let Some(body) = operation.body {
-        let needed = !matches!(operation.name, super::STOP | "arm" | "save");
+        let is_optional = matches!(
+            operation.name,
+            super::STOP | super::DRIVE | "arm" | "save" | "start_recording" | "step_playback"
+        );
+        let needed = !is_optional;
         document["requestBody"] =
             json!({ "required": needed, "content": { "application/json": { "schema": body() } } });
     }

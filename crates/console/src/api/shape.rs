@@ -42,6 +42,7 @@ pub(super) fn problem() -> Json {
             "status": { "type": "integer" },
             "detail": text(),
             "help": { "type": "string", "description": "What to do about it." },
+            "code": { "type": "string", "description": "Of which kind it is; `slate explain CODE` tells more." },
             "report": { "type": "string", "description": "File, line and caret of what is wrong in a configuration." },
         },
         "required": ["type", "title", "status", "detail"],
@@ -191,4 +192,29 @@ pub(super) fn actuator() -> Json {
 
 pub(super) fn snapshot() -> Json {
     object(&[("agent", text()), ("time", count()), ("cycle", count()), ("file", text())])
+}
+
+pub(super) fn holder() -> Json {
+    object(&[("actuator", text()), ("holder", optional(text())), ("since", optional(count()))])
+}
+
+pub(super) fn lease() -> Json {
+    object(&[
+        ("lease", text()),
+        ("actuator", text()),
+        ("term_ms", count()),
+        ("hold_ms", count()),
+        ("interface", json!({ "type": "object" })),
+    ])
+}
+
+pub(super) fn drive() -> Json {
+    json!({
+        "type": "object",
+        "properties": {
+            "command": { "type": "object", "description": "A value of the actuator's interface." },
+            "release": { "type": "boolean", "description": "Ends the command." },
+        },
+        "additionalProperties": false,
+    })
 }

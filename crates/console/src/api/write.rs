@@ -280,6 +280,7 @@ fn await_answer(context: &Context, path: &str, ticket: Ticket) -> Result<Answer,
                 let refusal = Refusal {
                     message: format!("the message was refused with code {code}"),
                     help: "see the interface for what its codes mean".into(),
+                    code: None,
                     report: None,
                 };
                 return Err(Problem::refused(StatusCode::CONFLICT, refusal));

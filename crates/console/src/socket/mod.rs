@@ -4,6 +4,8 @@ mod foxglove;
 mod live;
 mod teleoperation;
 
+pub(crate) use teleoperation::gate;
+
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;

@@ -73,7 +73,7 @@ fn take(
     if let Some(name) = request.take {
         // Nobody has two.
         *controls = None;
-        let taken = context.desk.composer().take_controls(&name);
+        let taken = context.desk.composer().take_controls(&name, &visitor.who);
         let taken = taken.map_err(|error| {
             let help =
                 "GET /api/v1/actuators lists the actuators; who has them lets go with {\"leave\": true}";
@@ -113,7 +113,7 @@ fn take(
 }
 
 /// How a gate stands.
-fn gate(context: &Arc<Context>, actuator: &str) -> Json {
+pub(crate) fn gate(context: &Arc<Context>, actuator: &str) -> Json {
     let newest = context.board().read(&format!("{actuator}/gate")).ok().flatten();
     newest.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
 }

@@ -1,12 +1,14 @@
 //! An agent that runs, with its console.
 
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::Board;
 use slate_console::{Console, Document, Settings};
+use slate_record::Recorder;
 use slate_runtime::configuration::{Database, Options as Sources};
 use slate_runtime::{Agent, Control, Options, Stopper};
 
@@ -17,6 +19,8 @@ use crate::modules::{CONFIGURATION, plugins};
 pub struct Running {
     pub console: Console,
     pub board: Arc<Board>,
+    /// Where its recordings are.
+    pub folder: PathBuf,
     tokens: Json,
     stopper: Stopper,
     thread: Option<JoinHandle<()>>,
@@ -32,8 +36,17 @@ impl Running {
         let text = text.replace("\"tester\"", &format!("\"tester-{name}\""));
         let sources = Sources { extra_tables: vec![slate_console::TABLE.into()], ..Sources::default() };
         let database = Database::from_text("test.toml", &text, sources).unwrap();
-        let mut agent =
-            Agent::load_with(&database, &plugins(), Options { armed: true, ..Options::default() }).unwrap();
+        let recorder = Recorder::on_demand(database.current().record());
+        let options = Options {
+            armed: true,
+            recording: Some(Arc::new(recorder.clone())),
+            log: vec![recorder.log_target()],
+            ..Options::default()
+        };
+        let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("recordings").join(name);
+        let _ = std::fs::remove_dir_all(&folder);
+        recorder.attach(&agent, &folder);
         let world = Document { name: "world".into(), read: Arc::new(|| json!({ "walls": [] })) };
         let settings = Settings::of(&database.current()).unwrap();
         let console = Console::start(&agent, &settings, vec![world]).unwrap();
@@ -41,8 +54,9 @@ impl Running {
         let (board, stopper) = (Arc::clone(agent.board()), agent.stopper());
         let thread = std::thread::spawn(move || {
             agent.run(Box::new(|_| Control::Continue)).unwrap();
+            recorder.finish(&mut agent);
         });
-        let running = Self { console, board, tokens, stopper, thread: Some(thread) };
+        let running = Self { console, board, folder, tokens, stopper, thread: Some(thread) };
         running.wait_for("the first cycle", || running.number("sensor/count/value") > 2.0);
         running
     }

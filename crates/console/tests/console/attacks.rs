@@ -30,6 +30,18 @@ fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
         ("POST", "/snapshots/attack/load".into(), json!(null), "developer"),
         ("PUT", "/layouts/attack".into(), json!({ "title": "Attack", "columns": [1] }), "developer"),
         ("DELETE", "/layouts/attack".into(), json!(null), "developer"),
+        ("POST", "/recordings/attack".into(), json!({}), "operator"),
+        ("POST", "/recordings/attack/stop".into(), json!(null), "operator"),
+        ("POST", "/recordings/attack/snapshot".into(), json!(null), "operator"),
+        ("POST", "/playback/pause".into(), json!(null), "operator"),
+        ("POST", "/playback/resume".into(), json!(null), "operator"),
+        ("POST", "/playback/step".into(), json!({ "cycles": 3 }), "operator"),
+        ("POST", "/playback/seek".into(), json!({ "time": 0 }), "operator"),
+        ("POST", "/playback/rate".into(), json!({ "factor": 2.0 }), "operator"),
+        ("POST", "/playback/loop".into(), json!({ "section": null }), "operator"),
+        ("POST", "/leases".into(), json!({ "actuator": "wheel" }), "operator"),
+        ("PUT", "/leases/0123456789abcdef".into(), json!({ "release": true }), "operator"),
+        ("DELETE", "/leases/0123456789abcdef".into(), json!(null), "operator"),
         ("POST", "/reset".into(), json!(null), "operator"),
         ("POST", "/arm".into(), json!({}), "operator"),
         ("POST", "/stop".into(), json!({ "reason": "attack" }), "viewer"),
@@ -38,7 +50,8 @@ fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
 
 /// What must not change.
 fn state(run: &Running) -> String {
-    let parts = ["/settings", "/links", "/plugins", "/layouts"].map(|path| run.get(path).text());
+    let paths = ["/settings", "/links", "/plugins", "/layouts", "/recordings", "/leases"];
+    let parts = paths.map(|path| run.get(path).text());
     let modules = run.get("/modules").json();
     let conditions: Vec<_> =
         modules.as_array().unwrap().iter().map(|module| module["condition"].clone()).collect();
@@ -60,7 +73,7 @@ fn no_attack_changes_anything() {
         })
         .collect();
     // Whoever adds an operation adds it here.
-    assert_eq!(listed.len(), 19, "{listed:?}");
+    assert_eq!(listed.len(), 31, "{listed:?}");
     let mut attacks = 0;
     for (method, path, body, role) in changes(&run) {
         let body = Some(&body).filter(|body| !body.is_null());

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use slate_blackboard::channel::Tap;
 use slate_blackboard::interface::Descriptor;
+use slate_blackboard::message::Message;
 use slate_blackboard::{Access, Property, Stamp};
 
 use super::lines::Hub;
@@ -21,6 +22,7 @@ pub(crate) struct Channel {
     pub dropped: Arc<AtomicU64>,
     /// Whether anybody wants values.
     pub wanted: Arc<AtomicBool>,
+    repeats: bool,
 }
 
 impl Channel {
@@ -31,12 +33,21 @@ impl Channel {
             access: property.access(),
             dropped: Arc::default(),
             wanted: Arc::default(),
+            repeats: repeats(property.path()),
         }
     }
 
-    /// Appends a value as a message.
+    /// When a message to a mailbox was sent, and by whom; nothing of a value.
+    pub fn sent(&self, bytes: &[u8]) -> Option<Sent> {
+        let head = bytes.first_chunk().filter(|_| self.access == Access::Messages)?;
+        Some(Sent::from_bytes(*head))
+    }
+
+    /// Appends a value, or a message to a mailbox, as a message.
     pub fn encode(&self, items: usize, bytes: &[u8], out: &mut Vec<u8>) -> Result<(), ros::Error> {
         let descriptor = self.descriptor;
+        let bytes =
+            if self.access == Access::Messages { bytes.get(SENT..).unwrap_or_default() } else { bytes };
         // Behind the last item there may be bytes that only fill up.
         let tail = descriptor.tail().map_or(0, |kind| kind.size() * items);
         ros::encode(descriptor, bytes.get(..descriptor.size + tail).unwrap_or(bytes), out)
@@ -45,11 +56,40 @@ impl Channel {
     /// Whether a run of the same configuration and seed in lockstep writes the same values; what is measured on the wall
     /// clock differs, and so does what depends on who looks on.
     pub fn repeats(&self) -> bool {
-        let name = self.path.rsplit('/').next().unwrap_or_default();
-        let is_host = ["agents", "peers", "team", "loop", "log", "record"]
-            .iter()
-            .any(|root| self.path.split('/').next() == Some(root));
-        !is_host && !["timing", "histogram", "process"].contains(&name)
+        self.repeats
+    }
+}
+
+fn repeats(path: &str) -> bool {
+    let name = path.rsplit('/').next().unwrap_or_default();
+    let is_host = ["agents", "peers", "team", "loop", "log", "record"]
+        .iter()
+        .any(|root| path.split('/').next() == Some(root));
+    !is_host && !["timing", "histogram", "process"].contains(&name)
+}
+
+/// What stands before a message to a mailbox.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sent {
+    /// The agent's time, nanoseconds.
+    pub time: u64,
+    pub sender: u32,
+}
+
+/// Its bytes.
+const SENT: usize = 12;
+
+impl Sent {
+    fn to_bytes(self) -> [u8; SENT] {
+        let mut bytes = [0; SENT];
+        bytes[..8].copy_from_slice(&self.time.to_le_bytes());
+        bytes[8..].copy_from_slice(&self.sender.to_le_bytes());
+        bytes
+    }
+
+    fn from_bytes(bytes: [u8; SENT]) -> Self {
+        let number = u128::from_le_bytes(std::array::from_fn(|at| bytes.get(at).copied().unwrap_or(0)));
+        Self { time: number as u64, sender: (number >> 64) as u32 }
     }
 }
 
@@ -65,6 +105,16 @@ impl Tap for PropertyTap {
     fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
         if self.wanted.load(Ordering::Relaxed)
             && !self.hub.push(self.id, items as u32, stamp.sequence, stamp.time, bytes)
+        {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    fn took(&self, message: &Message<'_>, now: u64) {
+        let sent = Sent { time: message.time(), sender: message.sender() }.to_bytes();
+        let (items, sequence) = (message.items() as u32, message.sequence());
+        if self.wanted.load(Ordering::Relaxed)
+            && !self.hub.push_parts(self.id, items, sequence, now, &sent, message.bytes())
         {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }

@@ -9,12 +9,13 @@ use std::time::Duration;
 
 use slate_module::Level;
 use slate_runtime::Composer;
-use slate_runtime::configuration::RecordSelection;
+use slate_runtime::configuration::{Record, RecordSelection};
 use slate_runtime::recording::{
-    RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus, SavedFlight,
+    History, HistoryWish, RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus, SavedFlight,
 };
 
-use super::file::File;
+use super::file::{File, Limits};
+use super::flight::Captured;
 use super::host::Host;
 use super::run::Preface;
 use super::save::save_to;
@@ -64,6 +65,16 @@ impl Recorder {
         let late = "the recorder has not answered in time, as its disk is slow";
         answer.recv_timeout(PATIENCE).map_err(|_| refusal(late, "see `slate record status`, and try again"))
     }
+
+    /// The last seconds, as they are in memory now.
+    fn capture(&self, shared: &Shared) -> Result<Captured, RecordingRefusal> {
+        let (sender, receiver) = sync_channel(1);
+        self.ask(shared, Order::Capture(sender))?;
+        Self::answer(&receiver)?.ok_or_else(|| {
+            let help = "start it with --set record.flight.enabled=true";
+            refusal("this agent keeps nothing of its last seconds", help)
+        })
+    }
 }
 
 impl RecordingControl for Recorder {
@@ -88,14 +99,15 @@ impl RecordingControl for Recorder {
         let disk = OpenOptions::new().write(true).create_new(true).open(file);
         let disk = disk.map_err(|error| unwritten(error.to_string()))?;
         let preface = Preface::new(&host, agent, selection::is_whole(what), false);
-        let (number, chunk, within) = {
+        let (number, limits, within) = {
             let mut state = self.state();
             state.count += 1;
-            (TOOLS + state.count, state.settings.chunk, state.settings.within)
+            let Record { chunk, buffer, within, .. } = state.settings;
+            (TOOLS + state.count, Limits { chunk, buffer }, within)
         };
-        let opened = File::create(Box::new(disk), preface, chunk).map_err(unwritten)?;
+        let opened = File::create(Box::new(disk), preface, limits).map_err(unwritten)?;
         let progress = Progress::new(number, file, agent.now());
-        let target = Target::new(opened, what.clone(), within, Arc::clone(&progress));
+        let target = Target::new(opened, what.clone(), within, host.is_lockstep, Arc::clone(&progress));
         // All memory that this takes is there before the first value comes.
         self.hub.make_spares();
         self.show(board);
@@ -173,24 +185,28 @@ impl RecordingControl for Recorder {
     fn status(&self) -> RecordingStatus {
         let Ok((shared, _)) = self.parts() else { return RecordingStatus::default() };
         let recordings = locked(&shared.recordings).iter().map(|progress| progress.entry()).collect();
-        RecordingStatus { recordings, flight: locked(&shared.flight).clone() }
+        let folder = self.state().saves.as_ref().and_then(|saves| std::path::absolute(saves.folder()).ok());
+        RecordingStatus { recordings, flight: locked(&shared.flight).clone(), folder }
     }
 
     fn save(&self, agent: &Composer, file: &Path) -> Result<SavedFlight, RecordingRefusal> {
         let (shared, host) = self.parts()?;
-        let (sender, receiver) = sync_channel(1);
-        self.ask(&shared, Order::Capture(sender))?;
-        let captured = Self::answer(&receiver)?.ok_or_else(|| {
-            let help = "start it with --set record.flight.enabled=true";
-            refusal("this agent keeps nothing of its last seconds", help)
-        })?;
-        let chunk = self.state().settings.chunk;
-        let saved = save_to(file, &host, agent, chunk, &captured).map_err(|reason| {
+        let captured = self.capture(&shared)?;
+        let Record { chunk, buffer, .. } = self.state().settings;
+        let saved = save_to(file, &host, agent, Limits { chunk, buffer }, &captured).map_err(|reason| {
             let help = "name a file that is not there yet, in a folder that exists, on a disk with room";
             refusal(format!("{} can't be written: {reason}", slate_runtime::printable(file)), help)
         })?;
         let shown = slate_runtime::printable(file);
         host.logger.log(agent.now(), Level::Info, &format!("a tool has saved the last seconds in {shown}"));
         Ok(saved)
+    }
+
+    fn history(&self, wish: &HistoryWish) -> Result<History, RecordingRefusal> {
+        let (shared, _) = self.parts()?;
+        self.capture(&shared)?.history(wish).ok_or_else(|| {
+            let help = "`slate list` shows the properties; of the recorder itself nothing is kept";
+            refusal(format!("nothing is kept of /{}", wish.path), help)
+        })
     }
 }

@@ -1,11 +1,12 @@
 //! The file itself: pieces that are closed soon, each with its checksum.
 
 use std::collections::BTreeMap;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
-use super::channels::Channel;
+use super::channels::{Channel, Sent};
+use super::disk::{Disk, DiskQueue};
 use super::lines::{OTHERS, Sink};
 use super::messages::{self, TOPICS, Topic};
 use super::run::Preface;
@@ -16,54 +17,47 @@ use mcap::{Attachment, WriteOptions};
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, Stamp};
 
-/// What a file is written through; it counts its bytes.
-struct Counted {
-    writer: BufWriter<Box<dyn Write + Send>>,
-    bytes: Arc<AtomicU64>,
+/// How much there is of a file before its disk has it, bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// From so many on a piece is closed.
+    pub chunk: u64,
+    /// So many may wait for the disk, and two of the largest values.
+    pub buffer: u64,
 }
 
-impl Write for Counted {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let count = self.writer.write(bytes)?;
-        self.bytes.fetch_add(count as u64, Ordering::Relaxed);
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.writer.flush()
-    }
-}
-
-/// Room for a whole piece, so that it is mostly one call of the system.
-const BUFFER: usize = 256 << 10;
+/// How long the disk may take to say that nothing can be written at all.
+const FIRST: Duration = Duration::from_secs(1);
 
 /// An MCAP file that is being written.
 pub(super) struct File {
-    writer: mcap::Writer<NoSeek<Counted>>,
+    /// Nothing once it is closed.
+    writer: Option<mcap::Writer<NoSeek<Disk>>>,
+    disk: Arc<DiskQueue>,
     /// By the numbers of the channels.
     channels: Vec<Option<u16>>,
+    /// Those of mailboxes, by number and sender.
+    mailboxes: BTreeMap<(u32, u32), u16>,
     others: BTreeMap<u32, u16>,
     /// What is added to the agent's time for the file's.
     epoch: u64,
-    /// Bytes from which a piece is closed, and those of the present one.
-    chunk: u64,
+    limits: Limits,
+    /// Bytes of the present piece.
     open: u64,
     scratch: Vec<u8>,
     pub values: u64,
-    bytes: Arc<AtomicU64>,
     /// Whether the present piece has something that must not be lost.
     urgent: bool,
     /// Why nothing is written any more.
-    pub failure: Option<String>,
+    failure: Option<String>,
     /// By channel, as last said.
     told: BTreeMap<String, u64>,
 }
 
 impl File {
     /// Writes what is known before the run.
-    pub fn create(writer: Box<dyn Write + Send>, preface: Preface, chunk: u64) -> Result<Self, String> {
-        let counted = Counted { writer: BufWriter::with_capacity(BUFFER, writer), bytes: Arc::default() };
-        let bytes = Arc::clone(&counted.bytes);
+    pub fn create(writer: Box<dyn Write + Send>, preface: Preface, limits: Limits) -> Result<Self, String> {
+        let (own, disk) = Disk::start(writer).map_err(|error| error.to_string())?;
         let options = WriteOptions::new()
             .profile("ros2")
             .library(format!("slate {}", env!("CARGO_PKG_VERSION")))
@@ -73,21 +67,22 @@ impl File {
             .chunk_size(None)
             .disable_seeking(true);
         let mut file = Self {
-            writer: options.create(NoSeek::new(counted)).map_err(text)?,
+            writer: Some(options.create(NoSeek::new(own)).map_err(text)?),
+            disk,
             channels: Vec::new(),
+            mailboxes: BTreeMap::new(),
             others: BTreeMap::new(),
             epoch: preface.epoch,
-            chunk,
+            limits,
             open: 0,
             scratch: Vec::new(),
             values: 0,
-            bytes,
             urgent: false,
             failure: None,
             told: BTreeMap::new(),
         };
         for (name, metadata) in preface.metadata {
-            file.metadata(name, metadata).map_err(text)?;
+            file.metadata(name, metadata)?;
         }
         for (name, media_type, data) in preface.attachments {
             let attachment = Attachment {
@@ -97,44 +92,54 @@ impl File {
                 media_type: media_type.into(),
                 data: data.into(),
             };
-            file.writer.attach(&attachment).map_err(text)?;
+            file.writer()?.attach(&attachment).map_err(text)?;
         }
-        file.writer.flush().map_err(text)?;
-        Ok(file)
+        file.writer()?.flush().map_err(text)?;
+        // A disk that is slow is no reason not to begin.
+        let _ = file.disk.settle(0, FIRST);
+        file.disk.failure().map_or(Ok(file), Err)
     }
 
-    fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), mcap::McapError> {
-        self.writer.write_metadata(&Metadata { name: name.into(), metadata })
+    fn writer(&mut self) -> Result<&mut mcap::Writer<NoSeek<Disk>>, String> {
+        self.writer.as_mut().ok_or_else(|| "it is closed".into())
     }
 
-    fn add(&mut self, channel: &Channel) -> Result<u16, mcap::McapError> {
+    fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), String> {
+        self.writer()?.write_metadata(&Metadata { name: name.into(), metadata }).map_err(text)
+    }
+
+    fn add(&mut self, channel: &Channel, sender: Option<u32>) -> Result<u16, String> {
         let schema = self.schema(channel.descriptor)?;
         let access = match channel.access {
             Access::Output => "output",
             Access::Setting => "setting",
             Access::Messages => "messages",
         };
-        let metadata = BTreeMap::from([
+        let mut metadata = BTreeMap::from([
             ("access".to_owned(), access.to_owned()),
             ("hash".to_owned(), format!("{:016x}", channel.descriptor.hash)),
             ("repeats".to_owned(), channel.repeats().to_string()),
             ("offered_qos_profiles".to_owned(), String::new()),
         ]);
-        self.writer.add_channel(schema, &format!("/{}", channel.path), "cdr", &metadata)
+        metadata.extend(sender.map(|sender| ("sender".to_owned(), sender.to_string())));
+        let topic = format!("/{}", channel.path);
+        self.writer()?.add_channel(schema, &topic, "cdr", &metadata).map_err(text)
     }
 
-    fn schema(&mut self, descriptor: &'static Descriptor) -> Result<u16, mcap::McapError> {
+    fn schema(&mut self, descriptor: &'static Descriptor) -> Result<u16, String> {
         let definition = ros::definition(descriptor);
-        self.writer.add_schema(&definition.name, "ros2msg", definition.text.as_bytes())
+        let text_of = definition.text.as_bytes();
+        self.writer()?.add_schema(&definition.name, "ros2msg", text_of).map_err(text)
     }
 
-    fn other(&mut self, topic: &Topic) -> Result<u16, mcap::McapError> {
+    fn other(&mut self, topic: &Topic) -> Result<u16, String> {
         if let Some(id) = self.others.get(&topic.id) {
             return Ok(*id);
         }
-        let schema = self.writer.add_schema(topic.schema, "ros2msg", topic.definition.as_bytes())?;
+        let writer = self.writer()?;
+        let schema = writer.add_schema(topic.schema, "ros2msg", topic.definition.as_bytes()).map_err(text)?;
         let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), String::new())]);
-        let id = self.writer.add_channel(schema, topic.name, "cdr", &metadata)?;
+        let id = writer.add_channel(schema, topic.name, "cdr", &metadata).map_err(text)?;
         self.others.insert(topic.id, id);
         Ok(id)
     }
@@ -147,9 +152,9 @@ impl File {
             log_time: self.epoch.saturating_add(time),
             publish_time: self.epoch.saturating_add(stamp.time),
         };
-        self.writer.write_to_known_channel(&header, bytes).map_err(text)?;
+        self.writer()?.write_to_known_channel(&header, bytes).map_err(text)?;
         self.open += HEAD + bytes.len() as u64;
-        if self.open >= self.chunk { self.close_piece() } else { Ok(()) }
+        if self.open >= self.limits.chunk { self.close_piece() } else { Ok(()) }
     }
 
     /// A value that stands in the file at a time, which is that of its stamp or a later one.
@@ -163,9 +168,20 @@ impl File {
     ) -> Result<(), String> {
         let Some(channel) = channel else {
             let Some(topic) = TOPICS.iter().find(|topic| topic.id == id) else { return Ok(()) };
-            let own = self.other(topic).map_err(text)?;
+            let own = self.other(topic)?;
             return self.write(own, stamp, time, bytes);
         };
+        if let Some(Sent { time: sent, sender }) = channel.sent(bytes) {
+            let own = match self.mailboxes.get(&(id, sender)) {
+                Some(own) => *own,
+                None => {
+                    let own = self.add(channel, Some(sender))?;
+                    *self.mailboxes.entry((id, sender)).or_insert(own)
+                }
+            };
+            // It was sent, and then it was taken.
+            return self.encode(own, channel, items, (Stamp { time: sent, ..stamp }, time), bytes);
+        }
         let index = id as usize;
         if self.channels.len() <= index {
             self.channels.resize(index + 1, None);
@@ -173,24 +189,35 @@ impl File {
         let own = match self.channels[index] {
             Some(own) => own,
             None => {
-                let own = self.add(channel).map_err(text)?;
+                let own = self.add(channel, None)?;
                 *self.channels[index].insert(own)
             }
         };
+        self.urgent |= channel.descriptor.name == "ModuleState" && stamp.sequence > 1;
+        self.encode(own, channel, items, (stamp, time), bytes)
+    }
+
+    fn encode(
+        &mut self,
+        own: u16,
+        channel: &Channel,
+        items: usize,
+        (stamp, time): (Stamp, u64),
+        bytes: &[u8],
+    ) -> Result<(), String> {
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.clear();
         let encoded = channel.encode(items, bytes, &mut scratch).map_err(|error| error.to_string());
         let written = encoded.and_then(|()| self.write(own, stamp, time, &scratch));
         self.scratch = scratch;
         self.values += 1;
-        self.urgent |= channel.descriptor.name == "ModuleState" && stamp.sequence > 1;
         written
     }
 
     /// Closes the present piece: what is in it is in the hands of the system then.
     pub fn close_piece(&mut self) -> Result<(), String> {
         (self.open, self.urgent) = (0, false);
-        self.writer.flush().map_err(text)
+        self.writer()?.flush().map_err(text)
     }
 
     /// Whether there is something in the present piece, and whether that must not wait.
@@ -204,12 +231,13 @@ impl File {
 
     /// Says how many values of a property were dropped until then, where that is news.
     pub fn tell_drops(&mut self, path: &str, count: u64, time: u64) {
-        if count == 0 || self.told.get(path) == Some(&count) || self.failure.is_some() {
+        let is_told = count == 0 || self.told.get(path) == Some(&count);
+        if is_told || self.failure.is_some() || !self.has_room(0) {
             return;
         }
         self.told.insert(path.to_owned(), count);
         let message = messages::dropped(&format!("/{path}"), count);
-        let id = self.other(&messages::DROPPED).map_err(text);
+        let id = self.other(&messages::DROPPED);
         let written = id.and_then(|id| {
             let stamp = Stamp { time, ..Stamp::default() };
             self.write(id, stamp, time, &message)
@@ -239,17 +267,44 @@ impl File {
         }
     }
 
-    /// Writes what is known at the end, under that name, and the index.
+    /// Whether so many bytes more may wait for the disk.
+    pub fn has_room(&self, length: usize) -> bool {
+        let (waiting, more) = (self.disk.waiting(), length as u64);
+        waiting == 0 || waiting + self.open + more <= self.limits.buffer.max(2 * more)
+    }
+
+    /// Waits until there is room for more, where the disk is all that there is to wait for.
+    pub fn settle(&mut self) {
+        if self.failure.is_none() && !self.has_room(0) {
+            let settled = self.disk.settle_in_time(self.limits.buffer / 2);
+            self.note(settled);
+        }
+    }
+
+    /// How long the disk has been at one piece.
+    pub fn stands_still(&self) -> Duration {
+        self.disk.stands_still()
+    }
+
+    /// Why nothing can be written any more.
+    pub fn failure(&self) -> Option<String> {
+        self.failure.clone().or_else(|| self.disk.failure())
+    }
+
+    /// Writes what is known at the end, under that name, and the index, and waits for the disk.
     pub fn end(&mut self, name: &str, end: BTreeMap<String, String>) -> Result<(), String> {
         let drops = self.told.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
-        self.metadata("dropped", drops).map_err(text)?;
-        self.metadata(name, end).map_err(text)?;
-        self.writer.finish().map(drop).map_err(text)
+        self.metadata("dropped", drops)?;
+        self.metadata(name, end)?;
+        if let Some(mut writer) = self.writer.take() {
+            writer.finish().map_err(text)?;
+        }
+        self.disk.settle_in_time(0)
     }
 
     /// Bytes of the file until now.
     pub fn bytes(&self) -> u64 {
-        self.bytes.load(Ordering::Relaxed)
+        self.disk.bytes()
     }
 }
 

@@ -1,10 +1,12 @@
 //! The last seconds, in memory: values as they were written, in pieces of which the oldest makes room for the newest.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use slate_blackboard::Stamp;
+use slate_blackboard::channel::FrozenValue;
 use slate_runtime::configuration::Flight as Settings;
+use slate_runtime::recording::{History, HistoryWish};
 
 use super::channels::Channel;
 use super::line::{HEAD, Head};
@@ -143,6 +145,8 @@ impl Flight {
     pub fn capture(&mut self, channels: &[Channel]) -> Captured {
         let (from, to, _) = self.extent();
         if !self.open.bytes.is_empty() {
+            // Who asks again and again leaves short pieces.
+            self.open.bytes.shrink_to_fit();
             self.close();
         }
         Captured {
@@ -168,6 +172,36 @@ impl Piece {
 }
 
 impl Captured {
+    /// What is asked for of the property at a path, if that is kept.
+    pub fn history(&self, wish: &HistoryWish) -> Option<History> {
+        let own = self.channels.iter().rev().find(|channel| channel.path == wish.path)?;
+        // A module that was loaded anew writes the same property, as long as it has the same interface.
+        let descriptor = own.descriptor;
+        let is_meant = |head: &Head| {
+            let channel = self.channels.get(head.id as usize);
+            let is_own =
+                |channel: &Channel| channel.path == wish.path && channel.descriptor.hash == descriptor.hash;
+            (wish.from..=wish.to).contains(&head.time) && channel.is_some_and(is_own)
+        };
+        let mut found = Vec::new();
+        self.each(|_, head, _| {
+            if is_meant(&head) {
+                found.push((head.time, head.id, head.sequence));
+            }
+        });
+        found.sort_unstable();
+        let told: BTreeSet<_> = wish.places(found.len()).map(|place| found[place]).collect();
+        let mut values = Vec::with_capacity(told.len());
+        self.each(|_, head, bytes| {
+            if told.contains(&(head.time, head.id, head.sequence)) {
+                let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
+                values.push(FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp });
+            }
+        });
+        values.sort_by_key(|value| (value.stamp.time, value.stamp.sequence));
+        Some(History { descriptor, values, count: found.len(), from: self.from, to: self.to })
+    }
+
     /// The values that were there before, each of another property, and then all values in the order in which they came.
     pub fn each(&self, mut take: impl FnMut(bool, Head, &[u8])) {
         self.before.values().for_each(|value| take(true, value.head, &value.bytes));

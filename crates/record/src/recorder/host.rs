@@ -16,6 +16,7 @@ pub(super) struct Host {
     /// What is added to the agent's time for that of the file: in lockstep nothing, and else the date of its start, so
     /// that recordings of several robots fit together.
     pub epoch: u64,
+    pub is_lockstep: bool,
     /// What is known of the run.
     pub run: BTreeMap<String, String>,
     /// What modules remembered when it began.
@@ -48,6 +49,7 @@ impl Host {
             logger: Arc::clone(agent.logger()),
             clock: Box::new(agent.clock()),
             epoch,
+            is_lockstep,
             run: run.map(|(key, value)| (key.to_owned(), value)).into(),
             memories: memories.collect(),
         }

@@ -73,16 +73,17 @@ impl Inlet {
         self.producer.is_abandoned()
     }
 
-    /// Puts a value in, if there is room.
+    /// Puts a value in two parts in, if there is room.
     #[inline]
-    pub fn push(&mut self, head: Head, bytes: &[u8]) -> bool {
-        let needed = HEAD + bytes.len();
+    pub fn push(&mut self, head: Head, first: &[u8], bytes: &[u8]) -> bool {
+        let needed = HEAD + first.len() + bytes.len();
         // The first look costs nothing.
         if self.producer.cached_slots() < needed && self.producer.slots() < needed {
             return false;
         }
         let head = self.producer.push_entire_slice(&head.to_bytes());
-        head.and_then(|()| self.producer.push_entire_slice(bytes)).is_ok()
+        let first = head.and_then(|()| self.producer.push_entire_slice(first));
+        first.and_then(|()| self.producer.push_entire_slice(bytes)).is_ok()
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{Thread, ThreadId};
 
 use slate_blackboard::channel::Tap;
-use slate_blackboard::{Property, Stamp};
+use slate_blackboard::{Carrier, Property, Stamp};
 
 use super::channels::{Channel, PropertyTap};
 use super::line::{HEAD, Head, Inlet, Outlet, line, warm_line};
@@ -53,6 +53,9 @@ pub(crate) const OTHERS: u32 = u32::MAX - 16;
 /// The largest ring, bytes.
 const LARGEST: usize = 1 << 30;
 
+/// The largest one that is made for more than two of the largest values, unless more is asked for.
+const LARGEST_FOR_SEVERAL: usize = 32 << 20;
+
 /// The largest one while nobody takes values out, as perhaps nobody ever will.
 const LARGEST_BEFORE: usize = 64 << 20;
 
@@ -97,7 +100,10 @@ impl Hub {
         if property.path().starts_with("record/") {
             return None;
         }
-        let shape = property.channel()?.shape();
+        let shape = match property.carrier() {
+            Carrier::Channel(channel) => channel.shape(),
+            Carrier::Mailbox(mailbox) => mailbox.shape(),
+        };
         self.largest.fetch_max(shape.bytes(shape.capacity), Ordering::Relaxed);
         let channel = Channel::of(property);
         let (dropped, wanted) = (Arc::clone(&channel.dropped), Arc::clone(&channel.wanted));
@@ -172,21 +178,34 @@ impl Hub {
 
     /// Hands a value over; false when there is no room for it.
     pub fn push(&self, id: u32, items: u32, sequence: u64, time: u64, bytes: &[u8]) -> bool {
+        self.push_parts(id, items, sequence, time, &[], bytes)
+    }
+
+    /// As [`push`](Hub::push), in two parts.
+    pub fn push_parts(
+        &self,
+        id: u32,
+        items: u32,
+        sequence: u64,
+        time: u64,
+        first: &[u8],
+        bytes: &[u8],
+    ) -> bool {
         if !self.is_on.load(Ordering::Relaxed) {
             return true;
         }
-        let Ok(length) = u32::try_from(bytes.len()) else { return false };
+        let Ok(length) = u32::try_from(first.len() + bytes.len()) else { return false };
         let head = Head { id, items, length, sequence, time };
         // Nothing else of this thread writes values meanwhile, and at its end it is too late.
         let push = |own: &RefCell<Vec<Own>>| match own.try_borrow_mut() {
-            Ok(mut own) => self.push_to(&mut own, head, bytes),
+            Ok(mut own) => self.push_to(&mut own, head, first, bytes),
             Err(_) => false,
         };
         OWN.try_with(push).unwrap_or(false)
     }
 
-    fn push_to(&self, own: &mut Vec<Own>, head: Head, bytes: &[u8]) -> bool {
-        let needed = HEAD + bytes.len();
+    fn push_to(&self, own: &mut Vec<Own>, head: Head, first: &[u8], bytes: &[u8]) -> bool {
+        let needed = HEAD + first.len() + bytes.len();
         loop {
             let Some(place) = own.iter().position(|own| own.hub == self.number) else {
                 own.retain(|own| !own.inlet.is_abandoned());
@@ -194,7 +213,7 @@ impl Hub {
                 continue;
             };
             let inlet = &mut own[place].inlet;
-            if inlet.push(head, bytes) {
+            if inlet.push(head, first, bytes) {
                 return true;
             }
             let has_begun = self.reader.get().is_some();
@@ -223,8 +242,10 @@ impl Hub {
 
     /// The bytes of a line that is for values of so many and more.
     fn least(&self, needed: usize) -> usize {
-        let largest = self.largest.load(Ordering::Relaxed).saturating_mul(2);
-        needed.max(self.buffer).max(largest).min(LARGEST)
+        let largest = self.largest.load(Ordering::Relaxed);
+        // The recorder may have to wait for a processor while a camera goes on.
+        let several = largest.saturating_mul(16).min(LARGEST_FOR_SEVERAL);
+        needed.max(self.buffer).max(several).max(largest.saturating_mul(2)).min(LARGEST)
     }
 
     /// A line of this thread, for values of so many bytes and more.

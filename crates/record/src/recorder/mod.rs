@@ -2,6 +2,7 @@
 
 mod channels;
 mod control;
+mod disk;
 mod file;
 mod flight;
 mod host;
@@ -35,7 +36,7 @@ pub(crate) use messages::{CHANGE, DROPPED, read_change};
 pub(crate) use run::CONFIGURATION;
 pub use state::RecordState;
 
-use file::File;
+use file::{File, Limits};
 use host::Host;
 use run::Preface;
 use save::Saves;
@@ -201,11 +202,13 @@ impl Recorder {
         let is_whole = selection::is_whole(&settings.selection);
         let host = Host::of(agent);
         let preface = Preface::new(&host, &agent.composer(), is_whole, true);
-        match File::create(writer, preface, settings.chunk) {
+        let limits = Limits { chunk: settings.chunk, buffer: settings.buffer };
+        match File::create(writer, preface, limits) {
             Ok(file) => {
                 let progress = Progress::new(FIRST, path, agent.now());
                 self.state().first = Some(Arc::clone(&progress));
-                let target = Target::new(file, settings.selection, settings.within, progress);
+                let waits = host.is_lockstep;
+                let target = Target::new(file, settings.selection, settings.within, waits, progress);
                 self.show(agent.board());
                 self.launch(agent, host, folder, vec![target]);
             }
@@ -220,7 +223,8 @@ impl Recorder {
             return;
         }
         let host = Arc::new(host);
-        let saves = Saves::new(&host, folder, state.settings.chunk);
+        let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };
+        let saves = Saves::new(&host, folder, limits);
         let shared = Arc::<Shared>::default();
         *locked(&shared.recordings) = targets.iter().map(|target| Arc::clone(&target.progress)).collect();
         *locked(&shared.shown) = state.shown.take();

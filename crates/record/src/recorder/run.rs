@@ -24,6 +24,8 @@ impl Preface {
         let mut run = host.run.clone();
         run.insert("from_cycle".into(), composer.cycles().to_string());
         run.insert("whole".into(), is_whole.to_string());
+        // Recordings of before have none.
+        run.insert("messages".into(), "true".into());
         run.insert("begins".into(), if is_first { "with the run" } else { "in the run" }.into());
         let plugins = composer
             .plugin_marks()

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 
-use slate_blackboard::Stamp;
+use slate_blackboard::{Access, Stamp};
 use slate_module::Level;
 use slate_runtime::Composer;
 use slate_runtime::configuration::FlightTrigger;
 use slate_runtime::recording::SavedFlight;
 
-use super::file::File;
+use super::file::{File, Limits};
 use super::flight::Captured;
 use super::host::Host;
 use super::lines::Sink;
@@ -32,7 +32,7 @@ pub(super) struct Save {
 pub(super) struct Saves {
     host: Arc<Host>,
     folder: PathBuf,
-    chunk: u64,
+    limits: Limits,
     state: Mutex<State>,
 }
 
@@ -46,8 +46,12 @@ struct State {
 }
 
 impl Saves {
-    pub fn new(host: &Arc<Host>, folder: &Path, chunk: u64) -> Arc<Self> {
-        Arc::new(Self { host: Arc::clone(host), folder: folder.into(), chunk, state: Mutex::default() })
+    pub fn new(host: &Arc<Host>, folder: &Path, limits: Limits) -> Arc<Self> {
+        Arc::new(Self { host: Arc::clone(host), folder: folder.into(), limits, state: Mutex::default() })
+    }
+
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// The files that are there, the oldest first.
@@ -87,7 +91,8 @@ impl Saves {
         ];
         let made = std::fs::create_dir_all(&self.folder).and_then(|()| Disk::create(path));
         let saved = made.map_err(|error| error.to_string());
-        let saved = saved.and_then(|disk| write(disk, path, preface, self.chunk, &save.captured, why.into()));
+        let saved =
+            saved.and_then(|disk| write(disk, path, preface, self.limits, &save.captured, why.into()));
         let shown = slate_runtime::printable(path);
         match saved {
             Ok(saved) => {
@@ -140,29 +145,33 @@ pub(super) fn save_to(
     path: &Path,
     host: &Host,
     composer: &Composer,
-    chunk: u64,
+    limits: Limits,
     captured: &Captured,
 ) -> Result<SavedFlight, String> {
     let preface = Preface::new(host, composer, false, false);
     let disk =
         OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| error.to_string())?;
     let why = [("trigger", "a tool".to_owned()), ("time_ns", host.now().to_string())];
-    write(disk, path, preface, chunk, captured, why.into())
+    write(disk, path, preface, limits, captured, why.into())
 }
 
 fn write(
     disk: Disk,
     path: &Path,
     preface: Preface,
-    chunk: u64,
+    limits: Limits,
     captured: &Captured,
     why: BTreeMap<&str, String>,
 ) -> Result<SavedFlight, String> {
-    let mut file = File::create(Box::new(disk), preface, chunk)?;
+    let mut file = File::create(Box::new(disk), preface, limits)?;
     captured.each(|is_before, head, bytes| {
         let channel = captured.channels.get(head.id as usize);
         let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
+        // Nobody waits for this one.
+        file.settle();
         match channel.filter(|_| is_before) {
+            // What was taken before is gone.
+            Some(channel) if channel.access == Access::Messages => {}
             Some(channel) => {
                 let at = (stamp, captured.from);
                 file.value_from_before(channel, head.id, head.items as usize, at, bytes);
@@ -170,7 +179,7 @@ fn write(
             None => file.value(channel, head.id, head.items as usize, stamp, bytes),
         }
     });
-    if let Some(reason) = file.failure.take() {
+    if let Some(reason) = file.failure() {
         return Err(reason);
     }
     let extent = [("from_ns", captured.from.to_string()), ("to_ns", captured.to.to_string())];

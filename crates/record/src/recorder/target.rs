@@ -14,6 +14,7 @@ use super::Recorded;
 use super::channels::Channel;
 use super::file::File;
 use super::lines::Sink;
+use super::messages::TOPICS;
 use super::selection::Filter;
 
 /// How a recording goes, for those who ask.
@@ -64,6 +65,9 @@ impl Progress {
     }
 }
 
+/// From when on it is told that a disk stands still.
+const STUCK: Duration = Duration::from_secs(5);
+
 /// A recording that is under way.
 pub(super) struct Target {
     /// By which it is known.
@@ -79,13 +83,24 @@ pub(super) struct Target {
     before: Vec<u64>,
     missed: BTreeMap<u32, u64>,
     within: Duration,
+    /// Whether nothing may be missing, as the run waits for the disk.
+    waits: bool,
+    /// Whether it was told that the disk stands still.
+    is_stuck: bool,
     /// When the present piece was begun.
     opened: Option<Instant>,
     pub progress: Arc<Progress>,
 }
 
 impl Target {
-    pub fn new(file: File, selection: RecordSelection, within: u64, progress: Arc<Progress>) -> Self {
+    /// `within` nanoseconds a piece is closed; where the run `waits` for the disk nothing is missing.
+    pub fn new(
+        file: File,
+        selection: RecordSelection,
+        within: u64,
+        waits: bool,
+        progress: Arc<Progress>,
+    ) -> Self {
         Self {
             number: progress.number,
             file,
@@ -95,6 +110,8 @@ impl Target {
             before: Vec::new(),
             missed: BTreeMap::new(),
             within: Duration::from_nanos(within),
+            waits,
+            is_stuck: false,
             opened: None,
             progress,
         }
@@ -123,29 +140,58 @@ impl Target {
         }
         let selection = &self.selection;
         let filter = self.filters[place].get_or_insert_with(|| Filter::of(selection, &channel.path));
-        filter.as_mut().is_some_and(|filter| filter.takes(time, bytes))
+        let Some(filter) = filter else { return false };
+        if !self.waits && !self.file.has_room(bytes.len()) {
+            *self.missed.entry(id).or_default() += 1;
+            return false;
+        }
+        filter.takes(time, bytes)
     }
 
     pub fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
-        if let Some(channel) = channel {
-            if let Some((newest, first)) = self.newest.get_mut(&id) {
-                if stamp.sequence <= *newest {
-                    // It, or a newer one, was the first in the file.
-                    return;
-                }
-                // Of two threads that write it, the later value may come before the earlier.
-                if *first == 0 {
-                    *first = stamp.sequence;
-                    self.missed.insert(id, stamp.sequence - *newest - 1);
-                } else if stamp.sequence < *first {
-                    self.missed.entry(id).and_modify(|missed| *missed = missed.saturating_sub(1));
-                }
+        let Some(channel) = channel else {
+            match self.waits || self.file.has_room(bytes.len()) {
+                true => self.file.value(None, id, items, stamp, bytes),
+                false => *self.missed.entry(id).or_default() += 1,
             }
-            if !self.takes(channel, id, stamp.time, bytes) {
+            return;
+        };
+        if let Some((newest, first)) = self.newest.get_mut(&id) {
+            if stamp.sequence <= *newest {
+                // It, or a newer one, was the first in the file.
                 return;
             }
+            // Of two threads that write it, the later value may come before the earlier.
+            if *first == 0 {
+                *first = stamp.sequence;
+                *self.missed.entry(id).or_default() += stamp.sequence - *newest - 1;
+            } else if stamp.sequence < *first {
+                self.missed.entry(id).and_modify(|missed| *missed = missed.saturating_sub(1));
+            }
         }
-        self.file.value(channel, id, items, stamp, bytes);
+        if self.takes(channel, id, stamp.time, bytes) {
+            self.file.value(Some(channel), id, items, stamp, bytes);
+        }
+    }
+
+    /// Whether the run has to wait until the disk has taken something.
+    pub fn holds_up(&self) -> bool {
+        self.waits && self.file.failure().is_none() && !self.file.has_room(0)
+    }
+
+    /// Gives a disk up that has taken nothing for that long.
+    pub fn give_up_after(&mut self, patience: Duration) {
+        let still = self.file.stands_still();
+        if still >= patience {
+            self.file.note(Err(format!("the disk has taken nothing for {} s", still.as_secs())));
+        }
+    }
+
+    /// How long the disk has stood still, once each time that it does so for long.
+    pub fn newly_stuck(&mut self) -> Option<Duration> {
+        let still = self.file.stands_still();
+        let was_stuck = std::mem::replace(&mut self.is_stuck, still >= STUCK);
+        (self.is_stuck && !was_stuck).then_some(still)
     }
 
     /// Closes the present piece when it is time to.
@@ -163,8 +209,8 @@ impl Target {
     }
 
     /// Why nothing can be written any more.
-    pub fn failure(&self) -> Option<&str> {
-        self.file.failure.as_deref()
+    pub fn failure(&self) -> Option<String> {
+        self.file.failure()
     }
 
     /// Says in the file what was dropped, and to those who ask how it goes.
@@ -179,6 +225,11 @@ impl Target {
                 self.file.tell_drops(&channel.path, count, time);
             }
         }
+        for topic in TOPICS {
+            let count = self.missed.get(&topic.id).copied().unwrap_or(0);
+            all += count;
+            self.file.tell_drops(topic.name.trim_start_matches('/'), count, time);
+        }
         let Progress { values, dropped, bytes, .. } = &*self.progress;
         values.store(self.file.values, Ordering::Relaxed);
         dropped.store(all, Ordering::Relaxed);
@@ -192,7 +243,9 @@ impl Target {
         time: u64,
         end: Vec<(&str, String)>,
     ) -> Result<Recorded, String> {
-        if let Some(reason) = self.progress.failure().or(self.file.failure.take()) {
+        // What is told of drops must find room.
+        self.file.settle();
+        if let Some(reason) = self.progress.failure().or_else(|| self.file.failure()) {
             return Err(reason);
         }
         self.show(channels, time);

@@ -31,6 +31,9 @@ const IDLE: Duration = Duration::from_millis(500);
 /// How often is shown how it goes, and looked for drops.
 const SHOWN: Duration = Duration::from_millis(100);
 
+/// How long a disk that takes nothing may hold up the end of a run.
+const PATIENCE: Duration = Duration::from_secs(20);
+
 /// What the thread is asked for by others.
 pub(super) enum Order {
     /// Begins with a recording, and the newest values of these properties.
@@ -212,8 +215,13 @@ impl Work {
             let orders = std::mem::take(&mut *locked(&self.shared.orders));
             let orders = self.begin(orders);
             let is_urgent = self.hub.urgent.swap(false, Ordering::AcqRel);
-            let found = self.drain.turn(&self.hub, &mut self.sinks);
+            // Where nothing may be missing, values stay where they are until the disk has taken some.
+            let is_held_up = self.sinks.targets.iter().any(Target::holds_up);
+            let found = !is_held_up && self.drain.turn(&self.hub, &mut self.sinks);
             let now = Instant::now();
+            if is_over {
+                self.sinks.targets.iter_mut().for_each(|target| target.give_up_after(PATIENCE));
+            }
             self.sinks.targets.iter_mut().for_each(|target| target.close_piece(now, is_urgent));
             self.drop_failed();
             self.save_what_happened();
@@ -222,7 +230,7 @@ impl Work {
                 self.show();
             }
             orders.into_iter().for_each(|order| self.answer(order));
-            if is_over && !found {
+            if is_over && !found && !is_held_up {
                 return std::mem::take(&mut self.sinks.targets);
             }
             if !found {
@@ -270,7 +278,7 @@ impl Work {
             self.hub.want_no_more(target.number);
             let time = self.host.now();
             target.show(&self.hub.channels().clone(), time);
-            let reason = target.failure().unwrap_or_default().to_owned();
+            let reason = target.failure().unwrap_or_default();
             target.progress.fail(&reason);
             let path = slate_runtime::printable(&target.progress.path);
             let text = format!("the recording {path} ends here, and the agent goes on without: {reason}");
@@ -283,7 +291,19 @@ impl Work {
     fn show(&mut self) {
         let time = self.host.now();
         let channels = self.hub.channels().clone();
-        self.sinks.targets.iter_mut().for_each(|target| target.show(&channels, time));
+        for target in &mut self.sinks.targets {
+            target.show(&channels, time);
+            if let Some(still) = target.newly_stuck() {
+                let path = slate_runtime::printable(&target.progress.path);
+                let still = still.as_secs();
+                let meanwhile =
+                    if self.host.is_lockstep { "the run waits" } else { "values are missing in it" };
+                let text = format!(
+                    "the disk of the recording {path} has taken nothing for {still} s, and {meanwhile} until it does"
+                );
+                self.host.logger.log(time, Level::Warn, &text);
+            }
+        }
         if let Some(flight) = &self.sinks.flight {
             let (from, to, bytes) = flight.extent();
             *locked(&self.shared.flight) = Some(FlightEntry {

@@ -7,12 +7,17 @@
 //! were made from outside, and every value that was written. [`Comparison`] makes the same run once more and compares
 //! each value.
 
+mod changes;
 mod compare;
+mod comparer;
 mod difference;
 mod expected;
+mod fate;
 mod file;
 mod form;
 mod orders;
+mod plan;
+mod play;
 mod player;
 mod recompute;
 mod reel;
@@ -22,7 +27,8 @@ mod timeline;
 pub use compare::{Comparison, Verdict};
 pub use difference::Difference;
 pub use file::ReadError;
-pub use player::{Plan, PlayError, PlayedRun, Player, recorded_modules};
+pub use plan::{Plan, PlayError, PlayedRun};
+pub use player::{Player, recorded_modules};
 pub use recompute::{Recomputation, Recomputed};
 pub use run::Run;
 pub use timeline::Choice;

@@ -4,7 +4,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use slate_blackboard::Stamp;
+use slate_blackboard::channel::FrozenValue;
 use slate_runtime::playback::{Order, PlaybackControl, PlaybackStatus};
+use slate_runtime::recording::{History, HistoryWish};
+
+use super::reel::SharedReel;
+use super::timeline::Track;
 
 /// What came of an order; what is wrong with it and what helps.
 pub(super) type Answer = Result<PlaybackStatus, (String, String)>;
@@ -15,15 +21,18 @@ type Letter = (Order, Sender<Answer>);
 /// How long an order may take: less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(50);
 
-/// Where orders are given.
-pub(super) struct Counter(Mutex<Sender<Letter>>);
+/// Where orders are given, and what is recorded is looked at.
+pub(super) struct Counter {
+    orders: Mutex<Sender<Letter>>,
+    reel: SharedReel,
+}
 
 /// Where they are taken.
 pub(super) struct Orders(Receiver<Letter>);
 
-pub(super) fn orders() -> (Counter, Orders) {
+pub(super) fn orders(reel: &SharedReel) -> (Counter, Orders) {
     let (sender, receiver) = channel();
-    (Counter(Mutex::new(sender)), Orders(receiver))
+    (Counter { orders: Mutex::new(sender), reel: reel.clone() }, Orders(receiver))
 }
 
 impl Orders {
@@ -44,7 +53,7 @@ impl PlaybackControl for Counter {
     fn order(&self, order: Order) -> Answer {
         let lost = |message: &str| (message.to_owned(), "start it again: slate replay FILE".to_owned());
         let (sender, answer) = channel();
-        let counter = self.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let counter = self.orders.lock().unwrap_or_else(PoisonError::into_inner).clone();
         counter.send((order, sender)).map_err(|_| lost("the playback has ended"))?;
         match answer.recv_timeout(PATIENCE) {
             Ok(answer) => answer,
@@ -54,5 +63,37 @@ impl PlaybackControl for Counter {
                 "see the log for the module that it waits for".into(),
             )),
         }
+    }
+
+    fn history(&self, wish: &HistoryWish) -> Result<History, (String, String)> {
+        let is_meant = |track: &Track| track.path == wish.path;
+        let unknown = || {
+            let help =
+                "GET /api/v1/properties lists the properties; those of the playback itself are not recorded";
+            (format!("no value of /{} is recorded", wish.path), help.to_owned())
+        };
+        let (track, descriptor, numbers, (from, to)) = {
+            let reel = self.reel.get();
+            let timeline = &reel.timeline;
+            let track = timeline.tracks.iter().position(is_meant).ok_or_else(unknown)?;
+            let first = timeline.place_after(track, wish.from.checked_sub(1));
+            let numbers = first..timeline.place_after(track, Some(wish.to)).max(first);
+            (track, timeline.tracks[track].form.descriptor, numbers, timeline.span().unwrap_or_default())
+        };
+        let mut values = Vec::new();
+        for place in wish.places(numbers.len()) {
+            // Value by value, so that the playback goes on meanwhile.
+            let mut reel = self.reel.get();
+            let timeline = &mut reel.timeline;
+            let place = timeline.place(track, numbers.start + place);
+            let value = place.map(|place| timeline.value(place)).transpose();
+            let value = value.map_err(|error| (error.to_string(), "play the file anew".to_owned()))?;
+            values.extend(value.map(|value| FrozenValue {
+                bytes: value.bytes,
+                items: value.items,
+                stamp: Stamp { sequence: value.sequence, time: value.time, generation: 0 },
+            }));
+        }
+        Ok(History { descriptor, values, count: numbers.len(), from, to })
     }
 }

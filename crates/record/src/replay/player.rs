@@ -1,109 +1,53 @@
-//! Plays a recording in an agent.
+//! A recording that is played in an agent.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
 
 use slate_module::Plugin;
+use slate_runtime::Rate;
 use slate_runtime::configuration::{Configuration, Database, Report};
-use slate_runtime::playback::{
-    LoopSection, Order, Playback, PlaybackControl, PlaybackStatus, excerpt, interfaces,
-};
+use slate_runtime::playback::{Playback, PlaybackControl, excerpt, interfaces};
 use slate_runtime::plugin::load;
 use slate_runtime::recording::{Change, Recording, configuration};
-use slate_runtime::{Agent, Rate};
 
-use super::orders::{Answer, Counter, Orders, orders};
+use super::changes::concerns;
+use super::orders::{Counter, Orders, orders};
+use super::plan::{Plan, PlayError};
 use super::recompute::{Both, Recomputation, Witness};
 use super::reel::{Reel, SharedReel};
 use super::run::Run;
-use super::timeline::{Choice, Timeline};
+use super::timeline::Timeline;
 use crate::bag::Error;
-
-/// How a recording is played. Times are nanoseconds after its first value.
-#[derive(Clone, Debug, Default)]
-pub struct Plan {
-    /// Which part of it, and where.
-    pub choice: Choice,
-    /// Where it begins; at the first value unless said.
-    pub start: Option<u64>,
-    /// Where it ends; at the last value unless said.
-    pub end: Option<u64>,
-    /// Whether it begins again at its end.
-    pub repeats: bool,
-    /// Whether it stands still until somebody lets it go on.
-    pub is_paused: bool,
-    /// How many times as fast as it was recorded; nothing for as fast as it can.
-    pub rate: Option<f64>,
-    /// The modules that run on what is played; what is recorded of them is not.
-    pub modules: BTreeSet<String>,
-    /// Settings that go over those of the recording.
-    pub sets: Vec<String>,
-}
-
-/// Why a recording can't be played.
-#[derive(Debug, thiserror::Error)]
-pub enum PlayError {
-    /// The file can't be read, or not be played as is wanted.
-    #[error(transparent)]
-    Bag(#[from] Error),
-    /// The configuration is none any more, or a setting is wrong.
-    #[error(transparent)]
-    Configuration(#[from] Report),
-    /// What is wanted does not fit the recording.
-    #[error("`{}`: {what}", slate_runtime::printable(path))]
-    Unfit {
-        /// The recording.
-        path: PathBuf,
-        /// What does not fit, and what to do.
-        what: String,
-    },
-    /// A module does not return from its tick.
-    #[error("a module does not return from its tick")]
-    Hung,
-}
 
 /// A recording that is played in an agent, which is loaded with its [`configuration`](Player::configuration) and
 /// [`playback`](Player::playback).
 pub struct Player {
-    file: PathBuf,
+    pub(super) file: PathBuf,
     run: Option<Run>,
-    plan: Plan,
+    pub(super) plan: Plan,
     text: String,
-    misses: Vec<String>,
-    reel: SharedReel,
+    pub(super) misses: Vec<String>,
+    pub(super) reel: SharedReel,
     counter: Arc<Counter>,
-    orders: Orders,
+    pub(super) orders: Orders,
     /// The first and the last time of the file, and those between which it is played.
-    span: (u64, u64),
-    bounds: (u64, u64),
-    line: usize,
+    pub(super) span: (u64, u64),
+    pub(super) bounds: (u64, u64),
+    /// The next line of the log.
+    pub(super) line: usize,
     /// The time of the last cycle.
-    reached: u64,
+    pub(super) reached: u64,
     /// What was changed in the modules that run, while it was recorded.
-    changes: VecDeque<(u64, Change)>,
-    witness: Option<Witness>,
+    pub(super) changes: VecDeque<(u64, Change)>,
+    pub(super) witness: Option<Witness>,
 }
 
 impl std::fmt::Debug for Player {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Player").field("file", &self.file).finish_non_exhaustive()
     }
-}
-
-/// What was played.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PlayedRun {
-    /// How many values.
-    pub values: u64,
-    /// In how many cycles.
-    pub cycles: u64,
-    /// From the first value of the recording to where it ended, nanoseconds.
-    pub time: u64,
-    /// Whether it went to its end.
-    pub is_whole: bool,
 }
 
 impl Player {
@@ -153,8 +97,16 @@ impl Player {
             return Err(unfit(what.into()));
         }
         let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();
-        let excerpt = excerpt(&full, plugins, &plan.modules, &recorded).map_err(unfit)?;
-        reel.silent = excerpt.silent;
+        let is_whole = run.as_ref().is_some_and(Run::is_whole) && plan.choice.is_all();
+        let excerpt = {
+            // Where all of what is recorded is there, an inbox without messages took none.
+            let knows = run.as_ref().is_some_and(Run::has_messages);
+            let mailboxes = &reel.timeline.mailboxes;
+            let has_messages =
+                |path: &str| knows && (is_whole || mailboxes.iter().any(|mailbox| mailbox.path == path));
+            excerpt(&full, plugins, &plan.modules, &recorded, has_messages).map_err(unfit)?
+        };
+        (reel.silent, reel.inboxes) = (excerpt.silent, excerpt.inboxes);
         let (text, misses) = (excerpt.text, excerpt.misses);
         if let Some(run) = &run {
             run.replace(&mut reel, &full, &plan.modules);
@@ -162,13 +114,13 @@ impl Player {
         let mut changes = VecDeque::new();
         // Cycles are counted from the beginning.
         if is_lockstep && bounds.0 == span.0 {
-            let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules);
+            let codes = codes(plugins, &full, &plan);
+            let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules, &codes);
             changes.extend(reel.timeline.changes.drain(..).filter(of_modules));
         }
         let reel = SharedReel::new(reel);
-        let is_whole = run.as_ref().is_some_and(Run::is_whole) && plan.choice.is_all();
         let witness = (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole));
-        let (counter, orders) = orders();
+        let (counter, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),
             run,
@@ -271,204 +223,6 @@ impl Player {
     pub fn extent(&self) -> (usize, u64) {
         (self.reel.properties().len(), self.bounds.1 - self.bounds.0)
     }
-
-    /// Plays in an agent that was loaded for it, until the end or until `stop` is set.
-    ///
-    /// # Errors
-    /// When the file has become another one, or a module does not return.
-    pub fn run(&mut self, agent: &mut Agent, stop: &AtomicBool) -> Result<PlayedRun, PlayError> {
-        self.run_with(agent, stop, |_| {})
-    }
-
-    /// As [`run`](Player::run); `look` is called after each cycle.
-    ///
-    /// # Errors
-    /// As [`run`](Player::run).
-    #[allow(clippy::disallowed_methods, reason = "what is measured is shown on the wall clock")]
-    pub fn run_with(
-        &mut self,
-        agent: &mut Agent,
-        stop: &AtomicBool,
-        mut look: impl FnMut(&mut Agent),
-    ) -> Result<PlayedRun, PlayError> {
-        let mut turn = Turn {
-            time: self.bounds.0,
-            cycles: 0,
-            is_paused: self.plan.is_paused,
-            rate: self.plan.rate,
-            section: self.plan.repeats.then_some(LoopSection { from: self.bounds.0, to: self.bounds.1 }),
-            is_whole: false,
-        };
-        if self.bounds.0 > self.span.0 {
-            self.reel.get().jump(self.bounds.0)?;
-        }
-        let mut shown = Instant::now();
-        while !stop.load(Ordering::Relaxed) {
-            if let Some((order, answer)) =
-                self.orders.next(if turn.is_paused { LOOK } else { Duration::ZERO })
-            {
-                let done = self.obey(order, agent, &mut turn, &mut look, stop)?;
-                // Who asked may be gone.
-                let _ = answer.send(done);
-                continue;
-            }
-            if turn.is_paused {
-                continue;
-            }
-            if self.is_over(&turn) {
-                let Some(section) = turn.section else {
-                    turn.is_whole = true;
-                    break;
-                };
-                self.jump(section.from, agent, &mut turn)?;
-            }
-            self.cycle(agent, &mut turn, &mut look)?;
-            if shown.elapsed() > SHOW {
-                shown = Instant::now();
-                agent.publish_timing();
-            }
-        }
-        let values = self.reel.get().values;
-        let time = turn.time.saturating_sub(self.span.0);
-        Ok(PlayedRun { values, cycles: turn.cycles, time, is_whole: turn.is_whole })
-    }
-
-    /// Whether nothing is left before the end.
-    fn is_over(&self, turn: &Turn) -> bool {
-        let end = turn.section.map_or(self.bounds.1, |section| section.to);
-        turn.cycles > 0 && self.reel.get().following(turn.time).is_none_or(|next| next > end)
-    }
-
-    fn cycle(
-        &mut self,
-        agent: &mut Agent,
-        turn: &mut Turn,
-        look: &mut impl FnMut(&mut Agent),
-    ) -> Result<(), PlayError> {
-        while self.changes.front().is_some_and(|(after, _)| *after <= turn.cycles) {
-            if let Some((_, change)) = self.changes.pop_front()
-                && let Err(reason) = make(agent, &change)
-            {
-                self.misses
-                    .push(format!("a change after cycle {} can't be made again: {reason}", turn.cycles));
-            }
-        }
-        if !agent.step() {
-            return Err(PlayError::Hung);
-        }
-        turn.cycles += 1;
-        turn.time = agent.now();
-        self.reached = turn.time;
-        if let Some(witness) = &mut self.witness {
-            witness.look()?;
-        }
-        let mut reel = self.reel.get();
-        reel.check()?;
-        while let Some(line) = reel.timeline.lines.get(self.line).filter(|line| line.time <= turn.time) {
-            agent.logger().log_recorded(&line.module, line.time, line.level, &line.text);
-            self.line += 1;
-        }
-        drop(reel);
-        look(agent);
-        Ok(())
-    }
-
-    fn jump(&mut self, time: u64, agent: &mut Agent, turn: &mut Turn) -> Result<bool, PlayError> {
-        if turn.cycles == 0 {
-            // The first cycle is that of the beginning.
-            self.reel.get().begin = time;
-        } else if !agent.jump(time) {
-            return Ok(false);
-        }
-        let mut reel = self.reel.get();
-        reel.jump(time)?;
-        self.line = reel.timeline.lines.partition_point(|line| line.time <= time);
-        turn.time = time;
-        Ok(true)
-    }
-
-    fn obey(
-        &mut self,
-        order: Order,
-        agent: &mut Agent,
-        turn: &mut Turn,
-        look: &mut impl FnMut(&mut Agent),
-        stop: &AtomicBool,
-    ) -> Result<Answer, PlayError> {
-        let at = |time: u64| self.span.0.saturating_add(time);
-        let refused = |message: String, help: &str| Ok(Err((message, help.to_owned())));
-        let has_modules = !self.plan.modules.is_empty();
-        match order {
-            Order::Status => {}
-            Order::Pause => turn.is_paused = true,
-            Order::Resume => {
-                turn.is_paused = false;
-                agent.set_rate(rate(turn.rate));
-            }
-            Order::Rate(Some(factor)) if !(factor.is_finite() && factor > 0.0) => {
-                return refused(format!("{factor} is no rate"), "a positive factor such as 0.5, or max");
-            }
-            Order::Rate(factor) => {
-                turn.rate = factor;
-                agent.set_rate(rate(factor));
-            }
-            Order::Step(count) => {
-                turn.is_paused = true;
-                agent.set_rate(Rate::Max);
-                for _ in 0..count {
-                    if stop.load(Ordering::Relaxed) || self.is_over(turn) {
-                        break;
-                    }
-                    self.cycle(agent, turn, look)?;
-                }
-                agent.set_rate(rate(turn.rate));
-                agent.publish_timing();
-            }
-            Order::Seek(_) | Order::Loop(Some(_)) if has_modules => {
-                return refused(
-                    "modules run on what is played, and to them time never goes back".into(),
-                    "play it anew with --start, or without --recompute",
-                );
-            }
-            Order::Seek(time) if at(time) > self.span.1 => return refused(self.beyond(time), INSIDE),
-            Order::Seek(time) => drop(self.jump(at(time), agent, turn)?),
-            Order::Loop(None) => turn.section = None,
-            Order::Loop(Some(LoopSection { from, to })) if from >= to || at(from) > self.span.1 => {
-                let message =
-                    if from >= to { "a part ends after it begins".into() } else { self.beyond(from) };
-                return refused(message, INSIDE);
-            }
-            Order::Loop(Some(LoopSection { from, to })) => {
-                let section = LoopSection { from: at(from), to: at(to).min(self.span.1) };
-                turn.section = Some(section);
-                if !(section.from..=section.to).contains(&turn.time) {
-                    self.jump(section.from, agent, turn)?;
-                }
-            }
-        }
-        Ok(Ok(self.status(turn)))
-    }
-
-    fn beyond(&self, time: u64) -> String {
-        let seconds = |time: u64| time as f64 * 1e-9;
-        let end = seconds(self.span.1 - self.span.0);
-        format!("the recording has {end:.3} s, and {:.3} s is behind its end", seconds(time))
-    }
-
-    fn status(&self, turn: &Turn) -> PlaybackStatus {
-        let after = |time: u64| time.saturating_sub(self.span.0);
-        PlaybackStatus {
-            file: self.file.clone(),
-            time: after(turn.time),
-            from: after(self.bounds.0),
-            to: after(self.bounds.1),
-            is_paused: turn.is_paused,
-            rate: turn.rate,
-            section: turn.section.map(|own| LoopSection { from: after(own.from), to: after(own.to) }),
-            values: self.reel.get().values,
-            modules: self.plan.modules.iter().cloned().collect(),
-        }
-    }
 }
 
 /// The modules of a recording of an agent, each with its type; none of another one.
@@ -487,56 +241,23 @@ fn with_libraries(plugins: &[Plugin], configuration: &Configuration) -> Vec<Plug
     plugins.iter().cloned().chain(libraries).collect()
 }
 
-/// Whether a change was one of these modules.
-fn concerns(change: &Change, modules: &BTreeSet<String>) -> bool {
-    let Change::Setting { path, .. } = change else { return false };
-    let names = |module: &String| {
-        let quoted = format!("\"{module}\"");
-        let own = [format!("modules.{quoted}."), format!("modules.{module}."), format!("links.\"{module}/")];
-        own.iter().any(|own| path.starts_with(own.as_str())) || *path == format!("{module}/enabled")
+/// The plugins whose recorded code the modules that run have. Whoever says where a plugin's code is wants no other one.
+fn codes(plugins: &[Plugin], configuration: &Configuration, plan: &Plan) -> BTreeSet<String> {
+    let modules = configuration.modules().iter().filter(|module| plan.modules.contains(&module.name.value));
+    let kinds: BTreeSet<&str> = modules.map(|module| module.plugin.value.as_str()).collect();
+    let has = |plugin: &&Plugin| plugin.kinds().iter().any(|kind| kinds.contains(kind.name()));
+    let is_given = |name: &str| {
+        let places = [format!("plugins.{name}."), format!("plugins.\"{name}\".")];
+        plan.sets.iter().any(|set| places.iter().any(|place| set.starts_with(place.as_str())))
     };
-    modules.iter().any(names)
+    let names = plugins.iter().filter(has).map(|plugin| plugin.name().to_owned());
+    names.filter(|name| !is_given(name)).collect()
 }
-
-/// Makes a change once more.
-fn make(agent: &Agent, change: &Change) -> Result<(), String> {
-    let Change::Setting { path, value } = change else { return Ok(()) };
-    let database = agent.database().ok_or("the agent was loaded without a database")?;
-    let done = match value {
-        Some(value) => match path.strip_suffix("/enabled").filter(|module| !module.contains('.')) {
-            Some(module) => {
-                let switched = agent.composer().enable(module, value == "true");
-                return switched.map_err(|error| error.to_string());
-            }
-            None => database.set(&[(path, value)]).map(drop),
-        },
-        None => database.take_back(path).map(drop),
-    };
-    done.map_err(|report| report.to_string())
-}
-
-/// Where a playback is.
-struct Turn {
-    time: u64,
-    cycles: u64,
-    is_paused: bool,
-    rate: Option<f64>,
-    section: Option<LoopSection>,
-    is_whole: bool,
-}
-
-const INSIDE: &str =
-    "give seconds after the first value, such as 1.5; `slate replay status` says how many there are";
-
-/// How often a playback that stands still looks whether it is to end.
-const LOOK: Duration = Duration::from_millis(50);
-
-/// How often what was measured is shown.
-const SHOW: Duration = Duration::from_millis(100);
 
 /// How many reasons are told.
 const SHOWN: usize = 5;
 
-fn rate(factor: Option<f64>) -> Rate {
+/// What goes at a factor of real time; as fast as it can without one.
+pub(super) fn rate(factor: Option<f64>) -> Rate {
     factor.map_or(Rate::Max, Rate::Times)
 }

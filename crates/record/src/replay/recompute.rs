@@ -1,10 +1,11 @@
 //! What modules write that run on a recording, beside what is recorded of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde::Serialize;
 use slate_blackboard::channel::Tap;
+use slate_blackboard::message::Message;
 use slate_blackboard::{Access, Property, Stamp, Taps};
 use slate_runtime::configuration::Record;
 use slate_runtime::recording::{Change, Recording};
@@ -58,6 +59,8 @@ struct Comparer {
     has_times: bool,
     /// Whether everything that was written is recorded.
     is_whole: bool,
+    /// The properties that are played.
+    played: BTreeSet<String>,
     /// The track of each property that is compared, and its next value.
     tracks: BTreeMap<String, (usize, usize)>,
     found: BTreeMap<String, Recomputed>,
@@ -73,7 +76,9 @@ impl Witness {
             let next = own.timeline.place_after(track, own.begin.checked_sub(1));
             tracks.insert(own.timeline.tracks[track].path.clone(), (track, next));
         }
+        let played = own.timeline.tracks.iter().zip(&own.played).filter(|(_, played)| played.is_some());
         let comparer = Comparer {
+            played: played.map(|(track, _)| track.path.clone()).collect(),
             reel: reel.clone(),
             has_times: own.has_cycles,
             is_whole,
@@ -242,16 +247,11 @@ fn extra(path: &str, stamp: Stamp) -> Difference {
 impl Sink for Comparer {
     fn value(&mut self, channel: Option<&Channel>, _: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         let Some(channel) = channel else { return };
-        // What is set is none of what is computed.
-        if !channel.repeats() || channel.access == Access::Setting || self.failure.is_some() {
+        // What is set or sent is none of what is computed.
+        if !channel.repeats() || channel.access != Access::Output || self.failure.is_some() {
             return;
         }
-        let is_played = {
-            let reel = self.reel.get();
-            let mut tracks = reel.timeline.tracks.iter().zip(&reel.played);
-            tracks.any(|(track, played)| played.is_some() && track.path == channel.path)
-        };
-        if !is_played {
+        if !self.played.contains(&channel.path) {
             self.failure = self.compare(channel, items, stamp, bytes).err();
         }
     }
@@ -267,6 +267,11 @@ impl Tap for BothTaps {
     fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
         self.0.wrote(bytes, items, stamp);
         self.1.wrote(bytes, items, stamp);
+    }
+
+    fn took(&self, message: &Message<'_>, now: u64) {
+        self.0.took(message, now);
+        self.1.took(message, now);
     }
 }
 

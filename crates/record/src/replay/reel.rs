@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use slate_blackboard::Property;
 use slate_blackboard::channel::{Frozen, FrozenValue, Writer};
-use slate_blackboard::{Stamp, interface::Descriptor};
+use slate_blackboard::message::Sender;
+use slate_blackboard::{Board, Carrier, Property, Stamp, interface::Descriptor};
 use slate_runtime::playback::{Playback, Played};
 
-use super::timeline::{Recorded, Timeline};
+use super::timeline::{Mailbox, Recorded, Timeline};
 use crate::bag::Error;
 
 /// A recording on its way into an agent.
@@ -18,6 +18,12 @@ pub(super) struct Reel {
     pub played: Vec<Option<BTreeSet<String>>>,
     /// What modules are linked to and is never written.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
+    /// The mailboxes that what was taken is sent to again.
+    pub inboxes: BTreeSet<String>,
+    /// By mailbox, those who send to it, by their numbers.
+    senders: Vec<Vec<Sender>>,
+    /// The next message.
+    next_letter: usize,
     /// By track.
     writers: Vec<Option<(Arc<Property>, Writer)>>,
     /// The next value.
@@ -40,6 +46,9 @@ impl Reel {
         let played = timeline.tracks.iter().map(|_| Some(BTreeSet::new())).collect();
         Self {
             played,
+            next_letter: timeline.letters.partition_point(|letter| letter.time < begin),
+            inboxes: BTreeSet::new(),
+            senders: Vec::new(),
             silent: Vec::new(),
             writers: Vec::new(),
             next: 0,
@@ -60,6 +69,7 @@ impl Reel {
     /// Goes on from a time: each property has the last value that it had then.
     pub fn jump(&mut self, time: u64) -> Result<(), Error> {
         self.next = self.timeline.after(time);
+        self.next_letter = self.timeline.letters.partition_point(|letter| letter.time < time);
         for track in 0..self.writers.len() {
             let Some((property, writer)) = &mut self.writers[track] else { continue };
             let generation = writer.generation();
@@ -107,6 +117,39 @@ impl Reel {
             let _ = writer.write(&bytes, items, time);
             self.values += 1;
         }
+        while let Some(letter) = self.timeline.letters.get(self.next_letter).filter(|own| own.time <= now) {
+            let (sent, mailbox, sender) = (letter.sent, letter.mailbox, letter.sender as usize);
+            let place = self.next_letter;
+            self.next_letter += 1;
+            let senders = self.senders.get_mut(mailbox);
+            let Some(sender) = senders.and_then(|senders| senders.get_mut(sender)) else { continue };
+            let (bytes, items) = self.timeline.letter(place)?;
+            // A module that takes them no more, as it is switched off, leaves no room for them.
+            let _ = sender.send(&bytes, items, sent);
+        }
+        Ok(())
+    }
+
+    /// Gets hold of the mailboxes that messages are sent to.
+    fn address(&mut self, board: &Board) -> Result<(), String> {
+        let address = |mailbox: &Mailbox| {
+            if !self.inboxes.contains(&mailbox.path) {
+                return Ok(Vec::new());
+            }
+            let path = &mailbox.path;
+            let found = board.find(path).map_err(|error| error.to_string())?.0;
+            let Carrier::Mailbox(own) = found.carrier() else {
+                return Err(format!("/{path} takes no messages any more"));
+            };
+            if found.descriptor().hash != mailbox.form.descriptor.hash {
+                return Err(format!(
+                    "/{path} takes messages of another version than those that are recorded"
+                ));
+            }
+            let senders = (0..mailbox.senders).map(|_| own.sender());
+            senders.collect::<Result<_, _>>().map_err(|error| format!("/{path}: {error}"))
+        };
+        self.senders = self.timeline.mailboxes.iter().map(address).collect::<Result<_, String>>()?;
         Ok(())
     }
 }
@@ -147,7 +190,7 @@ impl Playback for SharedReel {
         tracks.chain(silent).collect()
     }
 
-    fn begin(&mut self, properties: &[Arc<Property>]) {
+    fn begin(&mut self, properties: &[Arc<Property>], board: &Board) -> Result<(), String> {
         let mut reel = self.get();
         let mut properties = properties.iter();
         let is_played: Vec<bool> = reel.played.iter().map(Option::is_some).collect();
@@ -158,6 +201,7 @@ impl Playback for SharedReel {
             .into_iter()
             .map(|is| if is { properties.next().and_then(writer) } else { None })
             .collect();
+        reel.address(board)
     }
 
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64 {

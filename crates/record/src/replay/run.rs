@@ -38,8 +38,8 @@ impl Run {
     /// When it can't be read, or is damaged.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let mut source = Source::open(path)?;
-        let (mut run, mut changes, mut dropped) = (Self::default(), None, None);
-        while let Some(item) = source.next()? {
+        let (mut run, mut changes, mut dropped) = (Self::default(), None::<u16>, None::<u16>);
+        while let Some(item) = source.next(|channel| [changes, dropped].contains(&Some(channel)))? {
             match item {
                 Item::Metadata(name, texts) => match name.as_str() {
                     "run" => run.about = texts,
@@ -168,6 +168,11 @@ impl Run {
         let is_remote = |link: &Link| link.from.value.agent().is_some_and(|agent| agent != own);
         let takes_part = configuration.share().is_some() || configuration.links().iter().any(is_remote);
         takes_part.then(|| "values of other agents may have come into the run".into())
+    }
+
+    /// Whether messages to modules are among what is recorded.
+    pub(super) fn has_messages(&self) -> bool {
+        self.about("messages") == "true"
     }
 
     fn about(&self, key: &str) -> &str {

@@ -6,15 +6,14 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use slate_blackboard::Url;
 use slate_blackboard::interface::Descriptor;
 use slate_module::Level;
 use slate_runtime::recording::Change;
 
+use super::fate::{Fate, check_writers, fate, log_line};
 use super::form::Form;
-use crate::bag::{Error, Message, Reader, Selection, Spot};
-use crate::recorder::{CHANGE, read_change};
-use crate::ros;
+use crate::bag::{Error, Reader, Selection, Spot};
+use crate::recorder::read_change;
 
 /// Which part of a recording is played, and where.
 #[derive(Clone, Debug, Default)]
@@ -41,16 +40,37 @@ pub(super) struct Track {
     pub path: String,
     pub form: Form,
     /// Whether a run of the same writes the same values.
-    is_compared: bool,
+    pub is_compared: bool,
     /// Whether the numbers of the recording count its values.
-    is_counted: bool,
-    last_sequence: u64,
+    pub is_counted: bool,
+    pub last_sequence: u64,
     /// The latest time so far.
-    latest: u64,
+    pub latest: u64,
     /// Values with a time before that of one before them.
     pub backwards: u64,
     /// Its values in the order of time, by their places among all.
-    values: Vec<u32>,
+    pub values: Vec<u32>,
+}
+
+/// A mailbox whose messages are recorded.
+pub(super) struct Mailbox {
+    /// Without a leading slash.
+    pub path: String,
+    pub form: Form,
+    /// How many have sent to it.
+    pub senders: u32,
+}
+
+/// A message that a module took.
+pub(super) struct Letter {
+    /// When it was taken, and when it was sent.
+    pub time: u64,
+    pub sent: u64,
+    /// Its place among the mailboxes.
+    pub mailbox: usize,
+    pub sender: u32,
+    sequence: u32,
+    spot: Spot,
 }
 
 /// A value, and when it is played: when it was written, but not before the one before it.
@@ -59,9 +79,6 @@ struct Moment {
     track: u16,
     spot: Spot,
 }
-
-/// The topic and the type of a recorded log.
-const LOG: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");
 
 /// A line of the log.
 pub(super) struct LogLine {
@@ -76,6 +93,8 @@ pub(super) struct Timeline {
     reader: Reader<BufReader<File>>,
     pub tracks: Vec<Track>,
     entries: Vec<Moment>,
+    pub mailboxes: Vec<Mailbox>,
+    pub letters: Vec<Letter>,
     pub lines: Vec<LogLine>,
     /// The times at which any property of an agent was written, also of those that are not played.
     pub times: Vec<u64>,
@@ -98,14 +117,6 @@ pub(super) struct Recorded {
 /// Times of one recording as those of its agent: nanoseconds after this.
 pub(super) type Epoch = u64;
 
-/// What becomes of a channel of the file.
-enum Fate {
-    Played(usize),
-    Log(ros::Schema),
-    Changes,
-    LeftOut,
-}
-
 impl Timeline {
     /// When the first value of a file was recorded.
     pub fn first_time(path: &Path) -> Result<u64, Error> {
@@ -125,6 +136,8 @@ impl Timeline {
             reader: Reader::open(path)?,
             tracks: Vec::new(),
             entries: Vec::new(),
+            mailboxes: Vec::new(),
+            letters: Vec::new(),
             lines: Vec::new(),
             times: Vec::new(),
             span: None,
@@ -141,7 +154,8 @@ impl Timeline {
             let id = message.channel.id;
             if let Entry::Vacant(place) = fates.entry(id) {
                 let is_chosen = is_chosen(&message.channel.topic);
-                let fate = fate(&mut timeline.tracks, &message, is_chosen, choice, known);
+                let (tracks, mailboxes) = (&mut timeline.tracks, &mut timeline.mailboxes);
+                let fate = fate(tracks, mailboxes, &message, is_chosen, choice, known);
                 let fate = fate.unwrap_or_else(|why| {
                     timeline.left_out.extend(why.map(|why| (message.channel.topic.clone(), why)));
                     Fate::LeftOut
@@ -173,6 +187,22 @@ impl Timeline {
                     let entry = Moment { time, track: *track as u16, spot };
                     timeline.entries.push(entry);
                 }
+                Fate::Sent(mailbox, sender) => {
+                    let Mailbox { path, form, senders } = &mut timeline.mailboxes[*mailbox];
+                    form.note(message.data).map_err(|error| {
+                        let name = form.descriptor.name;
+                        unfit(format!("a message to /{path} is no {name}: {error}"))
+                    })?;
+                    *senders = (*senders).max(sender.saturating_add(1));
+                    timeline.letters.push(Letter {
+                        time,
+                        sent: message.publish_time.saturating_sub(epoch),
+                        mailbox: *mailbox,
+                        sender: *sender,
+                        sequence: message.sequence,
+                        spot,
+                    });
+                }
                 Fate::Log(schema) => {
                     let line = schema.decode(message.data).ok();
                     timeline.lines.extend(line.and_then(|line| log_line(&line, time)));
@@ -201,6 +231,10 @@ impl Timeline {
                 }
             })?;
         }
+        for mailbox in &mut timeline.mailboxes {
+            let path = &mailbox.path;
+            mailbox.form.finish().map_err(|error| unfit(format!("/{path}: {error}")))?;
+        }
         timeline.sort();
         Ok(timeline)
     }
@@ -210,6 +244,7 @@ impl Timeline {
         self.entries.sort_by_key(|entry| entry.time);
         self.times.sort_unstable();
         self.times.dedup();
+        self.letters.sort_by_key(|letter| (letter.time, letter.mailbox, letter.sequence));
         self.lines.sort_by_key(|line| line.time);
         self.changes.sort_by_key(|(cycle, _)| *cycle);
         self.tracks.iter_mut().for_each(|track| track.values.clear());
@@ -267,6 +302,19 @@ impl Timeline {
         place.map(|place| self.value(place)).transpose()
     }
 
+    /// The message at a place among all.
+    pub fn letter(&mut self, place: usize) -> Result<(Vec<u8>, usize), Error> {
+        let letter = &self.letters[place];
+        let message = self.reader.message_at(letter.spot)?;
+        let Mailbox { path, form, .. } = &self.mailboxes[letter.mailbox];
+        let bytes = form.decode(message.data).map_err(|error| Error::Unfit {
+            path: self.reader.path().into(),
+            what: format!("a message to /{path} can't be read: {error}"),
+        })?;
+        let items = form.items(&bytes);
+        Ok((bytes, items))
+    }
+
     /// The value at a place.
     pub fn value(&mut self, place: usize) -> Result<Recorded, Error> {
         let Moment { time, track, spot } = self.entries[place];
@@ -285,79 +333,4 @@ impl Timeline {
         let items = own.form.items(&bytes);
         Ok(Recorded { items, bytes, sequence, time })
     }
-}
-
-/// What becomes of a message's channel; why it is left out, unless that goes without saying.
-fn fate(
-    tracks: &mut Vec<Track>,
-    message: &Message<'_>,
-    is_chosen: bool,
-    choice: &Choice,
-    known: &BTreeMap<u64, &'static Descriptor>,
-) -> Result<Fate, Option<String>> {
-    let topic = &message.channel.topic;
-    if *topic == CHANGE.name {
-        return Ok(Fate::Changes);
-    }
-    if !is_chosen {
-        return Err(None);
-    }
-    let schema = message.schema.filter(|schema| *topic == LOG.0 && schema.name == LOG.1);
-    if let Some(schema) = schema {
-        let text = std::str::from_utf8(&schema.data).unwrap_or_default();
-        return ros::Schema::parse(&schema.name, text)
-            .map(Fate::Log)
-            .map_err(|error| Some(error.to_string()));
-    }
-    let path = choice.map.get(topic).unwrap_or(topic).trim_start_matches('/');
-    // An agent that plays tells these of itself.
-    if ["loop", "log", "record"].iter().any(|own| slate_blackboard::is_within(path, own)) {
-        return Err(None);
-    }
-    if let Err(error) = Url::parse(&format!("/{path}")) {
-        return Err(Some(format!("{error}: play it elsewhere with --map '{topic}=/a/path'")));
-    }
-    let form = Form::of(message, known).map_err(Some)?;
-    let says = |key: &str, value: &str| message.channel.metadata.get(key).is_some_and(|said| said == value);
-    tracks.push(Track {
-        topic: topic.clone(),
-        path: path.into(),
-        form,
-        is_compared: says("repeats", "true") && says("access", "output"),
-        is_counted: true,
-        last_sequence: 0,
-        latest: 0,
-        backwards: 0,
-        values: Vec::new(),
-    });
-    // There are not more channels than that.
-    Ok(Fate::Played(tracks.len() - 1))
-}
-
-/// A property has one writer.
-fn check_writers(tracks: &[Track]) -> Result<(), String> {
-    let mut places: BTreeMap<&str, &Track> = BTreeMap::new();
-    for track in tracks {
-        let Some(other) = places.insert(&track.path, track) else { continue };
-        let what = match other.topic == track.topic {
-            true => format!("{} has two writers in it, as after a merge of two recordings", track.topic),
-            false => format!("{} and {} are both to be played at /{}", other.topic, track.topic, track.path),
-        };
-        return Err(format!(
-            "{what}, and a property has one: play another part of it with --select or --exclude, elsewhere with --map, or \
-             filter the files before they are merged"
-        ));
-    }
-    Ok(())
-}
-
-fn log_line(line: &ros::Value, time: u64) -> Option<LogLine> {
-    let level = match line.get("level")?.as_integer()? {
-        40.. => Level::Error,
-        30.. => Level::Warn,
-        20.. => Level::Info,
-        _ => Level::Debug,
-    };
-    let text = |name| Some(line.get(name)?.as_str()?.to_owned());
-    Some(LogLine { time, level, module: text("name")?, text: text("msg")? })
 }

@@ -136,6 +136,30 @@ fn a_recording_that_is_cut_off_or_damaged_names_the_byte_and_gives_what_is_befor
 }
 
 #[test]
+fn behind_a_record_of_a_wrong_length_it_goes_on_with_the_next_chunk() {
+    let (folder, _) = written();
+    let whole = std::fs::read(folder.join("none.bag")).unwrap();
+    let own = files::folder("rosbag-resume");
+    // The first record behind the head of the file, which has a length of its own, says a length that can't be.
+    let head = 13;
+    let length = |at: usize| 4 + u32::from_le_bytes(whole[at..at + 4].try_into().unwrap()) as usize;
+    let first = head + length(head) + length(head + length(head));
+    let chunk = &whole[first..];
+    let twice = [&whole[..first], &[0xff, 0xff, 0xff, 0x7f], &[7; 300], chunk].concat();
+    let path = write(&own, "resumed.bag", &twice);
+    let error = import(&path, &own.join("x.mcap"), &STRICT).unwrap_err().to_string();
+    let next = first + 304;
+    assert!(error.contains(&format!("a chunk that can be read begins at byte {next}")), "{error}");
+    let (imported, found) = files::import(&path, &LENIENT);
+    assert_eq!(imported.wrong, 1, "{imported:?}");
+    assert_eq!(found.len(), messages(&folder.join("none.bag")).len());
+    // Where no chunk follows, that is said.
+    let path = write(&own, "lost.bag", [&whole[..first], &[0xff, 0xff, 0xff, 0x7f], &[7; 300]].concat());
+    let error = import(&path, &own.join("x.mcap"), &STRICT).unwrap_err().to_string();
+    assert!(error.contains("nothing behind it can be read"), "{error}");
+}
+
+#[test]
 fn a_recording_of_ros_becomes_a_log_of_carmen() {
     let (folder, _) = written();
     let path = folder.join("none.bag");

@@ -44,8 +44,8 @@ use build::Ground;
 use catalogue::Catalogue;
 pub(crate) use composer::Property;
 pub use composer::{
-    Composer, ControlsError, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError, PluginStatus, Reload,
-    Teleoperation, WeakComposer,
+    Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError,
+    PluginStatus, Reload, Teleoperation, WeakComposer,
 };
 use composition::Composition;
 pub use looping::SystemClock;

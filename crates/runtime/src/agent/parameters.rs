@@ -5,6 +5,7 @@ use slate_module::{Bool, Description};
 
 use super::survey::Complaints;
 use crate::configuration::{Spanned, Table, Value};
+use crate::mistake::Mistake;
 
 /// Whether a module runs.
 #[slate_module::interface]
@@ -70,14 +71,14 @@ pub(super) fn bytes(description: &Description, table: &Table, complaints: &mut C
                 (Some(near), _) => format!("did you mean `{near}`?"),
                 (None, _) => format!("there are: {}", names.collect::<Vec<_>>().join(", ")),
             };
-            complaints.add(entry.key, format!("no parameter `{name}`"), help);
+            complaints.add(entry.key, Mistake::Parameter.of(format!("no parameter `{name}`")), help);
             continue;
         };
         let value = interface::Value::from(&entry.value.value);
         if let (Some((low, high)), Some(number)) = (parameter.range, value.as_f64())
             && !(low..=high).contains(&number)
         {
-            let message = format!("`{name}` is {number}, outside {low} to {high}");
+            let message = Mistake::Value.of(format!("`{name}` is {number}, outside {low} to {high}"));
             complaints.add(
                 entry.value.span,
                 message,
@@ -92,7 +93,7 @@ pub(super) fn bytes(description: &Description, table: &Table, complaints: &mut C
             } else {
                 format!("its unit is {unit}")
             };
-            complaints.add(entry.value.span, error.to_string(), help);
+            complaints.add(entry.value.span, Mistake::Value.of(error.to_string()), help);
         }
     }
     bytes

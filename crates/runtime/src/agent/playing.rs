@@ -38,7 +38,10 @@ pub(super) fn begin(
             Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), Some(help)))
         })?);
     }
-    playback.begin(&properties);
+    playback.begin(&properties, &shared.board).map_err(|message| {
+        let name = configuration.agent_name();
+        Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), None))
+    })?;
     shared.play(Some(playback));
     Ok(())
 }

@@ -9,6 +9,7 @@ use super::read::{Main, Read, Request, layers, read};
 use super::source::{SourceKind, Span, Spanned};
 use super::value::{Entry, Table, Value};
 use super::{Diagnostic, Options, Report, report};
+use crate::mistake::Mistake;
 
 /// One of several agents.
 #[derive(Clone, Debug)]
@@ -121,7 +122,11 @@ impl Layers {
                 } else if kind == SourceKind::Change {
                     let help =
                         format!("change it there: --agent {name}, and the setting without `agents.{name}.`");
-                    self.problems.add(entry.key, format!("`{name}` is another agent"), help);
+                    self.problems.add(
+                        entry.key,
+                        Mistake::OtherAgent.of(format!("`{name}` is another agent")),
+                        help,
+                    );
                 }
             }
         }
@@ -162,7 +167,7 @@ impl Layers {
         };
         self.problems.0.push(super::problems::Problem {
             span,
-            message: format!("no agent is called `{name}`"),
+            message: Mistake::OtherAgent.of(format!("no agent is called `{name}`")),
             help: Some(help),
         });
     }

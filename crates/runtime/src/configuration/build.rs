@@ -8,6 +8,7 @@ use super::model::{Actuator, Agent, Isolation, Limit, Link, Mission, Module, Rat
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
+use crate::mistake::Mistake;
 
 /// How long a command is followed when nothing else is said, nanoseconds.
 const TIME_TO_LIVE: u64 = 100_000_000;
@@ -49,7 +50,7 @@ impl Build<'_> {
             Some((number, Err(_))) => number.to_string(),
             None => value.describe().into(),
         };
-        let message = format!("`seed` takes a whole number from 0, found {found}");
+        let message = Mistake::Value.of(format!("`seed` takes a whole number from 0, found {found}"));
         self.problems.add(value.span, message, "write a number such as seed = 1");
         None
     }
@@ -168,7 +169,7 @@ impl Build<'_> {
                 Ordering::Equal => {
                     self.problems.add(
                         second.key,
-                        format!("`{a}` and `{b}` exclude each other"),
+                        Mistake::Key.of(format!("`{a}` and `{b}` exclude each other")),
                         "keep one of the two",
                     );
                     None
@@ -204,7 +205,7 @@ impl Build<'_> {
                         );
                         self.problems.add(
                             entry.key,
-                            format!("input `{path}` has both a link and a value"),
+                            Mistake::TwoSources.of(format!("input `{path}` has both a link and a value")),
                             help,
                         );
                         true
@@ -289,11 +290,11 @@ impl Build<'_> {
     fn limit(&mut self, field: Spanned<String>, entry: &Entry) -> Option<Limit> {
         let example = format!("write the lowest and the highest value: {} = [-1.0, 1.0]", field.value);
         let Some([low, high]) = entry.value.as_list() else {
-            let message = format!(
+            let message = Mistake::Value.of(format!(
                 "the limits of `{}` are a list of two numbers, found {}",
                 field.value,
                 entry.value.describe()
-            );
+            ));
             self.problems.add(entry.value.span, message, example);
             return None;
         };
@@ -315,7 +316,7 @@ impl Build<'_> {
             let help = format!("write how much it may change in a second: {} = 30.0", field.value);
             self.problems.add(
                 entry.value.span,
-                format!("the rate limit of `{}` must be above zero", field.value),
+                Mistake::Value.of(format!("the rate limit of `{}` must be above zero", field.value)),
                 help,
             );
             return None;

@@ -4,11 +4,13 @@ use std::sync::Arc;
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 
 use super::source::{SourceKind, Sources, Span};
+use crate::mistake::{Message, Mistake};
 
 /// One thing that is wrong, where, and what to do about it.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
     message: String,
+    mistake: Option<Mistake>,
     help: Option<String>,
     place: Option<Place>,
 }
@@ -23,20 +25,23 @@ struct Place {
 
 impl Diagnostic {
     /// Something wrong that no text shows, such as a file that can't be read.
-    pub fn without_place(message: impl Into<String>, help: impl Into<Option<String>>) -> Self {
-        Self { message: message.into(), help: help.into(), place: None }
+    pub fn without_place(message: impl Into<Message>, help: impl Into<Option<String>>) -> Self {
+        let Message { text, mistake } = message.into();
+        Self { message: text, mistake, help: help.into(), place: None }
     }
 
-    pub(super) fn at(sources: &Sources, span: Span, message: String, help: Option<String>) -> Self {
+    pub(super) fn at(sources: &Sources, span: Span, message: Message, help: Option<String>) -> Self {
         let source = sources.of(span);
         if source.kind == SourceKind::Plugin {
-            return Self::without_place(format!("{}: {message}", source.name), help);
+            let text = format!("{}: {message}", source.name);
+            return Self::without_place(Message { text, ..message }, help);
         }
         let range = source.range(span);
         let (line, column) = source.line_and_column(range.start);
         let label = LabeledSpan::new_with_span(Some("here".into()), range);
         let source = NamedSource::new(&source.name, Arc::clone(&source.text));
-        Self { message, help, place: Some(Place { source, label, line, column }) }
+        let Message { text, mistake } = message;
+        Self { message: text, mistake, help, place: Some(Place { source, label, line, column }) }
     }
 
     /// Place, message and help in a line.
@@ -47,6 +52,11 @@ impl Diagnostic {
     /// What is wrong.
     pub fn message(&self) -> &str {
         &self.message
+    }
+
+    /// Of which kind it is, if it has one.
+    pub fn mistake(&self) -> Option<Mistake> {
+        self.mistake
     }
 
     /// What to do about it.
@@ -101,6 +111,11 @@ impl Report {
         &self.diagnostics
     }
 
+    /// Of which kind the first of them is that has one.
+    pub fn mistake(&self) -> Option<Mistake> {
+        self.diagnostics.iter().find_map(Diagnostic::mistake)
+    }
+
     /// The report for a terminal: message, excerpt with a caret, and help for each.
     pub fn render(&self, colour: bool) -> String {
         let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
@@ -132,7 +147,7 @@ struct Line<'a>(&'a Diagnostic);
 
 impl fmt::Display for Line<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Diagnostic { message, help, place } = self.0;
+        let Diagnostic { message, help, place, .. } = self.0;
         if let Some(place) = place {
             write!(f, "{}:{}:{}: ", place.source.name(), place.line, place.column)?;
         }

@@ -11,6 +11,7 @@ use super::problems::{Problems, suggestion};
 use super::scope::{SECTIONS, each_text, resolve_keys};
 use super::source::{SourceKind, Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
+use crate::mistake::Mistake;
 
 /// The agents of a file, with what each says that it runs.
 #[derive(Default)]
@@ -176,7 +177,7 @@ impl Side<'_> {
         let known: Vec<&str> = self.names.common.keys().chain(&self.names.own).map(String::as_str).collect();
         for run in self.parts[self.agent].runs.iter().flatten() {
             if !known.contains(&run.value.as_str()) {
-                let message = format!("no robot or module is called `{}`", run.value);
+                let message = Mistake::Name.of(format!("no robot or module is called `{}`", run.value));
                 problems.add(run.span, message, suggestion(run, &known));
             }
             if let Some(other) = self.runner(run).filter(|other| *other != self.agent) {

@@ -12,6 +12,7 @@ use super::scope::flatten;
 use super::set::{Written, parse_set};
 use super::source::{Place, Source, SourceKind, Sources, Span};
 use super::value::{Entry, Table, Value};
+use crate::mistake::Mistake;
 
 /// Reads the texts of a configuration and merges what they say.
 #[derive(Default)]
@@ -70,7 +71,8 @@ impl Layers {
             if this.elsewhere {
                 return;
             }
-            let message = format!("can't read the configuration {}: {reason}", crate::printable(path));
+            let message = Mistake::Syntax
+                .of(format!("can't read the configuration {}: {reason}", crate::printable(path)));
             this.problems.0.push(Problem { span: asked, message, help: Some(help.into()) });
         };
         let hint = match asked {
@@ -233,13 +235,16 @@ fn syntax_problem(error: &TomlError, source: usize, text: &str) -> Problem {
     let after_equals = text.get(..range.start).is_some_and(|before| before.trim_end().ends_with('='));
     let (message, help) = if error.message() == "duplicate key" {
         let help = "keep one of the two; to override a setting, use a file that includes this one, or --set";
-        (format!("`{place}` is set twice"), help.into())
+        (Mistake::Key.of(format!("`{place}` is set twice")), help.into())
     } else if after_equals && place.is_empty() {
-        ("the value is missing".into(), "write a number, true, false, \"text\", [list] or { table }".into())
+        (
+            Mistake::Syntax.of("the value is missing"),
+            "write a number, true, false, \"text\", [list] or { table }".into(),
+        )
     } else if after_equals && !place.contains(['"', '\'', '[', '{', '\n']) {
-        (format!("`{place}` is no value"), format!("put text in quotes: \"{place}\""))
+        (Mistake::Value.of(format!("`{place}` is no value")), format!("put text in quotes: \"{place}\""))
     } else {
-        (error.message().into(), "the file must be TOML, see https://toml.io".into())
+        (Mistake::Syntax.of(error.message()), "the file must be TOML, see https://toml.io".into())
     };
     Problem { span: Some(Span { source, start: range.start, end: range.end }), message, help: Some(help) }
 }

@@ -4,6 +4,7 @@ use super::build::{Build, absolute};
 use super::model::{Compression, Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport};
 use super::source::Spanned;
 use super::value::{Entry, Table};
+use crate::mistake::Mistake;
 
 /// What a link may say.
 const KEYS: [&str; 12] = [
@@ -97,7 +98,8 @@ impl Build<'_> {
         match number.filter(|number| (1..=limit).contains(number)) {
             Some(number) => Some(Spanned::new(number, value.span)),
             None => {
-                let message = format!("`{name}` takes a whole number from 1, found {}", value.value);
+                let message =
+                    Mistake::Value.of(format!("`{name}` takes a whole number from 1, found {}", value.value));
                 let help = match limit {
                     u64::MAX => format!("write a number such as {name} = 5"),
                     limit => format!("write a number up to {limit}, such as {name} = 16"),
@@ -164,7 +166,7 @@ impl Build<'_> {
         if rate.is_none() {
             let help =
                 "write a frequency, a period or on-change: rate = \"10Hz\", \"100ms\" or \"on-change\"";
-            self.problems.add(text.span, format!("`{}` is no rate", text.value), help);
+            self.problems.add(text.span, Mistake::Value.of(format!("`{}` is no rate", text.value)), help);
         }
         rate.map(|rate| Spanned::new(rate, text.span))
     }

@@ -9,6 +9,7 @@ use super::problems::Problems;
 use super::source::Spanned;
 use super::value::{Entry, Table, Value};
 use crate::log::SyslogAddress;
+use crate::mistake::Mistake;
 
 const LEVELS: [(&str, Level); 5] = [
     ("error", Level::Error),
@@ -80,7 +81,8 @@ impl Problems {
             }
             Value::Table(table) => table,
             other => {
-                let message = format!("`file` takes a path or a table, found {}", other.describe());
+                let message =
+                    Mistake::Value.of(format!("`file` takes a path or a table, found {}", other.describe()));
                 self.add(entry.value.span, message, EXAMPLE);
                 return None;
             }
@@ -135,7 +137,7 @@ impl Problems {
         let count = value.as_integer().and_then(|number| u64::try_from(number).ok());
         if count.is_none() {
             let found = value.as_integer().map_or(value.describe().into(), |number| number.to_string());
-            let message = format!("`{name}` takes a whole number from 0, found {found}");
+            let message = Mistake::Value.of(format!("`{name}` takes a whole number from 0, found {found}"));
             self.add(value.span, message, format!("write a number such as {name} = 5"));
         }
         Some(Spanned::new(count?, value.span))
@@ -148,7 +150,7 @@ impl Problems {
             let help = format!(
                 "a size is text with a unit of B, kB, MB, GB, KiB, MiB or GiB, such as {name} = \"10MB\""
             );
-            self.add(value.span, format!("`{name}` takes a size above zero"), help);
+            self.add(value.span, Mistake::Value.of(format!("`{name}` takes a size above zero")), help);
         }
         size
     }

@@ -58,6 +58,7 @@ mod value;
 use std::path::{Path, PathBuf};
 
 use crate::main_loop::Schedule;
+use crate::mistake::Message;
 use crate::snapshot::Trigger;
 use agents::Described;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
@@ -287,7 +288,7 @@ impl Configuration {
     }
 
     /// An error at a place of this configuration, found by whoever uses it.
-    pub fn diagnostic(&self, span: Span, message: impl Into<String>, help: Option<String>) -> Diagnostic {
+    pub fn diagnostic(&self, span: Span, message: impl Into<Message>, help: Option<String>) -> Diagnostic {
         Diagnostic::at(&self.sources, span, message.into(), help)
     }
 

@@ -164,7 +164,8 @@ pub struct Record {
     pub chunk: u64,
     /// Wall-clock nanoseconds after which it is closed even when it is smaller.
     pub within: u64,
-    /// Bytes that each thread which writes values may be ahead of the file.
+    /// Bytes that each thread which writes values may be ahead of the file; of large values it may be sixteen, up to
+    /// 32 MiB.
     pub buffer: u64,
     /// What is kept in memory of the last seconds.
     pub flight: Flight,

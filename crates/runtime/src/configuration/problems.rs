@@ -2,13 +2,14 @@ use slate_blackboard::{Url, nearest_names};
 
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table, Value};
+use crate::mistake::{Message, Mistake};
 use crate::sharing::TEAM;
 
 /// Something wrong at a place, before its text is looked up.
 #[derive(Debug)]
 pub(super) struct Problem {
     pub(super) span: Option<Span>,
-    pub(super) message: String,
+    pub(super) message: Message,
     pub(super) help: Option<String>,
 }
 
@@ -17,18 +18,26 @@ pub(super) struct Problem {
 pub(super) struct Problems(pub(super) Vec<Problem>);
 
 impl Problems {
-    pub(super) fn add(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
+    pub(super) fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
         self.0.push(Problem { span: Some(span), message: message.into(), help: Some(help.into()) });
     }
 
     pub(super) fn wrong_type(&mut self, name: &str, value: &Spanned<Value>, expected: &str, help: &str) {
-        self.add(value.span, format!("`{name}` takes {expected}, found {}", value.describe()), help);
+        self.add(
+            value.span,
+            Mistake::Value.of(format!("`{name}` takes {expected}, found {}", value.describe())),
+            help,
+        );
     }
 
     /// Reports the keys of a table that mean nothing there; `place` names the table, such as `in [loop]`.
     pub(super) fn unknown_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
         for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
-            self.add(entry.key, format!("unknown key `{name}` {place}"), suggestion(name, known));
+            self.add(
+                entry.key,
+                Mistake::Key.of(format!("unknown key `{name}` {place}")),
+                suggestion(name, known),
+            );
         }
     }
 
@@ -107,8 +116,14 @@ impl Problems {
             return None;
         };
         match slate_module::parse_duration(text) {
-            Some(0) => self.add(value.span, format!("`{name}` must be longer than nothing"), example("20")),
-            None => self.add(value.span, format!("`{text}` is no duration"), example("20")),
+            Some(0) => self.add(
+                value.span,
+                Mistake::Value.of(format!("`{name}` must be longer than nothing")),
+                example("20"),
+            ),
+            None => {
+                self.add(value.span, Mistake::Value.of(format!("`{text}` is no duration")), example("20"))
+            }
             Some(nanoseconds) => return Some(Spanned::new(nanoseconds, value.span)),
         }
         None
@@ -118,7 +133,11 @@ impl Problems {
     pub(super) fn number(&mut self, name: &str, value: &Spanned<Value>) -> Option<f64> {
         match value.as_f64() {
             Some(number) if number.is_finite() => return Some(number),
-            Some(_) => self.add(value.span, format!("`{name}` must be finite"), "write a number such as 1.5"),
+            Some(_) => self.add(
+                value.span,
+                Mistake::Value.of(format!("`{name}` must be finite")),
+                "write a number such as 1.5",
+            ),
             None => self.wrong_type(name, value, "a number", "write a number such as 1.5, without quotes"),
         }
         None
@@ -139,7 +158,7 @@ impl Problems {
             if help.starts_with("did") {
                 help.push_str(&format!(" known are {}", quoted(known.into_iter())));
             }
-            self.add(text.span, format!("`{name}` can't be `{}`", text.value), help);
+            self.add(text.span, Mistake::Value.of(format!("`{name}` can't be `{}`", text.value)), help);
         }
         found.map(|(_, choice)| Spanned::new(*choice, text.span))
     }
@@ -149,8 +168,10 @@ impl Problems {
         let help = "a property is module/property, /module/property or slate://agent/module/property";
         match Url::parse(text) {
             Ok(url) if url.path_in("").contains('/') || url.agent() == Some(TEAM) => return Some(url),
-            Ok(_) => self.add(span, format!("`{text}` names no property, only a module"), help),
-            Err(error) => self.add(span, error.to_string(), help),
+            Ok(_) => {
+                self.add(span, Mistake::Name.of(format!("`{text}` names no property, only a module")), help)
+            }
+            Err(error) => self.add(span, Mistake::Value.of(error.to_string()), help),
         }
         None
     }

@@ -12,6 +12,7 @@ use super::set::Written;
 use super::source::{SourceKind, Span};
 use super::value::Table;
 use super::{Change, Configuration, Options, Report, report};
+use crate::mistake::Mistake;
 
 /// The file that a configuration is read from, or a text in place of one.
 #[derive(Debug)]
@@ -124,7 +125,7 @@ fn build(
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
     let wanted = options.agent.as_deref().filter(|_| described.is_none() && !name.is_empty());
     if let Some(wanted) = wanted.filter(|wanted| *wanted != name) {
-        let message = format!("no agent is called `{wanted}`");
+        let message = Mistake::OtherAgent.of(format!("no agent is called `{wanted}`"));
         let help = format!("the configuration describes one, `{name}`");
         build.problems.0.push(Problem { span: None, message, help: Some(help) });
     }

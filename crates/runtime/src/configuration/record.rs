@@ -8,6 +8,7 @@ use super::build::Build;
 use super::model::{FlightTrigger, Record, RecordRule};
 use super::source::Spanned;
 use super::value::{Table, Value};
+use crate::mistake::Mistake;
 
 const KNOWN: [&str; 9] =
     ["enabled", "file", "select", "exclude", "rules", "chunk", "within", "buffer", "flight"];
@@ -37,7 +38,11 @@ impl Build<'_> {
         let size = self.problems.size(name, value).unwrap_or(*place);
         if size > LARGEST {
             let help = format!("write a size such as {name} = \"4MiB\"");
-            self.problems.add(value.span, format!("`{name}` can't be more than 256 MiB"), help);
+            self.problems.add(
+                value.span,
+                Mistake::Value.of(format!("`{name}` can't be more than 256 MiB")),
+                help,
+            );
         }
         *place = size;
     }

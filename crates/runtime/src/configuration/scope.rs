@@ -5,6 +5,7 @@ use slate_blackboard::Url;
 use super::problems::Problems;
 use super::source::Spanned;
 use super::value::{Entry, Table, Value};
+use crate::mistake::Mistake;
 
 /// What a robot may bring; the same sections stand at the top for the agent itself.
 pub(super) const SECTIONS: [&str; 3] = ["modules", "links", "actuators"];
@@ -78,7 +79,7 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
             Slot::Occupied(slot) => {
                 problems.add(
                     entry.key,
-                    format!("`{}` is set twice in {section}", slot.key()),
+                    Mistake::Key.of(format!("`{}` is set twice in {section}", slot.key())),
                     "keep one of the two",
                 );
             }

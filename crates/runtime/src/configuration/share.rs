@@ -7,6 +7,7 @@ use super::build::Build;
 use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge};
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table};
+use crate::mistake::Mistake;
 use crate::sharing::is_topic;
 
 /// From one look to the next when nothing is said, and at least, nanoseconds.
@@ -162,7 +163,11 @@ impl Build<'_> {
         });
         if !good {
             let help = "an endpoint is a carrier and a place, such as local:base";
-            self.problems.add(at.span, format!("`{}` is no endpoint", at.value), help);
+            self.problems.add(
+                at.span,
+                Mistake::OtherAgent.of(format!("`{}` is no endpoint", at.value)),
+                help,
+            );
         }
         good
     }

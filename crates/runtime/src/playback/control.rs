@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::recording::{History, HistoryWish};
+
 /// A part of a recording that is played again and again, nanoseconds of the agent's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LoopSection {
@@ -38,6 +40,9 @@ pub enum Order {
 pub struct PlaybackStatus {
     /// The recording.
     pub file: PathBuf,
+    /// The agent's time of its first value.
+    #[serde(default)]
+    pub begin: u64,
     /// Where it is.
     pub time: u64,
     /// Where it begins.
@@ -63,4 +68,10 @@ pub trait PlaybackControl: Send + Sync {
     /// # Errors
     /// Why it can't be done, and what helps.
     fn order(&self, order: Order) -> Result<PlaybackStatus, (String, String)>;
+
+    /// The values of a property that are recorded, also of times that are not played yet.
+    ///
+    /// # Errors
+    /// Why there are none, and what helps.
+    fn history(&self, wish: &HistoryWish) -> Result<History, (String, String)>;
 }

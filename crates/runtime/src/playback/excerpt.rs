@@ -18,12 +18,14 @@ pub struct Excerpt {
     pub text: String,
     /// What modules are linked to and nothing was written to: path, interface, and room in the tail.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
+    /// Inboxes that nobody sends to who stays: what they took is to be sent to them again.
+    pub inboxes: BTreeSet<String>,
     /// What the modules miss that they had in the recorded run, in words.
     pub misses: Vec<String>,
 }
 
 /// Leaves nothing of a configuration but those modules: their links to others lead to what is `recorded`, at the paths
-/// where it was. Gates stay that one of the modules commands.
+/// where it was. Gates stay that one of the modules commands. `has_messages` says of which inboxes all messages are recorded.
 ///
 /// # Errors
 /// What is no module, or can't be left alone.
@@ -32,6 +34,7 @@ pub fn excerpt(
     plugins: &[Plugin],
     modules: &BTreeSet<String>,
     recorded: &BTreeSet<String>,
+    has_messages: impl Fn(&str) -> bool,
 ) -> Result<Excerpt, String> {
     let names: Vec<&str> = configuration.modules().iter().map(|module| module.name.value.as_str()).collect();
     for module in modules {
@@ -54,7 +57,7 @@ pub fn excerpt(
         descriptions: descriptions(plugins, configuration),
         result: Excerpt::default(),
     };
-    cutter.cut();
+    cutter.cut(&has_messages);
     Ok(cutter.result)
 }
 
@@ -76,7 +79,7 @@ enum Source {
 }
 
 impl Cutter<'_> {
-    fn cut(&mut self) {
+    fn cut(&mut self, has_messages: &dyn Fn(&str) -> bool) {
         let mut lines = vec![format!("agent.name = {}", quoted(self.configuration.agent_name()))];
         let sources: BTreeMap<_, _> = self
             .configuration
@@ -95,7 +98,7 @@ impl Cutter<'_> {
             let name = &module.name.value;
             if self.modules.contains(name) {
                 lines.push(format!("modules.{}.plugin = {}", quoted(name), quoted(&module.plugin.value)));
-                self.miss_messages(name);
+                self.find_messages(name, has_messages);
             }
         }
         lines.push(String::new());
@@ -223,27 +226,36 @@ impl Cutter<'_> {
         self.recorded.iter().any(|recorded| is_within(path, recorded))
     }
 
-    /// Messages that others sent to a module are not recorded.
-    fn miss_messages(&mut self, module: &str) {
+    /// Finds out what becomes of the messages to a module.
+    fn find_messages(&mut self, module: &str, has_messages: &dyn Fn(&str) -> bool) {
         let Some(description) = self.descriptions.get(module) else { return };
         let inboxes = description.ports.iter().filter(|port| port.direction == Direction::Inbox);
-        let mut missed = Vec::new();
-        for inbox in inboxes {
-            let path = format!("{module}/{}", inbox.name);
+        let paths: Vec<_> = inboxes.map(|inbox| format!("{module}/{}", inbox.name)).collect();
+        for path in paths {
             let to_it = self.configuration.links().iter().filter(|link| link.from.value.path_in("") == path);
-            let senders: BTreeSet<_> = to_it
-                .filter_map(|link| self.owner(&link.to.value))
-                .filter(|sender| !self.modules.contains(*sender))
-                .collect();
-            if !senders.is_empty() {
-                let senders: Vec<_> = senders.into_iter().collect();
-                missed.push(format!(
-                    "{path} takes messages of {}, which a recording does not have",
-                    senders.join(" and ")
-                ));
-            }
+            let senders: BTreeSet<_> = to_it.filter_map(|link| self.owner(&link.to.value)).collect();
+            let (stay, go): (Vec<_>, Vec<_>) =
+                senders.into_iter().partition(|sender| self.modules.contains(*sender));
+            let miss = match (has_messages(&path), &stay[..], &go[..]) {
+                (true, [], _) => {
+                    self.result.inboxes.insert(path);
+                    continue;
+                }
+                (_, _, []) => continue,
+                (true, stay, go) => format!(
+                    "{path} takes messages of {}, which run, and of {}, which do not: let all of them run, or none",
+                    stay.join(" and "),
+                    go.join(" and ")
+                ),
+                (false, _, go) => {
+                    format!(
+                        "{path} takes messages of {}, which this recording does not have",
+                        go.join(" and ")
+                    )
+                }
+            };
+            self.result.misses.push(miss);
         }
-        self.result.misses.extend(missed);
     }
 }
 

@@ -58,13 +58,16 @@ pub trait Playback: Send {
     /// What it plays.
     fn properties(&self) -> Vec<Played>;
 
-    /// These are the properties, in the same order. Once, before anything is played.
-    fn begin(&mut self, properties: &[Arc<Property>]);
+    /// These are the properties, in the same order; the mailboxes of modules are on the board. Once, before anything is played.
+    ///
+    /// # Errors
+    /// Why it can't be played.
+    fn begin(&mut self, properties: &[Arc<Property>], board: &Board) -> Result<(), String>;
 
     /// The time of the next cycle, as a [`TimeSource`](crate::TimeSource) says it.
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64;
 
-    /// Writes what was written until that time, before the modules of a cycle run.
+    /// Writes and sends what was written and taken until that time, before the modules of a cycle run.
     fn write(&mut self, now: u64);
 }
 

@@ -10,9 +10,9 @@ use serde::de::DeserializeOwned;
 use super::line::{self, Line};
 use super::place;
 use super::protocol::{
-    Answer, Call, Changed, Different, Greeting, LinkEntry, LoadedPlugins, Measured, ModuleEntry, News,
-    PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SetProperty,
-    SettingEntry, SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, VERSION, Watched,
+    Answer, Call, Changed, ControlsEntry, Different, Greeting, HolderEntry, LinkEntry, LoadedPlugins,
+    Measured, ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry,
+    Saved, SetProperty, SettingEntry, SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, VERSION, Watched,
 };
 use crate::configuration::SaveTo;
 use crate::playback::{Order, PlaybackStatus};
@@ -227,6 +227,31 @@ impl Client {
     /// Controls the playback of a recording, and says how it stands then.
     pub fn replay(&mut self, order: Order) -> Result<PlaybackStatus, ClientError> {
         self.call(&Call::Replay { order })
+    }
+
+    /// Takes the controls of an actuator, until this is dropped or gives them back.
+    pub fn take_controls(&mut self, actuator: &str, who: &str) -> Result<ControlsEntry, ClientError> {
+        self.call(&Call::ControlsTake { actuator: actuator.into(), who: who.into() })
+    }
+
+    /// Commands what it has the controls of, for a short while; the state of the gate.
+    pub fn command(&mut self, command: serde_json::Value) -> Result<serde_json::Value, ClientError> {
+        self.call(&Call::ControlsCommand { command })
+    }
+
+    /// Lets go at once, and keeps the controls; the state of the gate.
+    pub fn release(&mut self) -> Result<serde_json::Value, ClientError> {
+        self.call(&Call::ControlsRelease {})
+    }
+
+    /// Gives the controls back.
+    pub fn leave_controls(&mut self) -> Result<(), ClientError> {
+        self.call(&Call::ControlsLeave {})
+    }
+
+    /// The actuators, and who has the controls of each.
+    pub fn controls(&mut self) -> Result<Vec<HolderEntry>, ClientError> {
+        self.call(&Call::ControlsList {})
     }
 
     /// Ends a stop of the actuators; false when none was stopped.

@@ -11,8 +11,9 @@ use super::protocol::{
     Answer, Call, Changed, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
     Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
 };
-use super::trace::ToolTrace;
+use super::visit::Visit;
 use crate::configuration::{Configuration, Database, Report};
+use crate::mistake::{Message, Mistake};
 use crate::recording::{self, RecordingControl, RecordingRefusal};
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::{Agent, Composer, Loaded, NewLink, PluginError, Reload};
@@ -60,17 +61,22 @@ impl Desk {
         self.database.as_ref()
     }
 
-    /// Does what a call asks for. Traces are recorded over a connection of the local socket alone.
+    /// Does what a call asks for. Traces are recorded, and controls taken, over a connection of the local socket alone.
     ///
     /// # Errors
     /// When it can't be done; nothing is changed then.
     pub fn make(&self, call: Call) -> Result<serde_json::Value, Refusal> {
-        let mut trace = ToolTrace::default();
         match call {
             Call::TraceRecord { .. } | Call::TraceProgress {} | Call::TraceEnd {} => {
                 Err(refusal("a trace needs a connection of its own", "record it with `slate trace`"))
             }
-            call => self.call(call, &mut trace),
+            Call::ControlsTake { .. } | Call::ControlsCommand { .. } | Call::ControlsRelease {} => {
+                Err(refusal(
+                    "controls need a connection of their own",
+                    "drive with `slate teleop`, or take the controls by `Composer::take_controls`",
+                ))
+            }
+            call => self.call(call, &mut Visit::default()),
         }
     }
 
@@ -94,15 +100,15 @@ impl Desk {
         }
     }
 
-    /// Answers a call of the tool with that trace.
-    pub(super) fn answer(&self, call: Call, trace: &mut ToolTrace) -> Answer {
-        match self.call(call, trace) {
+    /// Answers a call of the tool of that visit.
+    pub(super) fn answer(&self, call: Call, visit: &mut Visit) -> Answer {
+        match self.call(call, visit) {
             Ok(result) => Answer::Result(result),
             Err(refusal) => Answer::Error(refusal),
         }
     }
 
-    fn call(&self, call: Call, trace: &mut ToolTrace) -> Done {
+    fn call(&self, call: Call, visit: &mut Visit) -> Done {
         match call {
             Call::PluginList {} => self.plugins(),
             Call::PluginLoad { name, file } => self.load(name.as_deref(), file.as_deref()),
@@ -124,9 +130,9 @@ impl Desk {
             }
             Call::PluginEndShadow { name } => result(self.composer.end_shadow(&name)?),
             Call::PluginPromote { name } => reloaded(self.composer.promote(&name)?),
-            Call::TraceRecord { file } => result(trace.record(&self.composer, absolute(&file)?)?),
-            Call::TraceProgress {} => result(trace.progress()?),
-            Call::TraceEnd {} => result(trace.end()?),
+            Call::TraceRecord { file } => result(visit.trace.record(&self.composer, absolute(&file)?)?),
+            Call::TraceProgress {} => result(visit.trace.progress()?),
+            Call::TraceEnd {} => result(visit.trace.end()?),
             Call::ModuleList {} => self.modules(),
             Call::ModuleEnable { name } => self.enable(&name, true),
             Call::ModuleDisable { name } => self.enable(&name, false),
@@ -202,6 +208,14 @@ impl Desk {
                 self.composer.stop_actuators(reason);
                 result(())
             }
+            Call::ControlsTake { actuator, who } => self.take_controls(visit, &actuator, &who),
+            Call::ControlsCommand { command } => self.command(visit, &command),
+            Call::ControlsRelease {} => self.release(visit),
+            Call::ControlsLeave {} => {
+                visit.controls = None;
+                result(())
+            }
+            Call::ControlsList {} => self.holders(),
             Call::Replay { order } => {
                 let control = self.composer.playback().ok_or_else(|| {
                     refusal(
@@ -295,12 +309,13 @@ impl Desk {
             return Err(unknown("module", name, &names, "see the list of modules"));
         };
         if !on && self.composer.is_time_source(name) {
-            let message = format!("`{name}` is the time source, and without it the world stands still");
+            let message = Mistake::TimeSource
+                .of(format!("`{name}` is the time source, and without it the world stands still"));
             return Err(refusal(message, "end the agent instead"));
         }
         let switch = format!("{name}/enabled");
         if let Some(link) = self.composer.links().into_iter().find(|link| link.to == switch) {
-            let message = format!("`{name}` is switched by a link, from {}", link.from);
+            let message = Mistake::Linked.of(format!("`{name}` is switched by a link, from {}", link.from));
             return Err(refusal(message, &format!("take the link away first: slate unlink {switch}")));
         }
         let has_failed = on && module.condition == "FAULTED";
@@ -338,10 +353,11 @@ impl Desk {
 pub(super) fn refused(report: Report) -> Refusal {
     match report.diagnostics() {
         [one] if one.source_name().is_none_or(|name| name == "change") => {
-            refusal(one.message(), one.help_text().unwrap_or_default())
+            let message = Message { text: one.message().to_owned(), mistake: one.mistake() };
+            refusal(message, one.help_text().unwrap_or_default())
         }
         // Each has its help beside it.
-        _ => Refusal { message: report.to_string(), help: String::new(), report: None },
+        _ => refusal(Message { text: report.to_string(), mistake: report.mistake() }, ""),
     }
 }
 
@@ -378,15 +394,20 @@ fn absolute(file: &Path) -> Result<&Path, Refusal> {
     Err(refusal(format!("{} is a relative path", crate::printable(file)), "give its absolute path"))
 }
 
-pub(super) fn refusal(message: impl Into<String>, help: &str) -> Refusal {
-    Refusal { message: message.into(), help: help.into(), report: None }
+pub(super) fn refusal(message: impl Into<Message>, help: &str) -> Refusal {
+    let Message { text, mistake } = message.into();
+    Refusal { message: text, help: help.into(), code: code(mistake), report: None }
+}
+
+fn code(mistake: Option<Mistake>) -> Option<String> {
+    mistake.map(|mistake| mistake.code().to_owned())
 }
 
 /// There is nothing of that name; `help` is for when there is nothing like it either.
 fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
     let near = slate_blackboard::nearest_names(name, names.iter().map(String::as_str)).join(" or ");
     let help = if near.is_empty() { help.into() } else { format!("did you mean {near}?") };
-    refusal(format!("no {what} is called `{name}`"), &help)
+    refusal(Mistake::Name.of(format!("no {what} is called `{name}`")), &help)
 }
 
 impl From<Report> for Refusal {
@@ -395,6 +416,7 @@ impl From<Report> for Refusal {
         Self {
             message: report.to_string(),
             help: help.unwrap_or_default().into(),
+            code: code(report.mistake()),
             report: Some(report.render(false)),
         }
     }
@@ -406,7 +428,8 @@ impl From<PluginError> for Refusal {
             PluginError::Unfit(report) => report.into(),
             other => {
                 let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
-                refusal(other.to_string(), &help.unwrap_or_default())
+                let message = Message { text: other.to_string(), mistake: other.mistake() };
+                refusal(message, &help.unwrap_or_default())
             }
         }
     }
@@ -433,7 +456,7 @@ impl From<SnapshotError> for Refusal {
 impl From<BoardError> for Refusal {
     fn from(error: BoardError) -> Self {
         refusal(
-            error.to_string(),
+            Message::from(&error),
             "name a module of the agent; one that a link switches can't be switched by hand",
         )
     }

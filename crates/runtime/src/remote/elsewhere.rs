@@ -14,6 +14,7 @@ use super::properties::reading;
 use super::protocol::{PropertyEntry, Refusal, RemoteSnapshotEntry};
 use crate::NewLink;
 use crate::agent::Property;
+use crate::mistake::Mistake;
 use crate::replacement::Replacement;
 use crate::sharing::{Newest, RemotePath, RemoteProperty, TEAM};
 
@@ -179,7 +180,7 @@ impl Desk {
             (true, modules) if modules.is_empty() => String::new(),
             (true, modules) => format!("; there are: {}", modules.into_iter().collect::<Vec<_>>().join(", ")),
         };
-        refusal(format!("no property at slate://{agent}/{path}{near}"), &seen(agent))
+        refusal(Mistake::Name.of(format!("no property at slate://{agent}/{path}{near}")), &seen(agent))
     }
 }
 

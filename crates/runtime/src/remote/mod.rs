@@ -40,6 +40,7 @@ mod server;
 mod settings;
 mod trace;
 mod values;
+mod visit;
 
 pub use client::{Client, ClientError};
 pub use desk::Desk;
@@ -47,10 +48,10 @@ pub use lock::Lock;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub use place::{agents, folder};
 pub use protocol::{
-    Answer, Call, Changed, Different, Greeting, LINE_LIMIT, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
-    ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
-    SetProperty, SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin,
-    VERSION, Watched,
+    Answer, Call, Changed, ControlsEntry, Different, Greeting, HolderEntry, LINE_LIMIT, LinkEntry,
+    LoadedPlugin, LoadedPlugins, Measured, ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal,
+    Reloaded, RemoteSnapshotEntry, Saved, SetProperty, SettingEntry, SnapshotEntry, Spread, Switched,
+    TraceEntry, TrackEntry, UnloadedPlugin, VERSION, Watched,
 };
 pub use server::{OpenError, Server};
 pub use values::LONGEST;

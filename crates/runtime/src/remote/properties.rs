@@ -8,6 +8,7 @@ use slate_blackboard::{Access, BoardError, Pattern, Property, Stamp, Url};
 use super::desk::{Desk, Done, refusal, result};
 use super::elsewhere;
 use super::protocol::{PropertyEntry, Reading, Refusal};
+use crate::mistake::{Message, Mistake};
 use crate::sharing::{RemotePath, TEAM};
 
 pub(super) const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
@@ -24,8 +25,9 @@ impl Desk {
             None => pattern.to_owned(),
         };
         let pattern = pattern.map(|pattern| Pattern::parse(&here(pattern))).transpose();
-        let pattern =
-            pattern.map_err(|error| refusal(error.to_string(), "such as /r2/planner/* or /**/timing"))?;
+        let pattern = pattern.map_err(|error| {
+            refusal(Mistake::Value.of(error.to_string()), "such as /r2/planner/* or /**/timing")
+        })?;
         let entry = |property: &Arc<Property>| PropertyEntry {
             path: property.path().into(),
             interface: property.descriptor().name.to_string(),
@@ -61,12 +63,12 @@ impl Desk {
             return Ok(());
         }
         let unknown = self.composer.board().find(&beginning).err();
-        unknown.map_or(Ok(()), |error| Err(refusal(error.to_string(), KNOWN)))
+        unknown.map_or(Ok(()), |error| Err(refusal(Message::from(&error), KNOWN)))
     }
 
     /// The path here of a URL, which leads to something.
     fn path(&self, url: &Url) -> Result<String, Refusal> {
-        let unknown = |error: BoardError| refusal(error.to_string(), KNOWN);
+        let unknown = |error: BoardError| refusal(Message::from(&error), KNOWN);
         let path = url.path_in("");
         if url.agent() == Some(TEAM) {
             let path = place(TEAM, &path);
@@ -81,7 +83,7 @@ impl Desk {
             return self.remote_read(agent, path);
         }
         let read = self.composer.board().read(&self.value_path(url)?);
-        result(read.map_err(|error| refusal(error.to_string(), KNOWN))?.map(reading))
+        result(read.map_err(|error| refusal(Message::from(&error), KNOWN))?.map(reading))
     }
 
     /// The path here of a URL, which leads to something.
@@ -95,7 +97,8 @@ impl Desk {
         if let Some((property, _)) = self.composer.board().get(&path)
             && property.access() == Access::Messages
         {
-            let message = format!("/{} takes messages, and has no value", property.path());
+            let message =
+                Mistake::Messages.of(format!("/{} takes messages, and has no value", property.path()));
             return Err(refusal(message, KNOWN));
         }
         Ok(path)
@@ -103,13 +106,13 @@ impl Desk {
 
     pub(super) fn history(&self, url: &str) -> Done {
         let kept = self.composer.board().history(&self.path(&parse(url)?)?);
-        let kept = kept.map_err(|error| refusal(error.to_string(), KNOWN))?;
+        let kept = kept.map_err(|error| refusal(Message::from(&error), KNOWN))?;
         result(kept.into_iter().map(reading).collect::<Vec<_>>())
     }
 }
 
 fn parse(url: &str) -> Result<Url, Refusal> {
-    Url::parse(url).map_err(|error| refusal(error.to_string(), "such as /module/property"))
+    Url::parse(url).map_err(|error| refusal(Mistake::Value.of(error.to_string()), "such as /module/property"))
 }
 
 /// The path on the board.

@@ -277,6 +277,32 @@ pub enum Call {
         #[serde(default)]
         reason: String,
     },
+    /// Takes the controls of an actuator for this connection, until it ends or gives them back, in the place of those that it
+    /// has: [`ControlsEntry`]; refused while somebody else has them.
+    #[serde(rename = "controls/take")]
+    ControlsTake {
+        /// The actuator, such as `r2/wheels`.
+        actuator: String,
+        /// Who takes them, for people: it is in the log, and told to others who want them.
+        #[serde(default)]
+        who: String,
+    },
+    /// Commands the actuator whose controls this connection has, for as long as [`ControlsEntry::hold`] says: the state of
+    /// its gate.
+    #[serde(rename = "controls/command")]
+    ControlsCommand {
+        /// A value of its interface; fields that are not named are as in the command before.
+        command: serde_json::Value,
+    },
+    /// Lets go at once, and keeps the controls: the state of the gate.
+    #[serde(rename = "controls/release")]
+    ControlsRelease {},
+    /// Gives the controls back; nothing.
+    #[serde(rename = "controls/leave")]
+    ControlsLeave {},
+    /// The actuators and who has the controls of each: a list of [`HolderEntry`].
+    #[serde(rename = "controls/list")]
+    ControlsList {},
     /// Controls the playback of a recording: a [`PlaybackStatus`](crate::playback::PlaybackStatus).
     #[serde(rename = "replay")]
     Replay {
@@ -312,6 +338,9 @@ pub struct Refusal {
     pub message: String,
     /// What to do about it.
     pub help: String,
+    /// The code of its kind, such as `S004`, if it has one; see [`Mistake`](crate::Mistake).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub code: Option<String>,
     /// For mistakes in a configuration: file, line and caret of each, as a terminal shows them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub report: Option<String>,
@@ -596,6 +625,28 @@ pub struct News {
     pub missed: u64,
     /// The values, the oldest first.
     pub readings: Vec<Reading>,
+}
+
+/// Controls that a tool has.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControlsEntry {
+    /// The actuator.
+    pub actuator: String,
+    /// What its commands are.
+    pub interface: String,
+    /// For how long a command holds that is not renewed, milliseconds.
+    pub hold: u64,
+}
+
+/// An actuator, and who has its controls.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HolderEntry {
+    /// The actuator.
+    pub actuator: String,
+    /// Who has them, for people; nothing when nobody has.
+    pub holder: Option<String>,
+    /// Since when, nanoseconds of the agent's time.
+    pub since: Option<u64>,
 }
 
 /// How often values of a property come. Times are those of the agent's clock.

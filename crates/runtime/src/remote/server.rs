@@ -19,7 +19,7 @@ use super::elsewhere;
 use super::line::{self, Line};
 use super::place::Place;
 use super::protocol::{Answer, Call, Greeting, LINE_LIMIT, Refusal, VERSION};
-use super::trace::ToolTrace;
+use super::visit::Visit;
 use crate::Agent;
 
 /// How many tools may be connected; for one more, the one that was silent for the longest is let go.
@@ -169,9 +169,11 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
     };
     let shared = Arc::clone(hall);
     let serving = Builder::new().name("remote tool".into()).spawn(move || {
-        let mut trace = ToolTrace::default();
+        let mut visit = Visit::default();
         // A tool that is gone misses nothing.
-        let _ = serve(stream, &shared, number, &mut trace);
+        let _ = serve(stream, &shared, number, &mut visit);
+        let Visit { trace, controls } = visit;
+        drop(controls);
         trace.leave(shared.is_closed());
         shared.guests().present.remove(&number);
     });
@@ -180,7 +182,7 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
     }
 }
 
-fn serve(mut stream: UnixStream, hall: &Hall, number: u64, trace: &mut ToolTrace) -> std::io::Result<()> {
+fn serve(mut stream: UnixStream, hall: &Hall, number: u64, visit: &mut Visit) -> std::io::Result<()> {
     send(&mut stream, &Greeting { slate: VERSION, agent: hall.name.clone() })?;
     let mut reader = BufReader::new(stream.try_clone()?);
     loop {
@@ -191,8 +193,8 @@ fn serve(mut stream: UnixStream, hall: &Hall, number: u64, trace: &mut ToolTrace
                 "send less at once",
             )),
             Line::Whole(line) => {
-                let answer = hall.answer(&line, &stream, number, trace);
-                hall.guests().end(number, trace.is_under_way());
+                let answer = hall.answer(&line, &stream, number, visit);
+                hall.guests().end(number, visit.trace.is_under_way());
                 match answer {
                     Some(answer) => answer,
                     None => return Ok(()),
@@ -200,7 +202,7 @@ fn serve(mut stream: UnixStream, hall: &Hall, number: u64, trace: &mut ToolTrace
             }
         };
         send(&mut stream, &answer)?;
-        hall.guests().answered(number, trace.is_under_way());
+        hall.guests().answered(number, visit.trace.is_under_way());
     }
 }
 
@@ -218,7 +220,7 @@ fn is_gone(stream: &UnixStream) -> bool {
 
 impl Hall {
     /// The answer to a line; nothing when the tool is gone before it is its turn.
-    fn answer(&self, line: &[u8], stream: &UnixStream, number: u64, trace: &mut ToolTrace) -> Option<Answer> {
+    fn answer(&self, line: &[u8], stream: &UnixStream, number: u64, visit: &mut Visit) -> Option<Answer> {
         let call = match desk::read(line) {
             Ok(call) => call,
             Err(refusal) => return Some(Answer::Error(refusal)),
@@ -228,11 +230,11 @@ impl Hall {
             return Some(Answer::Error(too_many()));
         }
         if self.is_closed() {
-            trace.finish();
+            visit.trace.finish();
         }
-        let Manner::Change(name) = manner else { return Some(self.desk.answer(call, trace)) };
+        let Manner::Change(name) = manner else { return Some(self.desk.answer(call, visit)) };
         match self.turn(name, stream)? {
-            Ok(_turn) => Some(self.desk.answer(call, trace)),
+            Ok(_turn) => Some(self.desk.answer(call, visit)),
             Err(refusal) => Some(Answer::Error(refusal)),
         }
     }
@@ -310,6 +312,12 @@ impl Manner {
             Call::PluginList {} | Call::ModuleList {} => Self::Prompt,
             // They wait for the file at most, and a recording that goes on is never refused for who else is at work.
             Call::TraceProgress {} | Call::TraceEnd {} => Self::Prompt,
+            // Who drives waits for nobody.
+            Call::ControlsTake { .. }
+            | Call::ControlsCommand { .. }
+            | Call::ControlsRelease {}
+            | Call::ControlsLeave {}
+            | Call::ControlsList {} => Self::Prompt,
             Call::PluginLoad { .. } => Self::Change("plugin/load"),
             Call::PluginUnload { .. } => Self::Change("plugin/unload"),
             Call::PluginReload { .. } => Self::Change("plugin/reload"),

@@ -5,6 +5,7 @@ use slate_blackboard::{interface, nearest_paths};
 use super::desk::{Desk, Done, refusal, result};
 use super::protocol::{Changed, Different, Refusal, Saved, SettingEntry};
 use crate::configuration::{Change, Database, Proposal, SaveTo, Value};
+use crate::mistake::Mistake;
 
 impl Desk {
     pub(super) fn database(&self) -> Result<&Database, Refusal> {
@@ -113,5 +114,5 @@ fn no_setting(database: &Database, path: &str) -> Refusal {
         true => "`config get` without a path lists all".into(),
         false => format!("did you mean {}?", near.join(" or ")),
     };
-    refusal(format!("no setting at `{path}` or below it"), &help)
+    refusal(Mistake::Name.of(format!("no setting at `{path}` or below it")), &help)
 }

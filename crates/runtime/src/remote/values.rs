@@ -10,6 +10,7 @@ use slate_blackboard::{Access, BoardError, Property, Watching};
 use super::desk::{Desk, Done, refusal, result};
 use super::properties::{KNOWN, reading};
 use super::protocol::{Measured, News, Reading, Refusal, Spread, Watched};
+use crate::mistake::{Message, Mistake};
 
 /// The longest that a call may look for values: less than tools wait for an answer.
 pub const LONGEST: Duration = Duration::from_secs(50);
@@ -100,7 +101,9 @@ impl Desk {
                 }
                 Target::Elsewhere { agent, .. } => {
                     return Err(refusal(
-                        format!("{url} is of another agent, and values are measured where they are written"),
+                        Mistake::OtherAgent.of(format!(
+                            "{url} is of another agent, and values are measured where they are written"
+                        )),
                         &format!("ask that agent itself: slate stat {url} --agent {agent}"),
                     ));
                 }
@@ -139,7 +142,8 @@ impl Desk {
     /// checked, recorded, and can be taken back and saved.
     pub(super) fn set_property(&self, url: &str, value: &serde_json::Value) -> Done {
         if let Some((agent, _)) = self.elsewhere(url) {
-            let message = format!("{url} is of another agent, and only that one changes it");
+            let message =
+                Mistake::OtherAgent.of(format!("{url} is of another agent, and only that one changes it"));
             return Err(refusal(message, &format!("ask that agent itself: slate set {url} --agent {agent}")));
         }
         let path = self.path_of(url)?;
@@ -149,24 +153,26 @@ impl Desk {
             path.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
         if let Some((to, from)) = board.aliases().into_iter().find(|(to, _)| is_at(to)) {
-            let message = format!("`{to}` is linked, from /{}", from.trim_start_matches('/'));
+            let message =
+                Mistake::Linked.of(format!("`{to}` is linked, from /{}", from.trim_start_matches('/')));
             return Err(refusal(message, &format!("take the link away first: slate unlink {to}")));
         }
         let (property, _) = board.find(path).map_err(unknown)?;
         let modules = self.composer.modules().into_iter().map(|module| module.name);
         let owns = |name: &String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         let Some(module) = modules.filter(owns).max_by_key(|name| name.len()) else {
-            let message = format!("/{} is the host's own, which writes it", property.path());
+            let message =
+                Mistake::OneWriter.of(format!("/{} is the host's own, which writes it", property.path()));
             return Err(refusal(message, "settings of the host are changed by `slate config set`"));
         };
         let rest = &path[module.len() + 1..];
         match property.access() {
             Access::Setting => {}
             Access::Output => {
-                let message = format!(
+                let message = Mistake::OneWriter.of(format!(
                     "/{} is written by module `{module}`, and a property has one writer",
                     property.path()
-                );
+                ));
                 return Err(refusal(
                     message,
                     &format!(
@@ -176,7 +182,8 @@ impl Desk {
                 ));
             }
             Access::Messages => {
-                let message = format!("/{} takes messages of modules that are linked to it", property.path());
+                let message = Mistake::Messages
+                    .of(format!("/{} takes messages of modules that are linked to it", property.path()));
                 return Err(refusal(message, "link the output of a module to it: slate link"));
             }
         }
@@ -186,7 +193,7 @@ impl Desk {
                 serde_json::Value::Bool(on) => return self.enable(&module, *on),
                 _ => {
                     return Err(refusal(
-                        format!("`{value}` is no truth value"),
+                        Mistake::Value.of(format!("`{value}` is no truth value")),
                         "a module is on with `true` and off with `false`",
                     ));
                 }
@@ -202,7 +209,7 @@ impl Desk {
 }
 
 fn unknown(error: BoardError) -> Refusal {
-    refusal(error.to_string(), KNOWN)
+    refusal(Message::from(&error), KNOWN)
 }
 
 /// A value as `--set` takes it.

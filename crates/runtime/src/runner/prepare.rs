@@ -113,6 +113,7 @@ impl Runner {
         }
         for inbox in &mut self.inboxes {
             inbox.receiver.collect();
+            inbox.receiver.show(now);
             inbox.entries.clear();
             inbox.entries.extend(inbox.receiver.messages().map(|message| Entry {
                 data: message.bytes().as_ptr().cast_mut(),

@@ -80,8 +80,8 @@ impl Session {
     /// A command of a person, which holds as long as any of teleoperation does.
     fn drive(&mut self, actuator: &str, body: &Json) -> Result<(), String> {
         if !self.controls.contains_key(actuator) {
-            let taken =
-                self.context.desk.composer().take_controls(actuator).map_err(|error| error.to_string())?;
+            let taken = self.context.desk.composer().take_controls(actuator, &self.who);
+            let taken = taken.map_err(|error| error.to_string())?;
             self.controls.insert(actuator.to_owned(), taken);
         }
         let Some(controls) = self.controls.get_mut(actuator) else { return Ok(()) };

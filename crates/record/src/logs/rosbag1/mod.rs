@@ -5,14 +5,16 @@
 mod definition;
 mod message;
 mod record;
+mod resume;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, Read, Write};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use self::message::Types;
 use self::record::{Record, Records};
+use self::resume::next_chunk;
 use super::output::Output;
 use super::{Imported, Options};
 use crate::bag::{Error, MAXIMUM_RECORD};
@@ -38,8 +40,7 @@ pub(super) fn read<W: Write>(
     imported: &mut Imported,
 ) -> Result<(), Error> {
     let failed = |source| Error::Read { path: path.into(), source };
-    let file = File::open(path).map_err(failed)?;
-    let mut input = BufReader::with_capacity(1 << 16, file);
+    let mut input = BufReader::with_capacity(1 << 16, File::open(path).map_err(failed)?);
     let mut magic = [0; MAGIC.len()];
     input.read_exact(&mut magic).map_err(failed)?;
     if magic != *MAGIC {
@@ -48,16 +49,30 @@ pub(super) fn read<W: Write>(
     }
     let mut log = Log { output, options, imported, path, connections: BTreeMap::new(), buffer: Vec::new() };
     let mut records = Records::new(input, MAGIC.len() as u64);
+    let mut resumes = 0;
     loop {
         let place = records.place();
         match records.next() {
             Ok(None) => return Ok(()),
             Ok(Some(record)) => log.record(record, place, true)?,
-            // Where the next record begins is not known.
-            Err(what) => return log.wrong(place, what),
+            // Where the next record begins is not known, but what a chunk looks like is.
+            Err(what) => {
+                resumes += 1;
+                let mut file = File::open(path).map_err(failed)?;
+                let next = next_chunk(&mut file, place + 1).map_err(failed)?.filter(|_| resumes < RESUMES);
+                let Some(next) = next else {
+                    return log.wrong(place, format!("{what}; nothing behind it can be read"));
+                };
+                log.wrong(place, format!("{what}; a chunk that can be read begins at byte {next}"))?;
+                file.seek(SeekFrom::Start(next)).map_err(failed)?;
+                records = Records::new(BufReader::with_capacity(1 << 16, file), next);
+            }
         }
     }
 }
+
+/// How often a damaged file is gone on with.
+const RESUMES: u64 = 1000;
 
 struct Log<'a, W> {
     output: &'a mut Output<W>,

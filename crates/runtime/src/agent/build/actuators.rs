@@ -14,6 +14,7 @@ use crate::actuators::Actuator;
 use crate::agent::parameters::value_bytes;
 use crate::agent::survey::{Complaints, Target, Wire};
 use crate::configuration;
+use crate::mistake::Mistake;
 
 impl Builder<'_, '_> {
     /// Makes the gates that are not there yet and whose commands are known.
@@ -109,10 +110,10 @@ impl Builder<'_, '_> {
                 let own = self.survey.modules[module].description.ports[port].descriptor.name;
                 self.complaints.add(
                     joint.link.from.span,
-                    format!(
+                    Mistake::Ends.of(format!(
                         "`{}` is {own} but `/{name}/command` is {}",
                         joint.link.to.value, descriptor.name
-                    ),
+                    )),
                     "both ends of a link carry the same interface",
                 );
                 return Err(Failed);

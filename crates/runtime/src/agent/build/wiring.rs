@@ -14,6 +14,7 @@ use super::new_writer;
 use crate::agent::survey::{Joint, Target, Way, Wire};
 use crate::configuration::LinkPolicy;
 use crate::link::{Place, Program};
+use crate::mistake::Mistake;
 use crate::runner::{
     Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring,
     SourceWiring, Wiring,
@@ -314,14 +315,14 @@ impl Builder<'_, '_> {
             let target = joint.as_ref().map(|joint| joint.target);
             if !enough && target.and_then(|target| self.writing(target)).is_none() {
                 let span = link.map_or(self.surveyed(m).module.name.span, |link| link.from.span);
-                let message = format!(
+                let message = Mistake::Ends.of(format!(
                     "`/{}` keeps {} values, and `{}/{}` takes up to {window} at once, which needs {}",
                     property.path(),
                     channel.depth(),
                     self.name(m),
                     port.name,
                     window * 2
-                );
+                ));
                 let help = "link it to an output of a module, or write the link into the file and start the agent again: \
                             a property keeps as many values as the queues need that are linked then";
                 self.complaints.add(span, message, help);

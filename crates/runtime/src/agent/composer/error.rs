@@ -2,6 +2,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::configuration::Report;
+use crate::mistake::Mistake;
 use crate::plugin::LibraryError;
 
 /// Why plugins can't be changed; the agent goes on as before.
@@ -173,6 +174,20 @@ pub enum PluginError {
         /// The module.
         module: String,
     },
+}
+
+impl PluginError {
+    /// Of which kind it is, if it has one.
+    pub fn mistake(&self) -> Option<Mistake> {
+        Some(match self {
+            Self::Library(_) | Self::SameKind { .. } | Self::OtherPlugin { .. } => Mistake::Library,
+            Self::Unfit(report) => return report.mistake(),
+            Self::Unknown { .. } | Self::NotLoaded { .. } | Self::NoneLoaded { .. } => Mistake::Name,
+            Self::Circle { .. } => Mistake::Circle,
+            Self::TimeSource { .. } => Mistake::TimeSource,
+            _ => return None,
+        })
+    }
 }
 
 fn nearest(names: &[String]) -> String {

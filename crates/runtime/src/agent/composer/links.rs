@@ -12,6 +12,7 @@ use crate::agent::catalogue;
 use crate::agent::composition::Composition;
 use crate::agent::survey::{Complaints, survey};
 use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
+use crate::mistake::{Message, Mistake};
 use crate::sharing::{RemotePath, TEAM};
 
 /// A link to be made while the agent runs.
@@ -221,7 +222,7 @@ impl Composer {
             (true, Some(_)) => format!("linked are: {}", known.collect::<Vec<_>>().join(", ")),
             (true, None) => "the agent has no links".into(),
         };
-        Err(Diagnostic::without_place(format!("`{path}` has no link"), Some(help)).into())
+        Err(Diagnostic::without_place(Mistake::Name.of(format!("`{path}` has no link")), Some(help)).into())
     }
 
     /// Makes changes of the configuration, unless links are among them that a module is in the way of.
@@ -289,15 +290,17 @@ impl Configuration {
 
     /// The path in this agent that a text means.
     pub(crate) fn own_path(&self, text: &str) -> Result<String, Report> {
-        let refusal =
-            |message: String, help: &str| Report::from(Diagnostic::without_place(message, Some(help.into())));
+        let refusal = |message: Message, help: &str| {
+            Report::from(Diagnostic::without_place(message, Some(help.into())))
+        };
         let help = "a property is module/property, /module/property or slate://agent/module/property";
-        let url = slate_blackboard::Url::parse(text).map_err(|error| refusal(error.to_string(), help))?;
+        let url = slate_blackboard::Url::parse(text)
+            .map_err(|error| refusal(Mistake::Value.of(error.to_string()), help))?;
         match url.agent() {
             Some(TEAM) => Ok(format!("{TEAM}/{}", url.path_in(""))),
             Some(agent) if agent != self.agent_name() => {
-                let message =
-                    format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name());
+                let message = Mistake::OtherAgent
+                    .of(format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name()));
                 Err(refusal(message, &format!("ask that agent: --agent {agent}")))
             }
             _ => Ok(url.path_in("")),

@@ -32,7 +32,7 @@ pub use links::{LinkStatus, NewLink};
 use overview::{Held, Overview};
 pub use reload::Reload;
 pub(super) use shadow::Trial;
-pub use teleoperation::{ControlsError, Teleoperation};
+pub use teleoperation::{ControlsError, ControlsHolder, Teleoperation};
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]

@@ -8,7 +8,7 @@ use slate_blackboard::interface::{AccessError, Descriptor, Value, edit};
 use slate_module::Level;
 
 use super::{Composer, WeakComposer};
-use crate::actuators::Actuator;
+use crate::actuators::{Actuator, Holder};
 use crate::clock::monotonic;
 
 /// The controls of one actuator. Nobody else has them as long as this lives.
@@ -42,30 +42,53 @@ pub enum ControlsError {
         known: Vec<String>,
     },
     /// Somebody has them.
-    #[error("somebody else has the controls of `{name}`")]
+    #[error("somebody else has the controls of `{name}`: {by}")]
     Taken {
         /// The actuator.
         name: String,
+        /// Who has them.
+        by: String,
     },
 }
 
+/// An actuator, and who has its controls.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ControlsHolder {
+    /// The actuator.
+    pub actuator: String,
+    /// Who has them, and since when in nanoseconds of the agent's time; nothing when nobody has.
+    pub holder: Option<(String, u64)>,
+}
+
 impl Composer {
-    /// Takes the controls of an actuator. Commands pass while its gate is armed.
+    /// Takes the controls of an actuator. Commands pass while its gate is armed. `who` says whose they are then, for the log
+    /// and for others who want them.
     ///
     /// # Errors
     /// When there is no such actuator, or somebody has its controls.
-    pub fn take_controls(&self, actuator: &str) -> Result<Teleoperation, ControlsError> {
+    pub fn take_controls(&self, actuator: &str, who: &str) -> Result<Teleoperation, ControlsError> {
         let actuators = self.shared.actuators();
         let Some(found) = actuators.iter().find(|known| known.name() == actuator) else {
             let known = actuators.iter().map(|known| known.name().to_owned()).collect();
             return Err(ControlsError::Unknown { name: actuator.into(), known });
         };
-        let writer = found.take_controls().ok_or_else(|| ControlsError::Taken { name: actuator.into() })?;
+        let holder = Holder { who: who.into(), since: self.now() };
+        let writer = found.take_controls(holder);
+        let writer = writer.map_err(|by| ControlsError::Taken { name: actuator.into(), by })?;
         self.tell_recording("teleoperation");
-        self.log(Level::Warn, &format!("a person takes the controls of {actuator}"));
+        self.log(Level::Warn, &format!("a person takes the controls of {actuator}: {who}"));
         let command = vec![0; found.size()];
         let (composer, actuator) = (self.downgrade(), Arc::clone(found));
         Ok(Teleoperation { composer, actuator, writer: Some(writer), command })
+    }
+
+    /// The actuators, and who has the controls of each.
+    pub fn controls(&self) -> Vec<ControlsHolder> {
+        let of = |actuator: &Arc<Actuator>| ControlsHolder {
+            actuator: actuator.name().into(),
+            holder: actuator.holder().map(|holder| (holder.who, holder.since)),
+        };
+        self.shared.actuators().iter().map(of).collect()
     }
 }
 

@@ -9,6 +9,7 @@ use super::{Complaints, Surveyed};
 use crate::agent::catalogue::Catalogue;
 use crate::aspects;
 use crate::configuration::Configuration;
+use crate::mistake::Mistake;
 
 /// For each port that needs a service, the port that provides it; nothing when the host does.
 pub(super) fn survey_services(
@@ -48,18 +49,20 @@ pub(super) fn survey_services(
             }
             [(first, _), (second, _), ..] => {
                 let name = |m: usize| &modules[m].module.name.value;
-                let message = format!(
+                let message = Mistake::Service.of(format!(
                     "`{}` needs `{}`, which both `{}` and `{}` provide",
                     module.name.value,
                     descriptor.name,
                     name(first),
                     name(second)
-                );
+                ));
                 complaints.add(module.name.span, message, "leave one of the two out");
             }
             [] => {
-                let message =
-                    format!("`{}` needs `{}`, which nothing provides", module.name.value, descriptor.name);
+                let message = Mistake::Service.of(format!(
+                    "`{}` needs `{}`, which nothing provides",
+                    module.name.value, descriptor.name
+                ));
                 complaints.add(module.name.span, message, help(descriptor.name, modules, catalogue));
             }
         }
@@ -82,7 +85,8 @@ pub(super) fn check_single(
     let users = |schema: u64| modules.iter().filter(move |surveyed| needs(&surveyed.description, schema));
     let mut loops = users(MainLoop::DESCRIPTOR.hash).map(|surveyed| &surveyed.module.name);
     if let (Some(first), Some(second)) = (loops.next(), loops.next()) {
-        let message = format!("`{}` and `{}` both want the main loop", first.value, second.value);
+        let message =
+            Mistake::Second.of(format!("`{}` and `{}` both want the main loop", first.value, second.value));
         complaints.add(second.span, message, "one module of an agent can have it");
     }
     for surveyed in users(TimeSource::DESCRIPTOR.hash) {
@@ -91,7 +95,7 @@ pub(super) fn check_single(
             let help = format!("write [time] source = \"{}\"", name.value);
             complaints.add(
                 name.span,
-                format!("`{}` sets the time, but is not the time source", name.value),
+                Mistake::TimeSource.of(format!("`{}` sets the time, but is not the time source", name.value)),
                 help,
             );
         }

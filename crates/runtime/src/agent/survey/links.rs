@@ -11,6 +11,7 @@ use slate_module::PortDescription;
 use super::{Complaints, Joint, Survey, Surveyed, Wire};
 use crate::agent::catalogue::Catalogue;
 use crate::configuration::Configuration;
+use crate::mistake::Mistake;
 pub(in crate::agent) use remote::{elsewhere, path as remote_path};
 use sinks::Sink;
 use sources::Sources;
@@ -53,7 +54,8 @@ fn check_overlaps<'a>(
         let Some((_, other)) = other else { continue };
         let name = &survey.modules[sink.module].module.name.value;
         let to = &configuration.links()[i].to;
-        let message = format!("`{}` of `{name}` is linked already, by `{}`", to.value, other.to.value);
+        let message = Mistake::TwoSources
+            .of(format!("`{}` of `{name}` is linked already, by `{}`", to.value, other.to.value));
         complaints.add(to.span, message, "link each field once, or the whole input");
     }
 }

@@ -18,6 +18,7 @@ pub(super) use host::Host;
 use super::catalogue::{Catalogue, RemoteProperty};
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 use crate::link::{Filter, Place, Program};
+use crate::mistake::{Message, Mistake};
 use crate::playback::Played;
 use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
@@ -307,7 +308,7 @@ impl<'a> Complaints<'a> {
         Self { configuration, diagnostics: Vec::new() }
     }
 
-    pub fn add(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
+    pub fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
         let help: String = help.into();
         self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
     }
@@ -375,13 +376,14 @@ fn check_time_source(
     if !names.clone().any(|name| name == source.value) {
         complaints.add(
             source.span,
-            format!("no module `{}` to be the time source", source.value),
+            Mistake::TimeSource.of(format!("no module `{}` to be the time source", source.value)),
             suggest(&source.value, names),
         );
     } else if complaints.diagnostics.is_empty()
         && !modules.iter().any(|surveyed| surveyed.module.name.value == source.value)
     {
-        let message = format!("the time source `{}` is of a plugin that is not loaded", source.value);
+        let message = Mistake::TimeSource
+            .of(format!("the time source `{}` is of a plugin that is not loaded", source.value));
         complaints.add(source.span, message, "load it, or choose another time source");
     }
 }
@@ -401,7 +403,7 @@ fn check_unique(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
             continue;
         }
         if let Some(first) = seen.insert((scope(name), part), name) {
-            let message = format!("a robot has one {part}, and `{first}` is it already");
+            let message = Mistake::Second.of(format!("a robot has one {part}, and `{first}` is it already"));
             complaints.add(
                 surveyed.module.name.span,
                 message,

@@ -11,6 +11,7 @@ use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::parameters;
 use crate::configuration::{Configuration, Module};
+use crate::mistake::Mistake;
 use crate::runner::{OwnSetup, describe};
 
 /// Where the agent tells of itself.
@@ -32,7 +33,7 @@ pub(super) fn survey_module<'a>(
         let help = suggest(&module.plugin.value, catalogue.kinds().map(ModuleKind::name));
         complaints.add(
             module.plugin.span,
-            format!("no plugin brings a module `{}`", module.plugin.value),
+            Mistake::Kind.of(format!("no plugin brings a module `{}`", module.plugin.value)),
             help,
         );
         return None;
@@ -86,7 +87,11 @@ pub(super) fn survey_module<'a>(
             None => {
                 let names = description.ports.iter().filter(|port| port.direction == Direction::Input);
                 let help = suggest(name, names.map(|port| port.name.as_str()));
-                complaints.add(entry.key, format!("`{}` has no input `{name}`", module.name.value), help);
+                complaints.add(
+                    entry.key,
+                    Mistake::Name.of(format!("`{}` has no input `{name}`", module.name.value)),
+                    help,
+                );
             }
         }
     }

@@ -6,6 +6,7 @@ use super::levels::{CycleFound, levels};
 use super::links::split_module;
 use super::{Complaints, Joint, Surveyed, Target, Wire};
 use crate::configuration::Configuration;
+use crate::mistake::Mistake;
 
 /// The modules that write what a link leads to.
 pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {
@@ -73,12 +74,12 @@ pub(super) fn survey_order(
                             .into_iter()
                             .any(|target| place(target).is_some_and(|at| circle.contains(&at)))
                 });
-                let message = format!(
+                let message = Mistake::Circle.of(format!(
                     "in stage {}, {} -> {} read each other in a circle",
                     stage.name(),
                     names.join(" -> "),
                     names.first().copied().unwrap_or_default()
-                );
+                ));
                 let help = "mark one of the links `previous = true`, or move a module to another stage";
                 match first {
                     Some(joint) => complaints.add(joint.link.from.span, message, help),

@@ -28,6 +28,7 @@ use super::set::{Written, first_equals, parse_set};
 use super::source::{Origin, Source, SourceKind, Sources};
 use super::value::Value;
 use super::{Configuration, Diagnostic, Options, Report, Setting, problems::Problems, report};
+use crate::mistake::Message;
 use handlers::Handlers;
 pub use handlers::Subscription;
 pub use proposal::{Change, Proposal};
@@ -213,6 +214,6 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn refusal(message: impl Into<String>, help: impl Into<String>) -> Report {
+fn refusal(message: impl Into<Message>, help: impl Into<String>) -> Report {
     Diagnostic::without_place(message, Some(help.into())).into()
 }

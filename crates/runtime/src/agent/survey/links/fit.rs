@@ -12,6 +12,7 @@ use crate::agent::parameters::enabled_descriptor;
 use crate::agent::survey::{Absent, Complaints, Implied, Joint, Survey, Target, Way, Wire};
 use crate::configuration::{Configuration, Link, Span};
 use crate::link::{Filter, NoPlace, Place, Program};
+use crate::mistake::Mistake;
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
 
@@ -56,7 +57,7 @@ pub(super) fn fit<'a>(
     let (to, span) = (sink_name(survey, sink), link.from.span);
     let name = join(&target_name(configuration, survey, absent, target), &from);
     let mut refuse = |message: String, help: &str| {
-        complaints.add(span, message, help);
+        complaints.add(span, Mistake::Ends.of(message), help);
         None
     };
     let surveyed = &survey.modules[sink.module];
@@ -93,11 +94,17 @@ pub(super) fn fit<'a>(
         && let Some((name, said)) = of_values(link)
     {
         let help = "leave it out: it is about values that are read";
-        complaints.add(said, format!("`{name}` has no meaning for messages, which `{to}` sends"), help);
+        complaints.add(
+            said,
+            Mistake::Ends.of(format!("`{name}` has no meaning for messages, which `{to}` sends")),
+            help,
+        );
         return None;
     }
     if matches!(target, Target::Command(_)) && direction == Direction::Queue {
-        return refuse(format!("`{to}` can't take an actuator's command"), "link a plain input to it");
+        let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
+        complaints.add(span, message, "link a plain input to it");
+        return None;
     }
     if let (Wire::Port(port), Target::Port(module, other)) = (sink.wire, target)
         && sink.field.is_empty()
@@ -117,7 +124,11 @@ pub(super) fn fit<'a>(
         Ok(filter) => filter,
         Err(error) => {
             let span = link.filter.when.as_ref().map_or(span, |when| when.span);
-            complaints.add(span, format!("the condition of `{to}`: {}", error.message), error.help);
+            complaints.add(
+                span,
+                Mistake::Value.of(format!("the condition of `{to}`: {}", error.message)),
+                error.help,
+            );
             return None;
         }
     };
@@ -125,7 +136,11 @@ pub(super) fn fit<'a>(
         link.policy.as_ref().map(|policy| policy.span).or(link.window.as_ref().map(|window| window.span))
         && direction != Direction::Queue
     {
-        complaints.add(said, format!("`{to}` is no queue input"), "leave `policy` and `window` out");
+        complaints.add(
+            said,
+            Mistake::Ends.of(format!("`{to}` is no queue input")),
+            "leave `policy` and `window` out",
+        );
         return None;
     }
     let is_whole = sink.field.is_empty() && from.is_empty() && sink.wire != Wire::Params;
@@ -166,7 +181,7 @@ pub(super) fn fit<'a>(
                 );
             }
             Err(NoPlace { message, help }) => {
-                complaints.add(link.to.span, format!("`{to}`: {message}"), help);
+                complaints.add(link.to.span, Mistake::Name.of(format!("`{to}`: {message}")), help);
                 return None;
             }
         };
@@ -187,7 +202,7 @@ pub(super) fn fit<'a>(
                 let source_place = match place(interface, from) {
                     Ok(place) => place,
                     Err(NoPlace { message, help }) => {
-                        complaints.add(span, format!("`/{name}`: {message}"), help);
+                        complaints.add(span, Mistake::Name.of(format!("`/{name}`: {message}")), help);
                         return None;
                     }
                 };

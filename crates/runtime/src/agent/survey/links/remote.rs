@@ -12,6 +12,7 @@ use crate::agent::catalogue::Catalogue;
 use crate::agent::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
 use crate::configuration::{Compression, Configuration, Link};
 use crate::link::Place;
+use crate::mistake::Mistake;
 use crate::sharing::{RemotePath, TEAM};
 
 /// The other agent that a link leads to, if it does.
@@ -82,7 +83,8 @@ pub(super) fn joint<'a>(
 ) -> (Option<Joint<'a>>, Option<Misfit>) {
     let Some(wanted) = path(configuration, link) else { return (None, None) };
     let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
-        let message = format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent);
+        let message = Mistake::OtherAgent
+            .of(format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent));
         let help = format!(
             "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
             configuration.agent_name()
@@ -98,7 +100,7 @@ pub(super) fn joint<'a>(
         && !survey.carriers.contains(&carrier.value)
     {
         let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
-        let message = format!("this program has no carrier `{}`", carrier.value);
+        let message = Mistake::OtherAgent.of(format!("this program has no carrier `{}`", carrier.value));
         complaints.add(carrier.span, message, format!("there are: {}", known.join(", ")));
         return (None, None);
     }
@@ -191,6 +193,6 @@ fn takes_part<'a>(
     } else {
         return true;
     };
-    complaints.add(link.from.span, format!("`{}`: {message}", link.from.value), help);
+    complaints.add(link.from.span, Mistake::OtherAgent.of(format!("`{}`: {message}", link.from.value)), help);
     false
 }

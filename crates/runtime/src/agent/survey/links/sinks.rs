@@ -5,6 +5,7 @@ use slate_module::{Direction, PortDescription};
 use super::{SERVICE, is_service, owner, split_module, split_port};
 use crate::agent::survey::{Complaints, Survey, Wire, suggest};
 use crate::configuration::Link;
+use crate::mistake::Mistake;
 
 /// What a link fills: a port, or a field of it.
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ pub(super) fn sink<'a>(
     let Some((module, rest)) = split_module(modules, to) else {
         if owner(dormant, to).is_none() {
             let help = suggest(to, modules.iter().map(|surveyed| surveyed.module.name.value.as_str()));
-            complaints.add(link.to.span, format!("no module owns `{to}`"), help);
+            complaints.add(link.to.span, Mistake::Name.of(format!("no module owns `{to}`")), help);
         }
         return None;
     };
@@ -41,7 +42,11 @@ pub(super) fn sink<'a>(
             let names =
                 modules[module].description.parameters.iter().map(|parameter| parameter.name.as_str());
             let help = format!("link one of them: {}", names.collect::<Vec<_>>().join(", "));
-            complaints.add(link.to.span, format!("`{to}` is all parameters of `{own}`"), help);
+            complaints.add(
+                link.to.span,
+                Mistake::Ends.of(format!("`{to}` is all parameters of `{own}`")),
+                help,
+            );
             return None;
         }
         _ => {}
@@ -52,7 +57,7 @@ pub(super) fn sink<'a>(
     };
     let Some(at) = ports.iter().position(|port| port.name == name) else {
         let help = suggest(name, ports.iter().filter(linkable).map(|port| port.name.as_str()));
-        complaints.add(link.to.span, format!("`{own}` has no port `{name}`"), help);
+        complaints.add(link.to.span, Mistake::Name.of(format!("`{own}` has no port `{name}`")), help);
         return None;
     };
     let (message, help) = match &ports[at] {
@@ -73,6 +78,6 @@ pub(super) fn sink<'a>(
             "a link names the input first: \"reader/input\" = \"writer/output\"",
         ),
     };
-    complaints.add(link.to.span, message, help);
+    complaints.add(link.to.span, Mistake::Ends.of(message), help);
     None
 }

@@ -11,6 +11,7 @@ use crate::agent::survey::{
     Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
 use crate::configuration::{Configuration, Link};
+use crate::mistake::Mistake;
 
 pub(super) struct Sources<'s, 'a> {
     configuration: &'a Configuration,
@@ -91,7 +92,7 @@ impl<'s, 'a> Sources<'s, 'a> {
         let mut names: Vec<_> = self.open[at..].iter().map(|link| links[*link].to.value.as_str()).collect();
         names.extend(names.first().copied());
         let span = links[self.open[at]].from.span;
-        let message = format!("{} read each other in a circle", names.join(" -> "));
+        let message = Mistake::Circle.of(format!("{} read each other in a circle", names.join(" -> ")));
         self.complaints.add(span, message, "link one of them to an output");
         for link in self.open[at..].iter().copied() {
             self.found[link] = Found::Joint(None);
@@ -124,7 +125,8 @@ impl<'s, 'a> Sources<'s, 'a> {
             transport.compression.as_ref().map(|said| ("compression", said.span)),
         ];
         for (name, span) in said.iter().flatten() {
-            let message = format!("`{name}` has no meaning here: `{}` is of this agent", link.from.value);
+            let message = Mistake::Ends
+                .of(format!("`{name}` has no meaning here: `{}` is of this agent", link.from.value));
             let help = "leave it out, or read a property of another agent: slate://agent/module/property";
             self.complaints.add(*span, message, help);
         }
@@ -153,7 +155,11 @@ impl<'s, 'a> Sources<'s, 'a> {
             let played = self.survey.played.iter().map(|played| played.path.as_str());
             let names: Vec<_> = modules.chain(actuators).chain(hosts).chain(played).collect();
             let help = suggest(path, names.iter().copied());
-            self.complaints.add(link.from.span, format!("nothing is called `/{path}`"), help);
+            self.complaints.add(
+                link.from.span,
+                Mistake::Name.of(format!("nothing is called `/{path}`")),
+                help,
+            );
             return None;
         };
         let (name, field) = split_port(&self.modules()[module].description.ports, rest);
@@ -174,7 +180,11 @@ impl<'s, 'a> Sources<'s, 'a> {
         let Some(at) = ports.iter().position(|port| port.name == name) else {
             let source = |port: &&PortDescription| !is_service(port) && port.direction != Direction::Outbox;
             let help = suggest(name, ports.iter().filter(source).map(|port| port.name.as_str()));
-            self.complaints.add(link.from.span, format!("`{own}` has no output `{name}`"), help);
+            self.complaints.add(
+                link.from.span,
+                Mistake::Name.of(format!("`{own}` has no output `{name}`")),
+                help,
+            );
             return None;
         };
         let (message, help) = match ports[at].direction {
@@ -188,13 +198,16 @@ impl<'s, 'a> Sources<'s, 'a> {
                 return Some(Source { target: Target::Port(module, at), field });
             }
             Direction::Command => (
-                format!("`/{path}` is a command that has not passed its gate"),
+                Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate")),
                 "link to the command that passed its gate: `<actuator>/command`",
             ),
-            Direction::Aspect | Direction::Provider => (format!("`/{path}` is a service"), SERVICE),
-            Direction::Outbox => {
-                (format!("`/{path}` sends messages"), "link it to an inbox, and not the other way round")
+            Direction::Aspect | Direction::Provider => {
+                (Mistake::Ends.of(format!("`/{path}` is a service")), SERVICE)
             }
+            Direction::Outbox => (
+                Mistake::Ends.of(format!("`/{path}` sends messages")),
+                "link it to an inbox, and not the other way round",
+            ),
         };
         self.complaints.add(link.from.span, message, help);
         None

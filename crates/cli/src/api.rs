@@ -1,0 +1,168 @@
+//! Any operation of an agent's HTTP API.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::Value;
+
+use crate::connection::AgentOption;
+use crate::endpoint::{Endpoint, Role};
+use crate::failure::Failure;
+use crate::http::{self, Request};
+use crate::output;
+
+/// What stands before the paths of all operations.
+const BASE: &str = "/api/v1";
+
+#[derive(Debug, Args)]
+pub struct ApiOptions {
+    /// Such as `GET` or `PUT`; without it the operations are listed.
+    #[arg(value_parser = method, requires = "path")]
+    method: Option<String>,
+
+    /// Such as `/modules` or `/slate/exp1/loop/state?bare`.
+    #[arg(value_parser = path)]
+    path: Option<String>,
+
+    /// JSON, @FILE, or - for what comes on stdin.
+    body: Option<String>,
+
+    /// Which kind of answer is wanted, such as `text/event-stream`.
+    #[arg(long, value_name = "KIND", value_parser = header)]
+    accept: Option<String>,
+
+    /// Whose secret is sent; that of a developer unless given.
+    #[arg(long, value_enum)]
+    role: Option<Role>,
+
+    /// Where the answer goes, such as a picture.
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+
+    /// Prints the list as JSON.
+    #[arg(long, conflicts_with = "method")]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+fn method(text: &str) -> Result<String, String> {
+    match !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphabetic()) {
+        true => Ok(text.to_ascii_uppercase()),
+        false => Err("expected a method such as GET, PUT, POST, PATCH or DELETE".into()),
+    }
+}
+
+fn path(text: &str) -> Result<String, String> {
+    if let Some(wrong) = text.chars().find(|c| !c.is_ascii_graphic() || *c == '#') {
+        return Err(format!("`{}` has to be written as % and its code", wrong.escape_default()));
+    }
+    let path = if text.starts_with('/') { text.to_owned() } else { format!("/{text}") };
+    Ok(if path.starts_with("/api/") { path } else { format!("{BASE}{path}") })
+}
+
+fn header(text: &str) -> Result<String, String> {
+    match text.chars().all(|c| c.is_ascii_graphic() || c == ' ') {
+        true => Ok(text.into()),
+        false => Err("expected a kind such as text/event-stream".into()),
+    }
+}
+
+/// Asks, and prints the answer as it comes.
+pub fn api(options: &ApiOptions) -> Result<bool, Failure> {
+    let client = options.agent.connect()?;
+    let endpoint = Endpoint::of(client.name())?;
+    let (_, token) = endpoint.token(options.role).ok_or_else(|| no_token(options.role))?;
+    let (Some(method), Some(path)) = (&options.method, &options.path) else {
+        return list(&endpoint, token, options.json);
+    };
+    let body = options.body.as_deref().map(body).transpose()?;
+    let accept = options.accept.as_deref();
+    let request = Request { method, path, token, accept, body: body.as_deref() };
+    let mut response = http::ask(&endpoint.address, &request)?;
+    if response.status >= 400 {
+        return Err(problem(response));
+    }
+    let lost = |source| Failure::File { path: place(options.out.as_deref()), source };
+    let mut to: Box<dyn std::io::Write> = match &options.out {
+        Some(file) => Box::new(std::fs::File::create(file).map_err(lost)?),
+        None => Box::new(std::io::stdout()),
+    };
+    match std::io::copy(&mut response.body, &mut to) {
+        Ok(_) => {}
+        // Whoever read it has gone, as `head` does.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return Ok(true),
+        Err(error) => return Err(lost(error)),
+    }
+    if options.out.is_none() {
+        output::line("");
+    }
+    Ok(true)
+}
+
+fn place(file: Option<&Path>) -> PathBuf {
+    file.map_or_else(|| "the answer".into(), Path::to_owned)
+}
+
+/// The agent has no such secret.
+pub fn no_token(role: Option<Role>) -> Failure {
+    let role = role.map_or("role", Role::name);
+    let detail = format!("the agent has no secret of a {role}");
+    let help = "its configuration names those that there are: console.tokens".to_owned();
+    Failure::Http { status: 401, detail, help, code: None }
+}
+
+fn body(text: &str) -> Result<String, Failure> {
+    let failed = |path: &str, source| Failure::File { path: path.into(), source };
+    let content = match text.strip_prefix('@') {
+        Some(file) => std::fs::read_to_string(file).map_err(|error| failed(file, error))?,
+        None if text == "-" => {
+            std::io::read_to_string(std::io::stdin()).map_err(|error| failed("stdin", error))?
+        }
+        None => text.to_owned(),
+    };
+    // A mistake of the caller, and not of the agent.
+    serde_json::from_str::<Value>(&content).map_err(|_| Failure::Body { text: content.clone() })?;
+    Ok(content)
+}
+
+/// What an agent says that does not do it.
+fn problem(mut response: http::Response) -> Failure {
+    let mut text = String::new();
+    // What came of it is better than nothing.
+    let _ = response.body.read_to_string(&mut text);
+    let problem: Value = serde_json::from_str(&text).unwrap_or_default();
+    let field = |name: &str| problem.get(name).and_then(Value::as_str).map(str::to_owned);
+    let status = response.status;
+    let detail = field("detail").unwrap_or_else(|| format!("the agent answers with status {status}"));
+    Failure::Http { status, detail, help: field("help").unwrap_or_default(), code: field("code") }
+}
+
+/// Lists the operations.
+fn list(endpoint: &Endpoint, token: &str, json: bool) -> Result<bool, Failure> {
+    let request = Request { method: "GET", path: BASE, token, accept: None, body: None };
+    let mut response = http::ask(&endpoint.address, &request)?;
+    if response.status >= 400 {
+        return Err(problem(response));
+    }
+    let mut text = String::new();
+    let lost = |source| Failure::File { path: place(None), source };
+    response.body.read_to_string(&mut text).map_err(lost)?;
+    let index: Value = serde_json::from_str(&text).unwrap_or_default();
+    if json {
+        output::document("slate.api/1", &index);
+        return Ok(true);
+    }
+    let operations = index.get("operations").and_then(Value::as_array).into_iter().flatten();
+    let row = |operation: &Value| {
+        ["method", "path", "role", "summary"].map(|name| {
+            let text = operation.get(name).and_then(Value::as_str).unwrap_or_default();
+            text.strip_prefix(BASE).filter(|rest| rest.starts_with('/')).unwrap_or(text).to_owned()
+        })
+    };
+    let head = ["method", "path", "for a", "what it does"].map(String::from);
+    output::columns([head].into_iter().chain(operations.map(row)));
+    Ok(true)
+}

@@ -1,0 +1,64 @@
+//! The web console of an agent that runs.
+
+use std::process::{Command, Stdio};
+
+use clap::Args;
+use serde_json::json;
+
+use crate::api::no_token;
+use crate::connection::AgentOption;
+use crate::endpoint::{Endpoint, Role};
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Args)]
+pub struct ConsoleOptions {
+    /// Opens it in a browser.
+    #[arg(long)]
+    open: bool,
+
+    /// What whoever has the link may do; most of all unless given.
+    #[arg(long, value_enum)]
+    role: Option<Role>,
+
+    /// Prints the link as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+/// Prints the link, which has a secret in it.
+pub fn console(options: &ConsoleOptions) -> Result<bool, Failure> {
+    let client = options.agent.connect()?;
+    let endpoint = Endpoint::of(client.name())?;
+    let (role, token) = endpoint.token(options.role).ok_or_else(|| no_token(options.role))?;
+    // What stands behind # stays in the browser.
+    let link = format!("{}/#token={token}", endpoint.address);
+    match options.json {
+        true => output::json(&json!({
+            "schema": "slate.console/1", "agent": client.name(), "address": endpoint.address, "role": role.name(),
+            "link": link,
+        })),
+        false => output::line(&link),
+    }
+    if options.open {
+        open(&link)?;
+    }
+    Ok(true)
+}
+
+/// Has the system open a link.
+fn open(link: &str) -> Result<(), Failure> {
+    let usual = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let program = std::env::var("BROWSER").ok().filter(|name| !name.is_empty());
+    let program = program.unwrap_or_else(|| usual.into());
+    let started = Command::new(&program)
+        .arg(link)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    started.map(drop).map_err(|source| Failure::File { path: program.into(), source })
+}

@@ -1,0 +1,182 @@
+//! Where a robot is to go.
+
+use std::io::IsTerminal;
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::{Value, json};
+use slate::blackboard::is_within;
+use slate::runtime::remote::{Changed, Client, SetProperty, Watched};
+
+use crate::config::show_changes;
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+
+#[derive(Debug, Args)]
+pub struct GoalOptions {
+    /// Metres, to the east of the map.
+    #[arg(allow_negative_numbers = true, value_parser = finite)]
+    x: f64,
+
+    /// Metres, to the north.
+    #[arg(allow_negative_numbers = true, value_parser = finite)]
+    y: f64,
+
+    /// How it is to stand there: radians, counter-clockwise from x, or degrees as `90deg`.
+    #[arg(allow_negative_numbers = true, value_parser = angle)]
+    heading: Option<f64>,
+
+    /// Whose goal it is, such as `r2` or `r2/knowledge`; needed when several have one.
+    #[arg(long, value_name = "MODULE")]
+    of: Option<String>,
+
+    /// Does it though nobody is at the terminal.
+    #[arg(long)]
+    yes: bool,
+
+    /// Prints what changes as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected a number of metres, such as 1.5".into()),
+    }
+}
+
+fn angle(text: &str) -> Result<f64, String> {
+    let (digits, factor) = match text.strip_suffix("deg") {
+        Some(degrees) => (degrees, std::f64::consts::PI / 180.0),
+        None => (text.strip_suffix("rad").unwrap_or(text), 1.0),
+    };
+    match digits.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number * factor),
+        _ => Err("expected radians, such as 1.57, or degrees, such as 90deg".into()),
+    }
+}
+
+/// What inputs are called that take a goal.
+const NAMES: [&str; 2] = ["goal", "target"];
+
+/// What such inputs take.
+const INTERFACES: [&str; 3] = ["Point2", "Pose2", "Position"];
+
+/// Something that can be set to a goal.
+struct Target {
+    /// The module.
+    module: String,
+    place: Place,
+    /// Whether it has a heading, too.
+    has_heading: bool,
+}
+
+enum Place {
+    /// An input, by its URL.
+    Input(String),
+    /// Parameters `goal_x` and `goal_y`.
+    Parameters,
+}
+
+/// Sets the goal of the one who has one.
+pub fn goal(options: &GoalOptions) -> Result<bool, Failure> {
+    if !options.yes && !std::io::stdin().is_terminal() {
+        return Err(Failure::Unconfirmed);
+    }
+    let mut client = options.agent.connect()?;
+    let target = target(&mut client, options.of.as_deref())?;
+    if options.heading.is_some() && !target.has_heading {
+        return Err(Failure::NoHeading { module: target.module });
+    }
+    let changed = set(&mut client, &target, options)?;
+    if options.json {
+        let goal = json!({ "x": options.x, "y": options.y, "theta": options.heading });
+        output::json(
+            &json!({"schema": "slate.goal/1", "module": target.module, "goal": goal, "changed": changed}),
+        );
+    } else {
+        show_changes(&changed);
+    }
+    Ok(true)
+}
+
+fn set(client: &mut Client, target: &Target, options: &GoalOptions) -> Result<Vec<Changed>, Failure> {
+    let GoalOptions { x, y, heading, .. } = options;
+    match &target.place {
+        Place::Input(url) => {
+            let mut value = json!({ "x": x, "y": y });
+            if let Some(heading) = heading {
+                value["theta"] = json!(heading);
+            }
+            match client.set_property(url, value)? {
+                SetProperty::Setting(changed) => Ok(changed),
+                SetProperty::Switch(_) => Ok(Vec::new()),
+            }
+        }
+        Place::Parameters => {
+            let module = Value::from(target.module.as_str());
+            let of =
+                |name: &str, value: &f64| (format!("modules.{module}.params.{name}"), format!("{value:?}"));
+            let heading = heading.as_ref().map(|heading| of("goal_theta", heading));
+            Ok(client
+                .set(&[of("goal_x", x), of("goal_y", y)].into_iter().chain(heading).collect::<Vec<_>>())?)
+        }
+    }
+}
+
+/// The only thing that can be set to a goal, of one who is meant.
+fn target(client: &mut Client, of: Option<&str>) -> Result<Target, Failure> {
+    let is_meant = |target: &Target| {
+        of.is_none_or(|of| {
+            let of = of.trim_matches('/');
+            target.module.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        })
+    };
+    let mut targets = targets(client)?;
+    targets.retain(is_meant);
+    match <[Target; 1]>::try_from(targets) {
+        Ok([target]) => Ok(target),
+        Err(several) => {
+            Err(Failure::NoGoal { found: several.into_iter().map(|target| target.module).collect() })
+        }
+    }
+}
+
+fn targets(client: &mut Client) -> Result<Vec<Target>, Failure> {
+    let properties = client.properties(None)?;
+    let links = client.links()?;
+    let is_linked = |path: &str| links.iter().any(|link| link.to == path);
+    // A goal that is told to others and that nobody wants leads nowhere.
+    let is_unread = |module: &str| {
+        let goal = format!("{module}/goal");
+        let is_told = properties.iter().any(|property| property.path == goal);
+        is_told && links.iter().all(|link| !is_within(link.from.trim_start_matches('/'), &goal))
+    };
+    let mut targets = Vec::new();
+    for property in properties.iter().filter(|property| property.access == "setting") {
+        let Some((module, name)) = property.path.rsplit_once('/') else { continue };
+        let is_goal = NAMES.contains(&name) && INTERFACES.contains(&property.interface.as_str());
+        if is_goal && !is_linked(&property.path) {
+            let place = Place::Input(format!("/{}", property.path));
+            targets.push(Target { module: module.into(), place, has_heading: property.interface == "Pose2" });
+        }
+    }
+    let params = properties.iter().filter_map(|property| property.path.strip_suffix("/params"));
+    let params: Vec<&str> = params.collect();
+    let watched = |module: &&str| Watched { url: format!("/{module}/params"), after: None };
+    let of: Vec<_> = params.iter().map(watched).collect();
+    for news in client.watch(&of, Duration::ZERO)? {
+        let (Some(module), Some(reading)) = (params.get(news.of), news.readings.last()) else { continue };
+        let has = |name: &str| reading.value.get(name).is_some_and(Value::is_number);
+        if has("goal_x") && has("goal_y") && !is_unread(module) {
+            let (module, has_heading) = ((*module).to_owned(), has("goal_theta"));
+            targets.push(Target { module, place: Place::Parameters, has_heading });
+        }
+    }
+    Ok(targets)
+}

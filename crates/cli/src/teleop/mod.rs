@@ -1,0 +1,196 @@
+//! Driving by keys.
+//!
+//! A terminal tells which keys are pressed, and not when they are let go; it repeats one that is held. So a key commands for a
+//! short while, and its repetition renews that; between keys the robot is held still, whatever its plan wants. Whatever becomes of
+//! this program, of the terminal or of the connection behind it: the agent ends what was commanded last by its own clock.
+
+mod drive;
+mod keys;
+
+use std::io::{IsTerminal, Read, Write};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use crossterm::cursor::MoveToColumn;
+use crossterm::queue;
+use crossterm::terminal::{Clear, ClearType, disable_raw_mode, enable_raw_mode};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use serde_json::Value;
+use slate::runtime::remote::{Client, ClientError};
+
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::output;
+use crate::watch::{end_well_on_interrupt, is_interrupted, now};
+use drive::Drive;
+use keys::Key;
+
+#[derive(Debug, Args)]
+pub struct TeleopOptions {
+    /// The actuator, such as `r2/wheels`; needed when there are several.
+    actuator: Option<String>,
+
+    /// How fast it drives, m/s.
+    #[arg(long, value_name = "M/S", default_value_t = 0.3, value_parser = positive)]
+    speed: f64,
+
+    /// How fast it turns, rad/s.
+    #[arg(long, value_name = "RAD/S", default_value_t = 0.8, value_parser = positive)]
+    turn: f64,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        _ => Err("expected a positive number, such as 0.3".into()),
+    }
+}
+
+/// How long keys are waited for before the robot is told again to stand still; a command holds for three times as long.
+const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
+
+/// How long a key counts: longer than from one repetition to the next.
+const KEY: Duration = Duration::from_millis(150);
+
+/// What a key makes faster and slower.
+const STEP: f64 = 1.25;
+
+const KEYS: &str = "w a s d or arrows drive, q e z c in curves, x halts, + and - change the speed,\n\
+                    space stops all actuators, Esc ends; the robot stands still while no key is held";
+
+/// The terminal hands over keys at once and shows none of them, until this is dropped.
+struct Raw;
+
+impl Raw {
+    fn begin() -> Result<Self, Failure> {
+        enable_raw_mode().map_err(|source| Failure::File { path: "the terminal".into(), source })?;
+        Ok(Self)
+    }
+}
+
+impl Drop for Raw {
+    fn drop(&mut self) {
+        let _ = disable_raw_mode();
+    }
+}
+
+/// Drives until somebody has enough.
+pub fn teleop(options: &TeleopOptions) -> Result<bool, Failure> {
+    if !std::io::stdin().is_terminal() {
+        return Err(Failure::NoTerminal);
+    }
+    let mut client = options.agent.connect()?;
+    let actuator = match &options.actuator {
+        Some(name) => name.trim_start_matches('/').to_owned(),
+        None => only(&mut client)?,
+    };
+    let controls =
+        client.take_controls(&actuator, &format!("slate teleop, process {}", std::process::id()))?;
+    let drive = Drive::of(&mut client, &controls)?;
+    end_well_on_interrupt();
+    eprintln!("{KEYS}");
+    let driven = {
+        let _raw = Raw::begin()?;
+        run(&mut client, &actuator, &drive, (options.speed, options.turn))
+    };
+    eprintln!();
+    match driven {
+        Err(Failure::Agent(ClientError::Lost { name, .. })) => eprintln!("agent `{name}` has ended"),
+        driven => {
+            driven?;
+            client.leave_controls()?;
+            eprintln!("the controls of {actuator} are given back");
+        }
+    }
+    Ok(true)
+}
+
+/// The only actuator.
+fn only(client: &mut Client) -> Result<String, Failure> {
+    let names: Vec<_> = client.controls()?.into_iter().map(|holder| holder.actuator).collect();
+    match <[String; 1]>::try_from(names) {
+        Ok([name]) => Ok(name),
+        Err(known) => Err(Failure::NoActuator { known }),
+    }
+}
+
+fn run(client: &mut Client, actuator: &str, drive: &Drive, speeds: (f64, f64)) -> Result<(), Failure> {
+    let mut stdin = std::io::stdin().lock();
+    let (speed, turn) = speeds;
+    let mut factor = 1.0;
+    let mut driven: Option<Instant> = None;
+    loop {
+        if is_interrupted() {
+            return Ok(());
+        }
+        let mut motion = None;
+        for key in pressed(&mut stdin)? {
+            match key {
+                Key::Drive(forward, left) => motion = Some((forward, left)),
+                Key::Halt => (motion, driven) = (None, None),
+                Key::Faster => factor *= STEP,
+                Key::Slower => factor /= STEP,
+                Key::Stop => client.stop("by a person who drives")?,
+                Key::Quit => return Ok(()),
+            }
+        }
+        let command = match motion {
+            Some((forward, left)) => {
+                driven = Some(now());
+                Some(drive.command(forward * speed * factor, left * turn * factor))
+            }
+            None if driven.is_some_and(|driven| driven.elapsed() < KEY) => None,
+            None => Some(drive.command(0.0, 0.0)),
+        };
+        let Some(command) = command else { continue };
+        let gate = client.command(command)?;
+        show(actuator, (speed * factor, turn * factor), &gate);
+    }
+}
+
+/// What was pressed since; it is waited for a little.
+fn pressed(stdin: &mut std::io::StdinLock<'_>) -> Result<Vec<Key>, Failure> {
+    let lost = |source| Failure::File { path: "the terminal".into(), source };
+    let mut polled = [PollFd::new(&*stdin, PollFlags::IN)];
+    match poll(&mut polled, Some(&LOOK)) {
+        Ok(0) => return Ok(Vec::new()),
+        Ok(_) => {}
+        // A signal came, and is looked at.
+        Err(rustix::io::Errno::INTR) => return Ok(Vec::new()),
+        Err(error) => return Err(lost(error.into())),
+    }
+    // Larger than what the reader keeps for itself, so that what is polled is all that there is.
+    let mut bytes = vec![0; 64 << 10];
+    match stdin.read(&mut bytes) {
+        // There is no terminal any more.
+        Ok(0) => Ok(vec![Key::Quit]),
+        Ok(count) => Ok(keys::parse(&bytes[..count])),
+        Err(error) if error.kind() == std::io::ErrorKind::Interrupted => Ok(Vec::new()),
+        Err(error) => Err(lost(error)),
+    }
+}
+
+/// Shows speeds and gate in a line that is written over.
+fn show(actuator: &str, (speed, turn): (f64, f64), gate: &Value) {
+    let mut out = std::io::stderr();
+    if !out.is_terminal() {
+        return;
+    }
+    let text = |name: &str| gate.get(name).and_then(Value::as_str).unwrap_or("-").to_lowercase();
+    let hint = match text("mode").as_str() {
+        "disarmed" => format!(": slate arm {actuator}"),
+        "stopped" => ": slate reset, then slate arm".into(),
+        _ => String::new(),
+    };
+    let line = format!(
+        "{actuator} is {}{hint}, commanded by {}; {speed:.2} m/s, {turn:.2} rad/s",
+        text("mode"),
+        text("priority"),
+    );
+    let _ = queue!(out, MoveToColumn(0), Clear(ClearType::CurrentLine));
+    let _ = write!(out, "{}", output::harmless(line));
+    let _ = out.flush();
+}

@@ -1,0 +1,287 @@
+//! What a person does to a robot from a terminal: goals, keys, and requests over HTTP.
+#![cfg(feature = "console")]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::disallowed_methods, reason = "a test that fails panics")]
+
+mod common;
+
+use std::fs::Permissions;
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{Running, json, text, wait_for};
+use serde_json::Value;
+
+/// A run without an end, whose robot has no reflexes, as these go before a person.
+const EXP1: [&str; 11] = [
+    "run",
+    "exp1",
+    "--headless",
+    "--rate",
+    "realtime",
+    "--set",
+    "robots.r2.modules.avoid_obstacle.enabled=false",
+    "--set",
+    "modules.referee.enabled=false",
+    "--set",
+    "console.port=0",
+];
+
+fn started(name: &str) -> Running {
+    let mut running = Running::new(name);
+    running.start("exp1", &EXP1);
+    wait_for("its console", || running.call(&["console"]).status.success());
+    running
+}
+
+/// The command at a terminal of its own, with what is typed there.
+struct Terminal(Child);
+
+impl Terminal {
+    fn new(running: &Running, arguments: &str) -> Self {
+        let command = format!("{} {arguments}", env!("CARGO_BIN_EXE_slate"));
+        let mut script = std::process::Command::new("script");
+        script.args(["-qec", &command, "/dev/null"]).env("XDG_RUNTIME_DIR", running.sockets());
+        script.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(script.current_dir(running.folder()).spawn().unwrap())
+    }
+
+    fn press(&mut self, keys: &[u8]) {
+        self.0.stdin.as_mut().unwrap().write_all(keys).unwrap();
+    }
+
+    /// What it ended with, and what it showed.
+    fn end(self) -> (Option<i32>, String) {
+        let output = self.0.wait_with_output().unwrap();
+        (output.status.code(), text(&output.stdout))
+    }
+}
+
+fn holder(running: &Running) -> Value {
+    running.ask("exp1", r#"{"call":"controls/list"}"#)["result"][0]["holder"].clone()
+}
+
+fn priority(running: &Running) -> String {
+    running.read("exp1", "/r2/wheels/gate/priority").as_str().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_robot_is_driven_by_keys_and_stops_when_none_is_pressed() {
+    let running = started("teleop");
+    let mut terminal = Terminal::new(&running, "teleop --speed 0.2");
+    wait_for("the controls", || holder(&running).as_str().is_some_and(|who| who.starts_with("slate teleop")));
+    // Held, as a terminal repeats it.
+    let held = |terminal: &mut Terminal, key: &[u8]| {
+        for _ in 0..20 {
+            terminal.press(key);
+            std::thread::sleep(Duration::from_millis(30));
+        }
+    };
+    held(&mut terminal, b"w");
+    let last = Instant::now();
+    let command = running.read("exp1", "/r2/wheels/command");
+    assert_eq!(priority(&running), "TELEOPERATION");
+    // 0.2 m/s by wheels of 9.75 cm.
+    let (left, right) = (command["left"].as_f64().unwrap(), command["right"].as_f64().unwrap());
+    assert!((left - right).abs() < 1e-9 && (left - 2.05).abs() < 0.1, "{command}");
+    while running.read("exp1", "/r2/wheels/command/left") != 0.0 {
+        assert!(last.elapsed() < Duration::from_millis(250), "{:?}", last.elapsed());
+    }
+    // The plan would drive on, and does not while somebody has the controls.
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(running.read("exp1", "/r2/wheels/command"), serde_json::json!({ "left": 0.0, "right": 0.0 }));
+    held(&mut terminal, b"\x1b[D");
+    let command = running.read("exp1", "/r2/wheels/command");
+    assert!(command["left"].as_f64() < Some(0.0) && command["right"].as_f64() > Some(0.0), "{command}");
+    terminal.press(b" ");
+    wait_for("the stop", || running.read("exp1", "/r2/wheels/gate/mode") == "STOPPED");
+    let taken = running.ask("exp1", r#"{"call":"controls/take","actuator":"r2/wheels"}"#);
+    assert_eq!(taken["error"]["code"], "S108", "{taken}");
+    terminal.press(b"\x1b");
+    let (code, shown) = terminal.end();
+    assert_eq!(code, Some(0), "{shown}");
+    assert!(shown.contains("w a s d") && shown.contains("given back"), "{shown}");
+    assert_eq!(holder(&running), Value::Null);
+}
+
+#[test]
+fn a_robot_stops_when_who_drives_it_is_gone() {
+    let running = started("teleop-gone");
+    let mut terminal = Terminal::new(&running, "teleop r2/wheels");
+    wait_for("the controls", || holder(&running).is_string());
+    let process = holder(&running);
+    let process = process.as_str().unwrap().rsplit(' ').next().unwrap();
+    for _ in 0..10 {
+        terminal.press(b"w");
+        std::thread::sleep(Duration::from_millis(30));
+    }
+    assert_eq!(priority(&running), "TELEOPERATION");
+    let killed = Instant::now();
+    assert!(std::process::Command::new("kill").args(["-KILL", process]).status().unwrap().success());
+    while priority(&running) == "TELEOPERATION" {
+        assert!(killed.elapsed() < Duration::from_millis(250), "{:?}", killed.elapsed());
+    }
+    wait_for("the controls", || holder(&running).is_null());
+    terminal.end();
+}
+
+#[test]
+fn who_drives_is_told_what_is_missing() {
+    let running = started("teleop-refused");
+    running.fails(2, &["teleop"], &["there is none", "terminal"]);
+    let (code, shown) = Terminal::new(&running, "teleop r2/weels").end();
+    assert_eq!(code, Some(4), "{shown}");
+    assert!(shown.contains("no actuator is called `r2/weels`") && shown.contains("r2/wheels"), "{shown}");
+}
+
+#[test]
+fn a_goal_is_set_where_the_robot_keeps_it() {
+    let running = started("goal");
+    running.fails(2, &["goal", "1", "0.5"], &["--yes"]);
+    let said = json(&running.call(&["goal", "-0.5", "1.25", "--yes", "--json"]));
+    assert_eq!(
+        (&said["schema"], &said["module"]),
+        (&"slate.goal/1".into(), &"r2/knowledge".into()),
+        "{said}"
+    );
+    wait_for("the goal", || {
+        let goal = running.read("exp1", "/r2/knowledge/goal");
+        goal["x"] == -0.5 && goal["y"] == 1.25
+    });
+    running.fails(2, &["goal", "1", "0.5", "90deg", "--yes"], &["`r2/knowledge`", "no heading"]);
+    running.fails(4, &["goal", "1", "0.5", "--of", "r7", "--yes"], &["no module has a goal"]);
+    running.fails(2, &["goal", "1", "inf", "--yes"], &["metres"]);
+}
+
+#[test]
+fn any_operation_of_the_api_is_called_with_a_secret_that_is_found() {
+    let running = started("api");
+    let agent: Value = serde_json::from_str(&running.done(&["api", "GET", "/agent"])).unwrap();
+    assert_eq!((&agent["name"], &agent["role"]), (&"exp1".into(), &"developer".into()));
+    assert!(running.done(&["api"]).contains("/leases"));
+    let body = r#"{"enabled": false}"#;
+    let switched: Value =
+        serde_json::from_str(&running.done(&["api", "put", "/modules/r2/pass_range", body])).unwrap();
+    assert_eq!(switched["changed"], true);
+    std::fs::write(running.folder().join("on.json"), r#"{"enabled": true}"#).unwrap();
+    running.done(&["api", "PUT", "modules/r2/pass_range", "@on.json"]);
+    running.fails(
+        5,
+        &["api", "PUT", "/modules/r2/pass_range", body, "--role", "viewer"],
+        &["viewer may not"],
+    );
+    running.fails(4, &["api", "GET", "/slate/exp1/nothing/there"], &["no property at"]);
+    running.fails(2, &["api", "PUT", "/modules/r2/pass_range", "{enabled"], &["`{enabled` is no body"]);
+    running.fails(2, &["api", "GET", "/a b"], &["%"]);
+    running.done(&["api", "GET", "/openapi.json", "--out", "openapi.json"]);
+    let document = std::fs::read_to_string(running.folder().join("openapi.json")).unwrap();
+    assert!(document.contains("\"3.1.0\""));
+    // A stream goes on until nobody reads it.
+    let path = "/slate/exp1/simulator/r2/truth";
+    let mut stream = running.command(&["api", "GET", path, "--accept", "text/event-stream"]);
+    let mut stream = stream.stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = std::io::BufRead::lines(std::io::BufReader::new(stream.stdout.take().unwrap()));
+    assert!(lines.any(|line| line.unwrap().starts_with("data: {")));
+    drop(lines);
+    assert_eq!(stream.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn where_a_run_was_is_told_with_the_route_of_each_point() {
+    let running = started("trails");
+    let points = || {
+        let trails: Value =
+            serde_json::from_str(&running.done(&["api", "GET", "/documents/trails", "--role", "viewer"]))
+                .unwrap();
+        let trail = trails["robots"]["r2"].clone();
+        assert_eq!(trail["time"].as_array().map(Vec::len), trail["route"].as_array().map(Vec::len));
+        trail
+    };
+    wait_for("the robot's way", || points()["time"].as_array().is_some_and(|times| times.len() > 20));
+    let trail = points();
+    let routes = trail["route"].as_array().unwrap();
+    assert!(routes.iter().any(|route| route == "deliberative"), "{trail}");
+    assert!(trail["x"].as_array().unwrap().iter().all(Value::is_number), "{trail}");
+}
+
+#[test]
+fn a_link_has_the_secret_of_a_role_and_there_is_none_without_a_console() {
+    let mut running = started("console-link");
+    let link = running.done(&["console"]);
+    assert!(link.starts_with("http://127.0.0.1:") && link.contains("/#token="), "{link}");
+    let viewer = json(&running.call(&["console", "--role", "viewer", "--json"]));
+    assert_eq!((&viewer["role"], &viewer["agent"]), (&"viewer".into(), &"exp1".into()));
+    assert_ne!(viewer["link"], link.trim());
+    // A browser that is told what to open.
+    let browser = running.folder().join("browser");
+    std::fs::write(&browser, "#!/bin/sh\nprintf %s \"$1\" > opened\n").unwrap();
+    std::fs::set_permissions(&browser, Permissions::from_mode(0o755)).unwrap();
+    let opened = running.command(&["console", "--open"]).env("BROWSER", &browser).output().unwrap();
+    assert!(opened.status.success(), "{opened:?}");
+    wait_for("the browser", || {
+        std::fs::read_to_string(running.folder().join("opened")).is_ok_and(|opened| opened == link.trim())
+    });
+    // A second one of that name, which nobody reaches over HTTP.
+    running.start("exp1-2", &["run", "exp1", "--headless", "--rate", "1"]);
+    running.fails(3, &["console", "--agent", "exp1-2"], &["exp1-2", "console.port"]);
+    assert_eq!(running.done(&["console", "--agent", "exp1"]), link);
+}
+
+/// Carries connections from one socket to another one, as `ssh -L` does.
+fn forward(from: &Path, to: PathBuf) {
+    std::fs::create_dir_all(from.parent().unwrap()).unwrap();
+    std::fs::set_permissions(from.parent().unwrap(), Permissions::from_mode(0o700)).unwrap();
+    let listener = UnixListener::bind(from).unwrap();
+    std::thread::spawn(move || {
+        for near in listener.incoming() {
+            let (near, far) = (near.unwrap(), UnixStream::connect(&to).unwrap());
+            for (mut from, mut to) in [(near.try_clone().unwrap(), far.try_clone().unwrap()), (far, near)] {
+                std::thread::spawn(move || {
+                    let _ = std::io::copy(&mut from, &mut to);
+                    let _ = to.shutdown(std::net::Shutdown::Both);
+                });
+            }
+        }
+    });
+}
+
+#[test]
+fn an_agent_whose_socket_is_forwarded_is_used_like_one_that_runs_here() {
+    let running = started("forwarded");
+    let elsewhere = Running::new("elsewhere");
+    let socket = |run: &Running, name: &str| run.sockets().join("slate").join(name);
+    forward(&socket(&elsewhere, "robot.sock"), socket(&running, "exp1.sock"));
+    assert!(elsewhere.done(&["module", "list"]).contains("r2/planner"));
+    elsewhere.done(&["set", "/r2/planner/params/speed", "0.3"]);
+    assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.3);
+    let mut terminal = Terminal::new(&elsewhere, "teleop --agent robot");
+    wait_for("the controls", || holder(&running).is_string());
+    terminal.press(b"\x1b");
+    assert_eq!(terminal.end().0, Some(0));
+    wait_for("the controls", || holder(&running).is_null());
+}
+
+#[test]
+fn there_is_a_page_for_man_of_each_verb() {
+    let running = Running::new("man");
+    running.done(&["man", "pages"]);
+    let page = |name: &str| std::fs::read_to_string(running.folder().join("pages").join(name)).unwrap();
+    assert!(page("slate.1").contains(".TH slate 1"));
+    assert!(page("slate-bag-info.1").contains("slate\\-bag\\-info"));
+    assert!(page("slate-teleop.1").contains("rad/s"));
+}
+
+#[test]
+fn colours_are_used_when_they_are_asked_for() {
+    let running = Running::new("colours");
+    let coloured = |arguments: &[&str]| text(&running.call(arguments).stderr).contains('\x1b');
+    let wrong = ["check", "exp1", "--set", "loop.period=0ms"];
+    assert!(!coloured(&wrong));
+    assert!(coloured(&[&wrong[..], &["--color", "always"]].concat()));
+    assert!(coloured(&[&["--color=always"], &wrong[..]].concat()));
+    assert!(!coloured(&[&wrong[..], &["--color", "never"]].concat()));
+    assert!(coloured(&["--color=always", "chek"]) && !coloured(&["--color=never", "chek"]));
+}

@@ -1,0 +1,211 @@
+//! Recordings, by names: whoever may name any file may overwrite any.
+
+use std::fs::{DirEntry, read_dir};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+use slate_runtime::recording::RecordingStatus;
+use slate_runtime::remote::Call;
+
+use super::{TOKEN, shape};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::route::{Ask, Operation};
+
+pub(super) const LIST: Operation = Operation {
+    method: "GET",
+    path: "/recordings",
+    name: "recordings",
+    summary: "What is being recorded, and the recordings in the folder of the report",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("recordings", shape::list(entry_shape())),
+            ("flight", shape::optional(flight_shape())),
+            ("files", shape::list(shape::object(&[("name", shape::text()), ("bytes", shape::count())]))),
+        ])
+    },
+    kinds: &[],
+    handler: list,
+};
+
+pub(super) const START: Operation = Operation {
+    method: "POST",
+    path: "/recordings/{recording}",
+    name: "start_recording",
+    summary: "Begins to record, into a file of that name in the folder of the report, which is not there yet",
+    role: Role::Operator,
+    parameters: &[],
+    body: Some(|| {
+        let patterns = || shape::list(shape::text());
+        json!({
+            "type": "object",
+            "properties": {
+                "select": patterns(),
+                "exclude": patterns(),
+                "rate": { "type": "number", "exclusiveMinimum": 0, "description": "Values a second of each." },
+                "on_change": { "type": "boolean", "description": "Only values that are other ones than the last." },
+            },
+            "additionalProperties": false,
+        })
+    }),
+    answer: || shape::object(&[("file", shape::text())]),
+    kinds: &[],
+    handler: start,
+};
+
+pub(super) const END: Operation = Operation {
+    method: "POST",
+    path: "/recordings/{recording}/stop",
+    name: "stop_recording",
+    summary: "Ends a recording; its file is whole then",
+    role: Role::Operator,
+    parameters: &[],
+    body: None,
+    answer: entry_shape,
+    kinds: &[],
+    handler: stop,
+};
+
+pub(super) const FLIGHT: Operation = Operation {
+    method: "POST",
+    path: "/recordings/{recording}/snapshot",
+    name: "save_flight",
+    summary: "Saves the last seconds, which are always in memory, into a file that is not there yet",
+    role: Role::Operator,
+    parameters: &[],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("file", shape::text()),
+            ("from", shape::count()),
+            ("to", shape::count()),
+            ("values", shape::count()),
+            ("bytes", shape::count()),
+        ])
+    },
+    kinds: &[],
+    handler: snapshot,
+};
+
+fn entry_shape() -> Json {
+    json!({
+        "type": "object",
+        "properties": {
+            "file": shape::text(),
+            "from": shape::count(),
+            "values": shape::count(),
+            "dropped": shape::count(),
+            "bytes": shape::count(),
+            "failure": shape::text(),
+        },
+        "required": ["file", "from", "values", "dropped", "bytes"],
+        "additionalProperties": false,
+    })
+}
+
+fn flight_shape() -> Json {
+    let count = shape::count;
+    shape::object(&[
+        ("keep", count()),
+        ("from", count()),
+        ("to", count()),
+        ("bytes", count()),
+        ("memory", count()),
+        ("saved", shape::list(shape::text())),
+        ("skipped", count()),
+    ])
+}
+
+fn recorded(context: &Context) -> RecordingStatus {
+    // An agent that nothing can be recorded of has none.
+    let status = context.desk.make(Call::RecordStatus {}).unwrap_or_default();
+    serde_json::from_value(status).unwrap_or_default()
+}
+
+/// The file of a recording.
+fn file(context: &Context, ask: &Ask) -> Result<PathBuf, Problem> {
+    let name = ask.part("recording");
+    if name.is_empty()
+        || name.len() > 64
+        || !name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
+    {
+        let help = "it has at most 64 letters, digits, _ and -";
+        return Err(Problem::bad(format!("`{name}` can't be the name of a recording"), help));
+    }
+    let nothing = || {
+        let help = "`slate run` has what records; a program gives its agent one with `Options::recording`";
+        Problem::new(StatusCode::CONFLICT, "this agent has nothing that records", help)
+    };
+    Ok(recorded(context).folder.ok_or_else(nothing)?.join(format!("{name}.mcap")))
+}
+
+/// A file that is not there yet, in a folder that is.
+fn new_file(context: &Context, ask: &Ask) -> Result<PathBuf, Problem> {
+    let file = file(context, ask)?;
+    let unusable = |error: std::io::Error| {
+        let message = format!("the folder of recordings can't be used: {error}");
+        Problem::new(StatusCode::CONFLICT, message, "run it with `--out` into a folder that it may write to")
+    };
+    std::fs::create_dir_all(file.parent().unwrap_or(Path::new(""))).map_err(unusable)?;
+    if file.exists() {
+        let message = format!("there is a recording `{}` already", ask.part("recording"));
+        return Err(Problem::new(StatusCode::CONFLICT, message, "take another name"));
+    }
+    Ok(file)
+}
+
+fn make(context: &Context, call: Call) -> Result<Json, Problem> {
+    context.desk.make(call).map_err(|refusal| Problem::refused(StatusCode::CONFLICT, refusal))
+}
+
+fn list(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    let RecordingStatus { recordings, flight, folder } = recorded(context);
+    let entry = |entry: DirEntry| {
+        let path = entry.path();
+        let name = path.file_stem().filter(|_| path.extension().is_some_and(|own| own == "mcap"))?;
+        Some((name.to_str()?.to_owned(), entry.metadata().ok()?.len()))
+    };
+    // A folder that is not there yet has no files.
+    let entries = folder.into_iter().filter_map(|folder| read_dir(folder).ok()).flatten().flatten();
+    let mut files: Vec<_> = entries.filter_map(entry).collect();
+    files.sort_unstable();
+    let file = |(name, bytes)| json!({ "name": name, "bytes": bytes });
+    let files: Vec<_> = files.into_iter().map(file).collect();
+    Ok(Answer::json(json!({ "recordings": recordings, "flight": flight, "files": files })))
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Start {
+    #[serde(default)]
+    select: Vec<String>,
+    #[serde(default)]
+    exclude: Vec<String>,
+    #[serde(default)]
+    rate: Option<f64>,
+    #[serde(default)]
+    on_change: bool,
+}
+
+fn start(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let Start { select, exclude, rate, on_change } = ask.body_or_default()?;
+    let file = new_file(context, ask)?;
+    make(context, Call::RecordStart { file: file.clone(), select, exclude, rate, on_change })?;
+    Ok(Answer::json(json!({ "file": file })))
+}
+
+fn stop(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    make(context, Call::RecordStop { file: Some(file(context, ask)?) }).map(Answer::json)
+}
+
+fn snapshot(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    make(context, Call::RecordSnapshot { file: new_file(context, ask)? }).map(Answer::json)
+}

@@ -1,0 +1,65 @@
+//! Controls over plain requests.
+
+use std::time::{Duration, Instant};
+
+use serde_json::{Value as Json, json};
+
+use crate::agent::Running;
+
+fn holder(run: &Running) -> Json {
+    run.get("/leases").json()[0].clone()
+}
+
+#[test]
+fn one_at_a_time_has_a_lease_and_everybody_sees_who() {
+    let run = Running::start("lease");
+    let (viewer, operator) = (run.client("viewer"), run.client("operator"));
+    assert_eq!(holder(&run), json!({ "actuator": "wheel", "holder": null, "since": null }));
+    viewer.send("POST", "/leases", Some(&json!({ "actuator": "wheel" }))).problem(403);
+    let lease = operator.send("POST", "/leases", Some(&json!({ "actuator": "wheel" }))).json();
+    assert_eq!((&lease["actuator"], &lease["hold_ms"]), (&json!("wheel"), &json!(150)));
+    assert!(holder(&run)["holder"].as_str().unwrap().starts_with("operator at 127.0.0.1:"));
+    let refused = run.client("developer").send("POST", "/leases", Some(&json!({ "actuator": "wheel" })));
+    assert!(refused.problem(409).contains("operator at"));
+    let text = operator.send("POST", "/leases", Some(&json!({ "actuator": "arm" }))).problem(404);
+    assert!(text.contains("wheel"), "{text}");
+    operator.send("POST", "/leases", None).problem(400);
+
+    let at = format!("/leases/{}", lease["lease"].as_str().unwrap());
+    let driven = operator.send("PUT", &at, Some(&json!({ "command": { "value": -3.0 } }))).json();
+    assert_eq!((&driven["actuator"], driven["gate"]["mode"].as_str()), (&json!("wheel"), Some("ARMED")));
+    run.wait_for("the command", || run.number("wheel/command/value") == -3.0);
+    let last = Instant::now();
+    run.wait_for("its end", || run.number("wheel/command/value") != -3.0);
+    assert!(last.elapsed() < Duration::from_millis(250), "{:?}", last.elapsed());
+    operator.send("PUT", &at, Some(&json!({ "command": { "speed": 1.0 } }))).problem(422);
+    operator.send("PUT", &at, Some(&json!({ "command": { "value": 1.0 }, "release": true }))).problem(400);
+    operator.send("PUT", "/leases/0123456789abcdef", None).problem(404);
+
+    operator.send("DELETE", &at, None).json();
+    assert_eq!(holder(&run)["holder"], json!(null));
+    operator.send("DELETE", &at, None).problem(404);
+    operator.send("PUT", &at, None).problem(404);
+    // What is said many times a second is not in the log, and who has the controls is.
+    let lines = run.get("/log").text();
+    assert!(
+        lines.contains("takes the controls of wheel: operator at") && !lines.contains("PUT /api/v1/leases")
+    );
+}
+
+#[test]
+fn a_lease_that_nobody_renews_ends() {
+    let run = Running::start("forgotten");
+    let operator = run.client("operator");
+    let lease = operator.send("POST", "/leases", Some(&json!({ "actuator": "wheel" }))).json();
+    let at = format!("/leases/{}", lease["lease"].as_str().unwrap());
+    let term = Duration::from_millis(lease["term_ms"].as_u64().unwrap());
+    std::thread::sleep(term / 2);
+    operator.send("PUT", &at, None).json();
+    std::thread::sleep(term * 3 / 4);
+    // Later than its first end, and it was renewed.
+    assert!(holder(&run)["holder"].is_string());
+    run.wait_for("its end", || holder(&run)["holder"].is_null());
+    operator.send("PUT", &at, None).problem(404);
+    operator.send("POST", "/leases", Some(&json!({ "actuator": "wheel" }))).json();
+}

@@ -1,0 +1,120 @@
+//! What is recorded of an agent, begun and ended by who asks, and its last seconds.
+
+use serde_json::{Value as Json, json};
+use slate_record::bag;
+
+use crate::agent::Running;
+use crate::modules::CONFIGURATION;
+
+fn with_memory(name: &str) -> Running {
+    Running::start_with(
+        name,
+        &format!("{CONFIGURATION}\n[console]\nport = 0\n[record.flight]\nkeep = \"60s\""),
+    )
+}
+
+/// The values of a topic of a file: number and time.
+fn values(file: &str, topic: &str) -> Vec<(u64, u64)> {
+    let mut reader = bag::Reader::open(file).unwrap();
+    let mut all = Vec::new();
+    while let Some(message) = reader.next_message().unwrap() {
+        if message.channel.topic == topic {
+            all.push((u64::from(message.sequence), message.publish_time));
+        }
+    }
+    all
+}
+
+#[test]
+fn a_recording_is_begun_shown_ended_and_listed() {
+    let run = Running::start("record");
+    let operator = run.client("operator");
+    let none = run.get("/recordings").json();
+    assert_eq!(none, json!({ "recordings": [], "flight": null, "files": [] }));
+    let wish = json!({ "select": ["/sensor/**"], "exclude": ["/**/image"] });
+    let begun = operator.send("POST", "/recordings/mine", Some(&wish)).json();
+    let file = begun["file"].as_str().unwrap().to_owned();
+    assert!(file.ends_with("mine.mcap"), "{begun}");
+    let going = || run.get("/recordings").json()["recordings"][0]["values"].as_u64().unwrap_or(0);
+    run.wait_for("values in the recording", || going() > 20);
+    let ended = operator.send("POST", "/recordings/mine/stop", None).json();
+    assert_eq!((&ended["file"], &ended["dropped"]), (&json!(file), &json!(0)));
+    let counts = values(&file, "/sensor/count");
+    assert!(counts.len() > 5 && counts.windows(2).all(|two| two[0].0 + 1 == two[1].0), "{counts:?}");
+    assert!(values(&file, "/sensor/image").is_empty() && values(&file, "/driver/heard").is_empty());
+    let listed = run.get("/recordings").json();
+    assert_eq!(listed["recordings"], json!([]));
+    let bytes = std::fs::metadata(&file).unwrap().len();
+    assert_eq!(listed["files"], json!([{ "name": "mine", "bytes": bytes }]));
+    // What is there stays, and what is not is not.
+    assert!(operator.send("POST", "/recordings/mine", None).problem(409).contains("already"));
+    assert!(
+        operator.send("POST", "/recordings/mine/stop", None).problem(409).contains("nothing is recorded")
+    );
+    assert!(operator.send("POST", "/recordings/..%2fmine", None).problem(400).contains("letters"));
+    let wrong = operator.send("POST", "/recordings/other", Some(&json!({ "rate": -1.0 })));
+    assert!(wrong.problem(409).contains("rate"));
+    assert!(
+        operator
+            .send("POST", "/recordings/other", Some(&json!({ "speed": 1 })))
+            .problem(422)
+            .contains("speed")
+    );
+    assert!(run.client("viewer").send("POST", "/recordings/other", None).problem(403).contains("viewer"));
+    assert!(!run.folder.join("other.mcap").exists());
+}
+
+#[test]
+fn the_last_seconds_are_saved_and_looked_at() {
+    let run = with_memory("flight");
+    let enough = || run.number("sensor/count/value") > 60.0;
+    run.wait_for("some values", enough);
+    let saved = run.client("operator").send("POST", "/recordings/last/snapshot", None).json();
+    let file = saved["file"].as_str().unwrap();
+    let (first, last) = {
+        let kept = values(file, "/sensor/count");
+        (kept[0], *kept.last().unwrap())
+    };
+    assert_eq!(first.0, 1, "all of it is in memory");
+    let history = |query: &str| -> Json { run.get(&format!("/history/{}/{query}", run.name())).json() };
+    // What held at a time is the last value until then, and a field of it is one of its own.
+    let date = values(file, "/sensor/count")[30].1;
+    let all = history("sensor/count/value");
+    let kept = all["values"].as_array().unwrap();
+    assert!(kept.len() as u64 >= last.0 && all["count"].as_u64().unwrap() == kept.len() as u64, "{all}");
+    assert!(
+        kept.iter()
+            .zip(1..)
+            .all(|(own, number)| own["sequence"] == number && own["value"] == f64::from(number))
+    );
+    let time = kept[30]["time"].as_u64().unwrap();
+    assert!(date > time, "a file has dates");
+    let then = history(&format!("sensor/count/value?to={}&limit=1", time + 1));
+    assert_eq!(then["values"], json!([kept[30]]));
+    assert_eq!(then["count"], 31);
+    let part = history(&format!("sensor/count?from={}&to={time}&pointer=/value", kept[10]["time"]));
+    assert_eq!(part["values"], json!(kept[10..=30]));
+    // Few of many are spread over all.
+    let few = history(&format!("sensor/count/value?to={time}&limit=4"));
+    let told: Vec<_> =
+        few["values"].as_array().unwrap().iter().map(|own| own["sequence"].as_u64().unwrap()).collect();
+    assert_eq!(told, [7, 15, 23, 31]);
+    assert!(run.get(&format!("/history/{}/sensor/cont", run.name())).problem(404).contains("sensor/count"));
+    assert!(run.get(&format!("/history/{}/sensor/count/z", run.name())).problem(422).contains("value"));
+    assert!(run.get(&format!("/history/{}/driver/notes", run.name())).problem(422).contains("messages"));
+    assert!(run.get(&format!("/history/{}/sensor/count?limit=0", run.name())).problem(400).contains("limit"));
+    assert!(run.get("/history/other/sensor/count").problem(422).contains("other agent"));
+}
+
+#[test]
+fn an_agent_that_keeps_nothing_says_how_it_would() {
+    let run = Running::start("no-flight");
+    let problem = run.get(&format!("/history/{}/sensor/count", run.name())).problem(409);
+    assert!(problem.contains("record.flight.enabled=true"), "{problem}");
+    let problem = run.client("operator").send("POST", "/recordings/x/snapshot", None).problem(409);
+    assert!(problem.contains("record.flight.enabled=true"), "{problem}");
+    assert!(!run.folder.join("x.mcap").exists());
+    assert_eq!(run.get("/playback").json(), Json::Null);
+    let problem = run.client("operator").send("POST", "/playback/pause", None).problem(409);
+    assert!(problem.contains("plays no recording"), "{problem}");
+}

@@ -1,0 +1,54 @@
+//! Where a damaged file goes on: at the next chunk.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+
+use super::record::Record;
+
+/// What the header of each chunk has, whatever stands before and behind it.
+const CHUNK: &[u8] = b"\x04\0\0\0op=\x05";
+
+/// No header of a chunk is longer, bytes.
+const LONGEST: usize = 256;
+
+/// How much is looked through at once, bytes.
+const WINDOW: usize = 1 << 20;
+
+/// The place of the first whole chunk that begins at `from` or behind it.
+pub(super) fn next_chunk(file: &mut File, from: u64) -> io::Result<Option<u64>> {
+    let length = file.metadata()?.len();
+    let mut window = Vec::new();
+    let mut begin = from;
+    while begin < length {
+        file.seek(SeekFrom::Start(begin))?;
+        window.clear();
+        // What begins at the end of a window is looked at with what follows it.
+        file.by_ref().take((WINDOW + 2 * LONGEST) as u64).read_to_end(&mut window)?;
+        let is_whole = |place: &usize| {
+            let data = chunk_at(&window[*place..]);
+            data.is_some_and(|(header, data)| begin + *place as u64 + header + data <= length)
+        };
+        if let Some(place) = candidates(&window).find(is_whole) {
+            return Ok(Some(begin + place as u64));
+        }
+        begin += WINDOW as u64;
+    }
+    Ok(None)
+}
+
+/// Places where the header of a chunk may begin.
+fn candidates(window: &[u8]) -> impl Iterator<Item = usize> + '_ {
+    let fields = window.windows(CHUNK.len()).enumerate().filter(|(_, own)| *own == CHUNK);
+    fields.flat_map(|(field, _)| field.saturating_sub(LONGEST)..field.saturating_sub(3))
+}
+
+/// The bytes of the header and of the data of a chunk, with their lengths, if one begins there.
+fn chunk_at(bytes: &[u8]) -> Option<(u64, u64)> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let header = u32::from_le_bytes(*length) as usize;
+    let fields = rest.get(..header).filter(|_| (CHUNK.len()..LONGEST).contains(&header))?;
+    let record = Record { header: Record::fields(fields).ok()?, data: Vec::new() };
+    let is_chunk = record.number(b"op", 1) == Ok(5) && record.number(b"size", 4).is_ok();
+    let data = u32::from_le_bytes(*rest[header..].first_chunk()?);
+    (is_chunk && record.text(b"compression").is_ok()).then_some((4 + header as u64, 4 + u64::from(data)))
+}

@@ -1,0 +1,231 @@
+//! What a file is written through: a thread of its own, so that a disk that stands still holds nobody up.
+
+use std::collections::VecDeque;
+use std::io::{self, Write};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
+
+use super::thread::locked;
+
+/// How long whoever closes a file waits for a disk that takes nothing; less than tools wait.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// The end of whoever writes. What is written is handed over when it is flushed, and at the end.
+pub(super) struct Disk {
+    open: Vec<u8>,
+    queue: Arc<DiskQueue>,
+}
+
+/// What waits for a disk.
+#[derive(Debug, Default)]
+pub(super) struct DiskQueue {
+    /// Bytes that were written until now.
+    bytes: AtomicU64,
+    /// Bytes that were handed over, and that the disk has not.
+    waiting: AtomicU64,
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    pieces: VecDeque<Vec<u8>>,
+    /// Memory that can be used again.
+    spare: Option<Vec<u8>>,
+    /// Since when the disk has been at what it is doing.
+    since: Option<Instant>,
+    failure: Option<String>,
+    is_closed: bool,
+}
+
+impl Disk {
+    /// Starts the thread that writes. It ends after the last piece, once this is dropped.
+    pub fn start(writer: Box<dyn Write + Send>) -> io::Result<(Self, Arc<DiskQueue>)> {
+        let queue = Arc::<DiskQueue>::default();
+        let own = Arc::clone(&queue);
+        Builder::new().name("record disk".into()).spawn(move || own.work_safely(writer))?;
+        Ok((Self { open: Vec::new(), queue: Arc::clone(&queue) }, queue))
+    }
+
+    fn hand_over(&mut self) -> io::Result<()> {
+        let mut state = self.queue.state();
+        if let Some(reason) = &state.failure {
+            return Err(io::Error::other(reason.clone()));
+        }
+        if !self.open.is_empty() {
+            let next = state.spare.take().unwrap_or_default();
+            let piece = std::mem::replace(&mut self.open, next);
+            self.queue.waiting.fetch_add(piece.len() as u64, Ordering::Release);
+            state.pieces.push_back(piece);
+            self.queue.changed.notify_all();
+        }
+        Ok(())
+    }
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.open.extend_from_slice(bytes);
+        self.queue.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.hand_over()
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        // Whoever closes the file sees a failure in the queue.
+        let _ = self.hand_over();
+        self.queue.state().is_closed = true;
+        self.queue.changed.notify_all();
+    }
+}
+
+impl DiskQueue {
+    fn state(&self) -> MutexGuard<'_, State> {
+        locked(&self.state)
+    }
+
+    fn wait<'a>(&'a self, state: MutexGuard<'a, State>, within: Duration) -> MutexGuard<'a, State> {
+        self.changed.wait_timeout(state, within).unwrap_or_else(PoisonError::into_inner).0
+    }
+
+    fn work_safely(&self, mut writer: Box<dyn Write + Send>) {
+        let done = catch_unwind(AssertUnwindSafe(|| self.work(&mut writer)));
+        if done.is_err() {
+            self.fail("what writes it has panicked".into());
+            // It may panic again when it is closed.
+            std::mem::forget(writer);
+        }
+    }
+
+    #[allow(clippy::disallowed_methods, reason = "a disk stands still on the wall clock")]
+    fn work(&self, writer: &mut dyn Write) {
+        loop {
+            let mut state = self.state();
+            let piece = loop {
+                match state.pieces.pop_front() {
+                    Some(piece) => break piece,
+                    None if state.is_closed => return,
+                    None => state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
+                }
+            };
+            state.since = Some(Instant::now());
+            drop(state);
+            if let Err(error) = writer.write_all(&piece).and_then(|()| writer.flush()) {
+                return self.fail(error.to_string());
+            }
+            self.waiting.fetch_sub(piece.len() as u64, Ordering::Release);
+            let mut state = self.state();
+            state.since = None;
+            state.spare = Some(piece).map(|mut piece| {
+                piece.clear();
+                piece
+            });
+            drop(state);
+            self.changed.notify_all();
+        }
+    }
+
+    fn fail(&self, reason: String) {
+        let mut state = self.state();
+        (state.failure, state.since) = (Some(reason), None);
+        state.pieces.clear();
+        self.waiting.store(0, Ordering::Release);
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// Bytes that were written until now, with those that wait.
+    pub fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed)
+    }
+
+    /// Bytes that wait.
+    pub fn waiting(&self) -> u64 {
+        self.waiting.load(Ordering::Acquire)
+    }
+
+    /// Why nothing can be written any more.
+    pub fn failure(&self) -> Option<String> {
+        self.state().failure.clone()
+    }
+
+    /// How long the disk has been at one piece.
+    pub fn stands_still(&self) -> Duration {
+        self.state().since.map_or(Duration::ZERO, |since| since.elapsed())
+    }
+
+    /// Waits until no more than so many bytes wait; not for a disk that takes nothing any more.
+    ///
+    /// # Errors
+    /// Why it has not taken them.
+    pub fn settle(&self, most: u64, patience: Duration) -> Result<(), String> {
+        let mut state = self.state();
+        while self.waiting() > most {
+            let still = state.since.map_or(Duration::ZERO, |since| since.elapsed());
+            if still >= patience {
+                return Err(format!("the disk has taken nothing for {} s", still.as_secs()));
+            }
+            state = self.wait(state, patience.saturating_sub(still));
+        }
+        state.failure.clone().map_or(Ok(()), Err)
+    }
+
+    /// As [`settle`](DiskQueue::settle), for whoever has time.
+    pub fn settle_in_time(&self, most: u64) -> Result<(), String> {
+        self.settle(most, PATIENCE)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails panics")]
+mod tests {
+    use std::sync::mpsc::{Receiver, channel};
+
+    use super::*;
+
+    /// Takes a piece when it may.
+    struct Slow(Receiver<()>);
+
+    impl Write for Slow {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.recv().map_err(io::Error::other)?;
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn who_waits_for_a_disk_that_takes_nothing_gives_up_and_one_that_is_slow_is_waited_for() {
+        let (go, may) = channel();
+        let (mut disk, queue) = Disk::start(Box::new(Slow(may))).unwrap();
+        for piece in 0..3 {
+            disk.write_all(&[piece; 100]).unwrap();
+            disk.flush().unwrap();
+        }
+        assert_eq!((queue.waiting(), queue.bytes()), (300, 300));
+        let error = queue.settle(0, Duration::from_millis(50)).unwrap_err();
+        assert!(error.contains("has taken nothing"), "{error}");
+        assert!(queue.stands_still() >= Duration::from_millis(50));
+        go.send(()).unwrap();
+        queue.settle(200, Duration::from_secs(10)).unwrap();
+        (0..2).for_each(|_| go.send(()).unwrap());
+        queue.settle(0, Duration::from_secs(10)).unwrap();
+        assert_eq!(queue.stands_still(), Duration::ZERO);
+        // What is not flushed is handed over at the end, and what can't be written is known then.
+        disk.write_all(&[4; 100]).unwrap();
+        drop((disk, go));
+        assert!(queue.settle(0, Duration::from_secs(10)).is_err());
+        assert!(queue.failure().is_some() && queue.waiting() == 0);
+    }
+}

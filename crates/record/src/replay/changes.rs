@@ -1,0 +1,127 @@
+//! Changes that were made from outside while a run was recorded, made again.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use slate_runtime::Agent;
+use slate_runtime::configuration::Database;
+use slate_runtime::recording::Change;
+
+/// The module that a change switches on or off, past the configuration.
+fn switched(path: &str) -> Option<&str> {
+    path.strip_suffix("/enabled").filter(|module| !module.contains('.'))
+}
+
+/// The setting that a change gives a value, unless it is a switch.
+fn setting(change: &Change) -> Option<(String, String)> {
+    match change {
+        Change::Setting { path, value: Some(value) } if switched(path).is_none() => {
+            Some((path.clone(), value.clone()))
+        }
+        _ => None,
+    }
+}
+
+/// Makes changes once more, each after the cycle of its number; those until this one are taken out.
+///
+/// # Errors
+/// Why one of them can't be made.
+pub(super) fn make_until(
+    agent: &Agent,
+    changes: &mut VecDeque<(u64, Change)>,
+    cycle: u64,
+) -> Result<(), String> {
+    let mut settings = Vec::new();
+    while let Some((_, change)) = changes.pop_front_if(|(after, _)| *after <= cycle) {
+        let made = match setting(&change) {
+            Some(own) => {
+                settings.push(own);
+                // What was changed at once is changed at once.
+                let next = changes.front().filter(|(after, _)| *after <= cycle);
+                if next.is_some_and(|(_, next)| setting(next).is_some()) {
+                    continue;
+                }
+                database(agent).and_then(|database| {
+                    let set = database.set(&std::mem::take(&mut settings));
+                    set.map(drop).map_err(|report| report.to_string())
+                })
+            }
+            None => make(agent, &change),
+        };
+        made.map_err(|error| format!("a change after cycle {cycle} can't be made again: {error}"))?;
+    }
+    Ok(())
+}
+
+fn database(agent: &Agent) -> Result<&Database, String> {
+    agent.database().ok_or_else(|| "the agent was loaded without a database".into())
+}
+
+fn make(agent: &Agent, change: &Change) -> Result<(), String> {
+    let composer = agent.composer();
+    match change {
+        Change::Setting { path, value: Some(value) } => {
+            let module = switched(path).unwrap_or_default();
+            composer.enable(module, value == "true").map_err(|error| error.to_string())
+        }
+        Change::Setting { path, value: None } if path.starts_with("links.") => {
+            database(agent)?.set(&[(path, "false")]).map(drop).map_err(|report| report.to_string())
+        }
+        Change::Setting { path, value: None } => {
+            database(agent)?.take_back(path).map(drop).map_err(|report| report.to_string())
+        }
+        Change::Reload { plugin, file, hash } => {
+            composer.reload(plugin, Some(file)).map_err(|error| error.to_string())?;
+            let marks = composer.plugin_marks();
+            let is_same = marks.iter().any(|mark| mark.name == *plugin && mark.hash == *hash);
+            let file = slate_runtime::printable(file);
+            if is_same { Ok(()) } else { Err(format!("{file} is another library than it was then")) }
+        }
+        Change::Load { name, file, hash } => {
+            let loaded = match file {
+                Some(file) => composer.load_library(file),
+                None => composer.load(name),
+            };
+            let loaded = loaded.map_err(|error| error.to_string())?;
+            let marks = composer.plugin_marks().into_iter();
+            let came = |name: &str| loaded.plugins.iter().any(|(own, file)| own == name && file.is_some());
+            let codes = marks.filter(|mark| came(&mark.name)).map(|mark| mark.hash);
+            let is_same = codes.fold(0, u64::wrapping_add) == *hash;
+            if is_same { Ok(()) } else { Err("a library is another one than it was then".into()) }
+        }
+        Change::Unload { name } => composer.unload(name).map(drop).map_err(|error| error.to_string()),
+        Change::Stop { reason } => {
+            composer.stop_actuators(reason);
+            Ok(())
+        }
+        Change::Reset => {
+            composer.reset();
+            Ok(())
+        }
+        // Whether they were all armed is seen from what they get.
+        Change::Arm { actuator: None } => {
+            composer.arm();
+            Ok(())
+        }
+        Change::Arm { actuator: Some(name) } => {
+            composer.arm_one(name).map(drop).ok_or_else(|| format!("no actuator is called `{name}`"))
+        }
+        Change::Other { what } => Err(what.clone()),
+    }
+}
+
+/// Whether a change was one of these modules, or of the code of one of these plugins.
+pub(super) fn concerns(change: &Change, modules: &BTreeSet<String>, plugins: &BTreeSet<String>) -> bool {
+    let path = match change {
+        Change::Setting { path, .. } => path,
+        Change::Reload { plugin: name, .. } | Change::Load { name, .. } | Change::Unload { name } => {
+            return plugins.contains(name);
+        }
+        _ => return false,
+    };
+    let names = |module: &String| {
+        let quoted = format!("\"{module}\"");
+        let own = [format!("modules.{quoted}."), format!("modules.{module}."), format!("links.\"{module}/")];
+        own.iter().any(|own| path.starts_with(own.as_str())) || *path == format!("{module}/enabled")
+    };
+    modules.iter().any(names)
+}

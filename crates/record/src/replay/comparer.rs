@@ -1,0 +1,211 @@
+//! Compares what a second run writes with what is recorded, beside the run.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use slate_blackboard::{Access, Stamp};
+use slate_runtime::Agent;
+
+use super::compare::Verdict;
+use super::difference::{self, Difference};
+use super::expected::{Expected, Wanted};
+use super::file::ReadError;
+use super::run::Run;
+use crate::recorder::{Channel, Drain, Hub, Sink};
+
+/// How far the run and its comparison are, each for the other.
+#[derive(Default)]
+pub(super) struct Course {
+    /// Whether the run is over.
+    pub is_over: AtomicBool,
+    /// Whether nothing more of it is needed.
+    pub is_enough: AtomicBool,
+}
+
+/// Among the values, the end of a cycle.
+const CYCLE: u32 = u32::MAX;
+
+/// How often is looked for values when there are none.
+const PERIOD: Duration = Duration::from_millis(1);
+
+/// Tells who compares that a cycle was made, and what was changed after it.
+pub(super) fn mark(hub: &Hub, cycle: u64, time: u64) {
+    hub.push(CYCLE, 0, cycle, time, &[]);
+}
+
+/// Compares what the second run writes.
+pub(super) struct Comparer {
+    expected: Expected,
+    hub: Arc<Hub>,
+    /// Whether the recording has all.
+    is_whole: bool,
+    /// Whether it has messages to modules.
+    has_messages: bool,
+    values: u64,
+    /// By channel of the hub, the place of its property among those that are expected.
+    places: Vec<Option<usize>>,
+    /// The last cycle of which all values of its own thread came: its number and time.
+    cycle: Option<(u64, u64)>,
+    /// The times of the cycles until now, and the latest of a value.
+    times: Vec<u64>,
+    latest: u64,
+    pub found: Option<Result<Verdict, ReadError>>,
+    scratch: Vec<u8>,
+}
+
+impl Drop for Comparer {
+    fn drop(&mut self) {
+        // Whatever becomes of it, the run does not wait for it.
+        self.hub.stop();
+    }
+}
+
+impl Comparer {
+    pub fn new(expected: Expected, hub: Arc<Hub>, run: &Run) -> Self {
+        Self {
+            expected,
+            hub,
+            is_whole: run.cycles().is_some(),
+            has_messages: run.has_messages(),
+            values: 0,
+            places: Vec::new(),
+            cycle: None,
+            times: Vec::new(),
+            latest: 0,
+            found: None,
+            scratch: Vec::new(),
+        }
+    }
+
+    /// Compares what comes until the run is over, something is found, or all that is recorded was there.
+    pub fn follow(mut self, course: &Course) -> Self {
+        let hub = Arc::clone(&self.hub);
+        let mut drain = Drain::default();
+        loop {
+            let is_over = course.is_over.load(Ordering::Acquire);
+            // Values of other threads than the loop's are behind a mark of the turn before, at the latest.
+            let cycle = self.cycle.take();
+            let some = drain.turn(&hub, &mut self);
+            if let Some((_, time)) = cycle
+                && self.found.is_none()
+            {
+                self.found = self.look_for_missed(time).transpose();
+            }
+            if self.found.is_some() || (!self.is_whole && self.expected.is_done()) {
+                course.is_enough.store(true, Ordering::Release);
+                hub.stop();
+                return self;
+            }
+            if is_over && !some && cycle.is_none() {
+                return self;
+            }
+            if !some {
+                std::thread::park_timeout(PERIOD);
+            }
+        }
+    }
+
+    /// What was written before that time and did not come, if there is anything.
+    fn look_for_missed(&mut self, time: u64) -> Result<Option<Verdict>, ReadError> {
+        self.expected.read_to(time)?;
+        // What was written at that very time may still come.
+        Ok(self.expected.missed(time).map(missed))
+    }
+
+    /// Whether everything that is recorded came.
+    pub fn is_done(&self) -> bool {
+        self.expected.is_done()
+    }
+
+    /// What came of it at the end of the run.
+    pub fn end(mut self, run: &Run, agent: &mut Agent) -> Result<Verdict, ReadError> {
+        self.expected.read_to(u64::MAX)?;
+        if let Some(wanted) = self.expected.missed(u64::MAX) {
+            return Ok(missed(wanted));
+        }
+        let digest = agent.digest().map(|digest| format!("{digest:016x}")).unwrap_or_default();
+        match run.end("digest") {
+            Some(recorded) if recorded != digest => Ok(Verdict::Different(Difference {
+                time: agent.now(),
+                url: "the digest, which messages are part of too".into(),
+                field: String::new(),
+                recorded: recorded.into(),
+                replayed: digest,
+            })),
+            _ => {
+                // The agent may be beyond the end of a recording that was cut off.
+                let until = self.times.partition_point(|time| *time < self.latest) as u64 + 1;
+                let cycles = run.cycles().unwrap_or(until);
+                Ok(Verdict::Identical { values: self.values, cycles, whole: self.is_whole })
+            }
+        }
+    }
+
+    fn look(&mut self, channel: &Channel, id: u32, stamp: Stamp) -> Result<Option<Verdict>, ReadError> {
+        let path = channel.path.as_str();
+        let different = |field: String, recorded: String, replayed: String| {
+            let url = format!("/{path}");
+            Some(Verdict::Different(Difference { time: stamp.time, url, field, recorded, replayed }))
+        };
+        let own = || format!("value {} at {:.3} s", stamp.sequence, stamp.time as f64 * 1e-9);
+        let place = id as usize;
+        if place >= self.places.len() {
+            self.places.resize(place + 1, None);
+        }
+        let place = &mut self.places[place];
+        let Some(wanted) = self.expected.next(path, place, stamp.time, stamp.sequence as u32)? else {
+            // A recording that was cut off may lack anything at its end.
+            let is_extra = self.is_whole;
+            return Ok(if is_extra { different(String::new(), "no such value".into(), own()) } else { None });
+        };
+        if self.expected.hash(*place) != Some(channel.descriptor.hash) {
+            let text = format!("the interface of /{path} is another one than that of the recording");
+            return Ok(Some(Verdict::NotCovered(text)));
+        }
+        if wanted.sequence != stamp.sequence as u32 || wanted.time != stamp.time {
+            let recorded = format!("value {} at {:.3} s", wanted.sequence, wanted.time as f64 * 1e-9);
+            return Ok(different(String::new(), recorded, own()));
+        }
+        if wanted.message != self.scratch {
+            let [field, recorded, replayed] =
+                difference::field(channel.descriptor, &wanted.message, &self.scratch);
+            return Ok(different(field, recorded, replayed));
+        }
+        self.values += 1;
+        self.latest = self.latest.max(stamp.time);
+        Ok(None)
+    }
+}
+
+fn missed((path, wanted): (&str, &Wanted)) -> Verdict {
+    Verdict::Different(Difference {
+        time: wanted.time,
+        url: format!("/{path}"),
+        field: String::new(),
+        recorded: format!("value {}", wanted.sequence),
+        replayed: "no such value".into(),
+    })
+}
+
+impl Sink for Comparer {
+    fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+        if id == CYCLE {
+            self.cycle = Some((stamp.sequence, stamp.time));
+            if !self.is_whole && stamp.sequence > 0 {
+                self.times.push(stamp.time);
+            }
+            return;
+        }
+        let Some(channel) = channel.filter(|channel| channel.repeats()) else { return };
+        if self.found.is_some() || (channel.access == Access::Messages && !self.has_messages) {
+            return;
+        }
+        self.scratch.clear();
+        let found = match channel.encode(items, bytes, &mut self.scratch) {
+            Ok(()) => self.look(channel, id, stamp),
+            Err(error) => Ok(Some(Verdict::NotCovered(error.to_string()))),
+        };
+        self.found = found.transpose();
+    }
+}

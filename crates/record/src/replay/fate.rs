@@ -1,0 +1,125 @@
+//! What becomes of the channels of a recording that is played.
+
+use std::collections::BTreeMap;
+
+use slate_blackboard::Url;
+use slate_blackboard::interface::Descriptor;
+use slate_module::Level;
+
+use super::form::Form;
+use super::timeline::{Choice, LogLine, Mailbox, Track};
+use crate::bag::Message;
+use crate::recorder::CHANGE;
+use crate::ros;
+
+/// The topic and the type of a recorded log.
+const LOG: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");
+
+/// What becomes of a channel of the file.
+pub(super) enum Fate {
+    Played(usize),
+    /// To a mailbox, by a sender.
+    Sent(usize, u32),
+    Log(ros::Schema),
+    Changes,
+    LeftOut,
+}
+
+/// What becomes of the messages to a mailbox; why they are left out.
+fn letters(
+    mailboxes: &mut Vec<Mailbox>,
+    message: &Message<'_>,
+    known: &BTreeMap<u64, &'static Descriptor>,
+) -> Result<Fate, String> {
+    let path = message.channel.topic.trim_start_matches('/');
+    let sender = message.channel.metadata.get("sender").and_then(|sender| sender.parse().ok());
+    let sender = sender.ok_or("its channel says no number of the sender")?;
+    let place = match mailboxes.iter().position(|mailbox| mailbox.path == path) {
+        Some(place) => place,
+        None => {
+            let form = Form::of(message, known)?;
+            mailboxes.push(Mailbox { path: path.into(), form, senders: 0 });
+            mailboxes.len() - 1
+        }
+    };
+    Ok(Fate::Sent(place, sender))
+}
+
+/// What becomes of a message's channel; why it is left out, unless that goes without saying.
+pub(super) fn fate(
+    tracks: &mut Vec<Track>,
+    mailboxes: &mut Vec<Mailbox>,
+    message: &Message<'_>,
+    is_chosen: bool,
+    choice: &Choice,
+    known: &BTreeMap<u64, &'static Descriptor>,
+) -> Result<Fate, Option<String>> {
+    let topic = &message.channel.topic;
+    if *topic == CHANGE.name {
+        return Ok(Fate::Changes);
+    }
+    if !is_chosen {
+        return Err(None);
+    }
+    if message.channel.metadata.get("access").is_some_and(|access| access == "messages") {
+        return letters(mailboxes, message, known).map_err(Some);
+    }
+    let schema = message.schema.filter(|schema| *topic == LOG.0 && schema.name == LOG.1);
+    if let Some(schema) = schema {
+        let text = std::str::from_utf8(&schema.data).unwrap_or_default();
+        return ros::Schema::parse(&schema.name, text)
+            .map(Fate::Log)
+            .map_err(|error| Some(error.to_string()));
+    }
+    let path = choice.map.get(topic).unwrap_or(topic).trim_start_matches('/');
+    // An agent that plays tells these of itself.
+    if ["loop", "log", "record"].iter().any(|own| slate_blackboard::is_within(path, own)) {
+        return Err(None);
+    }
+    if let Err(error) = Url::parse(&format!("/{path}")) {
+        return Err(Some(format!("{error}: play it elsewhere with --map '{topic}=/a/path'")));
+    }
+    let form = Form::of(message, known).map_err(Some)?;
+    let says = |key: &str, value: &str| message.channel.metadata.get(key).is_some_and(|said| said == value);
+    tracks.push(Track {
+        topic: topic.clone(),
+        path: path.into(),
+        form,
+        is_compared: says("repeats", "true") && says("access", "output"),
+        is_counted: true,
+        last_sequence: 0,
+        latest: 0,
+        backwards: 0,
+        values: Vec::new(),
+    });
+    // There are not more channels than that.
+    Ok(Fate::Played(tracks.len() - 1))
+}
+
+/// A property has one writer.
+pub(super) fn check_writers(tracks: &[Track]) -> Result<(), String> {
+    let mut places: BTreeMap<&str, &Track> = BTreeMap::new();
+    for track in tracks {
+        let Some(other) = places.insert(&track.path, track) else { continue };
+        let what = match other.topic == track.topic {
+            true => format!("{} has two writers in it, as after a merge of two recordings", track.topic),
+            false => format!("{} and {} are both to be played at /{}", other.topic, track.topic, track.path),
+        };
+        return Err(format!(
+            "{what}, and a property has one: play another part of it with --select or --exclude, elsewhere with --map, or \
+             filter the files before they are merged"
+        ));
+    }
+    Ok(())
+}
+
+pub(super) fn log_line(line: &ros::Value, time: u64) -> Option<LogLine> {
+    let level = match line.get("level")?.as_integer()? {
+        40.. => Level::Error,
+        30.. => Level::Warn,
+        20.. => Level::Info,
+        _ => Level::Debug,
+    };
+    let text = |name| Some(line.get(name)?.as_str()?.to_owned());
+    Some(LogLine { time, level, module: text("name")?, text: text("msg")? })
+}

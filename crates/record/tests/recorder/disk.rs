@@ -1,0 +1,211 @@
+//! Disks that are slow, full, stand still, or are none.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
+
+use mcap::MessageStream;
+use slate_blackboard::interface::Value;
+use slate_runtime::Control;
+use slate_runtime::recording::RecordingControl;
+
+use crate::support::{Bytes, Full, LOCKSTEP, Stuck, agent, numbers, read};
+
+#[test]
+fn in_lockstep_the_loop_waits_for_a_recorder_that_is_behind() {
+    let (mut agent, recorder, _) = agent(LOCKSTEP, "buffer = \"1KiB\"\nchunk = \"1KiB\"");
+    let (bytes, (go, may)) = (Bytes::default(), channel());
+    let writer = Stuck { bytes: bytes.clone(), may, writes: 0 };
+    recorder.begin_with(&agent, Path::new("here"), Box::new(writer));
+    let steps = std::thread::spawn(move || {
+        (0..1000).for_each(|_| assert!(agent.step()));
+        agent
+    });
+    for _ in 0..20 {
+        go.send(()).unwrap();
+    }
+    drop(go);
+    let mut agent = steps.join().unwrap();
+    let recorded = recorder.end(&mut agent).unwrap();
+    assert_eq!(recorded.dropped, 0);
+    let file = bytes.0.lock().unwrap().clone();
+    assert_eq!(recorded.bytes, file.len() as u64);
+    assert_eq!(numbers(&file, "/counter/number"), (1..=1000).collect::<Vec<_>>());
+}
+
+#[test]
+fn on_the_wall_clock_nobody_waits_and_drops_are_counted_in_the_file() {
+    let small =
+        "buffer = \"1KiB\"\nchunk = \"1KiB\"\nselect = [\"/counter/**\"]\nexclude = [\"/**/histogram\"]";
+    let (mut agent, recorder, _) = agent(!LOCKSTEP, small);
+    let (bytes, (go, may)) = (Bytes::default(), channel());
+    let writer = Stuck { bytes: bytes.clone(), may, writes: 0 };
+    recorder.begin_with(&agent, Path::new("here"), Box::new(writer));
+    // The file takes nothing meanwhile, and the run ends all the same.
+    let stop =
+        |cycle: &slate_runtime::Cycle<'_>| if cycle.number < 100 { Control::Continue } else { Control::Stop };
+    agent.run(Box::new(stop)).unwrap();
+    drop(go);
+    let written = agent.board().read("counter/number").unwrap().unwrap().1.sequence;
+    let recorded = recorder.end(&mut agent).unwrap();
+    let file = bytes.0.lock().unwrap().clone();
+    let numbers = numbers(&file, "/counter/number");
+    assert!(recorded.dropped > 0 && numbers.is_sorted(), "{recorded:?}");
+    let summary = mcap::Summary::read(&file).unwrap().unwrap();
+    let index = summary.metadata_indexes.iter().find(|index| index.name == "dropped").unwrap();
+    let dropped = mcap::read::metadata(&file, index).unwrap().metadata;
+    let own: u64 = dropped["/counter/number"].parse().unwrap();
+    assert_eq!(numbers.len() as u64 + own, written, "every value is in the file or counted");
+}
+
+#[test]
+fn a_disk_that_gets_full_ends_the_recording_with_one_line_and_the_agent_goes_on() {
+    let (mut without, _, _) = agent(LOCKSTEP, "");
+    let (mut agent, recorder, log) = agent(LOCKSTEP, "chunk = \"1KiB\"");
+    let bytes = Bytes::default();
+    let full = Full(bytes.clone(), 20_000);
+    recorder.begin_with(&agent, Path::new("here"), Box::new(full));
+    for _ in 0..2000 {
+        assert!(agent.step() && without.step());
+    }
+    assert_eq!(agent.digest(), without.digest());
+    let error = recorder.end(&mut agent).unwrap_err().to_string();
+    assert!(error.contains("the recording here has not all of the run: "), "{error}");
+    agent.logger().flush(std::time::Duration::from_secs(10));
+    let lines = log.lines();
+    let said = lines.iter().filter(|line| line.text.contains("the recording here ends here")).count();
+    assert_eq!(said, 1, "{lines:?}");
+    let (state, _) = agent.board().read("record/state").unwrap().unwrap();
+    assert_eq!(state.get("is_on"), Some(&Value::Bool(false)));
+    // What was closed before is there.
+    let file = bytes.0.lock().unwrap().clone();
+    let options = mcap::read::Options::IgnoreEndMagic.into();
+    let there = MessageStream::new_with_options(&file, options).unwrap().filter(Result::is_ok).count();
+    assert!(there > 50, "{there}");
+}
+
+/// Panics when so many bytes are there.
+struct Broken(Bytes, usize);
+
+impl Write for Broken {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        assert!(self.0.0.lock().unwrap().len() < self.1, "a disk that is no disk");
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn what_writes_a_file_and_panics_ends_the_recording_with_one_line_and_the_agent_goes_on() {
+    let (mut without, _, _) = agent(LOCKSTEP, "");
+    let (mut agent, recorder, log) = agent(LOCKSTEP, "chunk = \"1KiB\"\nbuffer = \"1KiB\"");
+    let bytes = Bytes::default();
+    recorder.begin_with(&agent, Path::new("here"), Box::new(Broken(bytes.clone(), 20_000)));
+    for _ in 0..2000 {
+        assert!(agent.step() && without.step());
+    }
+    assert_eq!(agent.digest(), without.digest());
+    let error = recorder.end(&mut agent).unwrap_err().to_string();
+    assert!(
+        error.contains("the recording here has not all of the run: ") && error.contains("panicked"),
+        "{error}"
+    );
+    agent.logger().flush(std::time::Duration::from_secs(10));
+    let lines = log.lines();
+    let said = lines.iter().filter(|line| line.text.contains("the recording here ends here")).count();
+    assert_eq!(said, 1, "{lines:?}");
+    let (state, _) = agent.board().read("record/state").unwrap().unwrap();
+    assert_eq!(state.get("is_on"), Some(&Value::Bool(false)));
+    let file = bytes.0.lock().unwrap().clone();
+    let options = mcap::read::Options::IgnoreEndMagic.into();
+    let there = MessageStream::new_with_options(&file, options).unwrap().filter(Result::is_ok).count();
+    assert!(there > 50, "{there}");
+}
+
+/// Waits until something is so.
+fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+    for _ in 0..4000 {
+        if is_so() {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    panic!("{what}: not within 20 s");
+}
+
+/// The last seconds in a file that is not there yet.
+fn file(name: &str) -> std::path::PathBuf {
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_file(&file);
+    file
+}
+
+#[test]
+#[allow(clippy::disallowed_methods, reason = "a disk stands still on the wall clock")]
+fn a_disk_that_stands_still_delays_neither_the_agent_nor_its_last_seconds() {
+    let extra = "buffer = \"8KiB\"\nchunk = \"1KiB\"\nflight = { keep = \"60s\" }";
+    let (mut agent, recorder, log) = agent(!LOCKSTEP, extra);
+    let (bytes, (go, may)) = (Bytes::default(), channel());
+    let writer = Stuck { bytes: bytes.clone(), may, writes: 0 };
+    recorder.begin_with(&agent, Path::new("here"), Box::new(writer));
+    let (composer, board, stopper) =
+        (agent.composer(), std::sync::Arc::clone(agent.board()), agent.stopper());
+    let newest = || board.read("counter/number").unwrap().map_or(0, |(_, stamp)| stamp.sequence);
+    std::thread::scope(|scope| {
+        scope.spawn(|| agent.run(Box::new(|_| Control::Continue)).unwrap());
+        // Far more than may wait for the disk.
+        wait_for("a thousand cycles", || newest() > 1000);
+        let (before, asked) = (newest(), Instant::now());
+        let saved = recorder.save(&composer, &file("stuck-wall.mcap")).unwrap();
+        assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
+        let kept = numbers(&std::fs::read(&saved.file).unwrap(), "/counter/number");
+        assert_eq!(kept[..], (1..=kept.len() as u32).collect::<Vec<_>>(), "none of them is missing");
+        assert!(kept.len() as u64 >= before, "{} of {before}", kept.len());
+        let status = recorder.status();
+        assert!(status.recordings[0].dropped > 500, "{status:?}");
+        wait_for("a line that says so", || {
+            let said = "the disk of the recording here has taken nothing for";
+            log.lines().iter().any(|line| line.text.contains(said))
+        });
+        stopper.stop();
+    });
+    drop(go);
+    let recorded = recorder.end(&mut agent).unwrap();
+    let file = bytes.0.lock().unwrap().clone();
+    read(&file).unwrap();
+    let all = numbers(&file, "/counter/number").len() as u64;
+    let said = recorded.dropped;
+    assert!(all < newest() && all + said >= newest(), "{all} values, {said} dropped of {}", newest());
+}
+
+#[test]
+fn in_lockstep_the_last_seconds_are_there_while_the_loop_waits_for_a_disk() {
+    let extra = "buffer = \"4KiB\"\nchunk = \"1KiB\"\nflight = { keep = \"60s\" }";
+    let (mut agent, recorder, _) = agent(LOCKSTEP, extra);
+    let (bytes, (go, may)) = (Bytes::default(), channel());
+    let writer = Stuck { bytes: bytes.clone(), may, writes: 0 };
+    recorder.begin_with(&agent, Path::new("here"), Box::new(writer));
+    let (composer, board) = (agent.composer(), std::sync::Arc::clone(agent.board()));
+    let steps = std::thread::spawn(move || {
+        (0..1000).for_each(|_| assert!(agent.step()));
+        agent
+    });
+    let newest = || board.read("counter/number").unwrap().map_or(0, |(_, stamp)| stamp.sequence);
+    let mut last = 0;
+    wait_for("the loop to wait", || {
+        std::thread::sleep(Duration::from_millis(100));
+        std::mem::replace(&mut last, newest()) == newest() && last > 0
+    });
+    assert!(last < 1000, "{last}");
+    let saved = recorder.save(&composer, &file("stuck-lockstep.mcap")).unwrap();
+    assert!(!numbers(&std::fs::read(&saved.file).unwrap(), "/counter/number").is_empty());
+    drop(go);
+    let mut agent = steps.join().unwrap();
+    assert_eq!(recorder.end(&mut agent).unwrap().dropped, 0);
+    let file = bytes.0.lock().unwrap().clone();
+    assert_eq!(numbers(&file, "/counter/number"), (1..=1000).collect::<Vec<_>>());
+}

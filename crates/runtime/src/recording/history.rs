@@ -1,0 +1,88 @@
+//! The past of a property, as what records an agent or plays a recording in it knows it.
+
+use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::interface::Descriptor;
+
+use super::{Recording, RecordingRefusal};
+use crate::Composer;
+
+/// Which values are asked for. Times are nanoseconds of the agent's time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HistoryWish {
+    /// The property, without a leading slash.
+    pub path: String,
+    /// The earliest time,
+    pub from: u64,
+    /// and the latest.
+    pub to: u64,
+    /// At most so many; where there are more, they are spread evenly, and the last one is among them.
+    pub most: usize,
+}
+
+/// What is known.
+#[derive(Clone, Debug)]
+pub struct History {
+    /// What the values are made of.
+    pub descriptor: &'static Descriptor,
+    /// Values in the order of time.
+    pub values: Vec<FrozenValue>,
+    /// How many there are between the times.
+    pub count: usize,
+    /// Since when every value is known,
+    pub from: u64,
+    /// and until when.
+    pub to: u64,
+}
+
+impl HistoryWish {
+    /// The places of those that are told, of so many.
+    pub fn places(&self, count: usize) -> impl Iterator<Item = usize> + use<> {
+        let told = self.most.min(count);
+        // In 128 bits no product is too large.
+        (1..=told).map(move |place| (place as u128 * count as u128 / told as u128) as usize - 1)
+    }
+}
+
+impl Composer {
+    /// The values that a property had: those of the recording that is played, if one is, and else those of the last seconds, if
+    /// they are kept.
+    ///
+    /// # Errors
+    /// Why there are none.
+    pub fn history(&self, wish: &HistoryWish) -> Result<History, RecordingRefusal> {
+        if let Some(playback) = self.playback() {
+            return playback.history(wish).map_err(|(message, help)| RecordingRefusal { message, help });
+        }
+        let control = self.recording().and_then(Recording::control);
+        let control = control.ok_or_else(|| RecordingRefusal {
+            message: "nothing is kept of this agent's past".into(),
+            help: "`slate run` has what records; a program gives its agent one with `Options::recording`"
+                .into(),
+        })?;
+        control.history(wish)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Whatever there is: no more than is asked for, each once, in order, and the last one.
+        #[test]
+        fn what_is_told_is_spread_evenly_up_to_the_last(count in 0_usize..5000, most in 0_usize..5000) {
+            let wish = HistoryWish { path: String::new(), from: 0, to: 0, most };
+            let places: Vec<_> = wish.places(count).collect();
+            prop_assert_eq!(places.len(), most.min(count));
+            prop_assert!(places.windows(2).all(|two| two[0] < two[1]));
+            if most > 0 && count > 0 {
+                prop_assert_eq!(places.last(), Some(&(count - 1)));
+                let gaps = places.windows(2).map(|two| two[1] - two[0]);
+                let (least, largest) = gaps.fold((usize::MAX, 0), |(low, high), gap| (low.min(gap), high.max(gap)));
+                prop_assert!(places.len() < 2 || largest - least <= 1);
+            }
+        }
+    }
+}
