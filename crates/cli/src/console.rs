@@ -7,12 +7,14 @@ use crate::mission::Mission;
 
 #[cfg(feature = "console")]
 mod built_in {
+    use std::path::Path;
     use std::sync::Arc;
 
     use slate::console::{Console, Document, Settings};
     use slate::runtime::Agent;
 
     use super::{Configuration, Failure, Mission};
+    use crate::report::known;
     use crate::trails::Trails;
 
     /// A run is reached as long as this lives.
@@ -22,9 +24,11 @@ mod built_in {
     }
 
     /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and secrets is for
-    /// that run.
-    pub fn open_playback(agent: &Agent) -> Option<Console> {
-        match Console::start(agent, &Settings::default(), Vec::new()) {
+    /// that run. The world is that of the recorded configuration, if it can still be read.
+    pub fn open_playback(agent: &Agent, file: &Path) -> Option<Console> {
+        let scene = known(file).map(|known| serde_json::to_value(known.scene).unwrap_or_default());
+        let world = scene.map(|scene| Document { name: "world".into(), read: Arc::new(move || scene.clone()) });
+        match Console::start(agent, &Settings::default(), world.into_iter().collect()) {
             Ok(console) => {
                 eprintln!("console: {}", console.link());
                 Some(console)
@@ -76,11 +80,13 @@ mod built_in {
 
 #[cfg(not(feature = "console"))]
 mod built_in {
+    use std::path::Path;
+
     use slate::runtime::Agent;
 
     use super::{Configuration, Failure, Mission};
 
-    pub fn open_playback(_: &Agent) -> Option<()> {
+    pub fn open_playback(_: &Agent, _: &Path) -> Option<()> {
         None
     }
 

@@ -44,7 +44,7 @@ pub fn report(options: &ReportOptions) -> Result<bool, Failure> {
 
 /// What the configuration that a recording has with it says of its world and robots; nothing if it has none that can still
 /// be read, as the rest of it can be told without.
-fn known(recording: &Path) -> Option<Known> {
+pub fn known(recording: &Path) -> Option<Known> {
     let database = Run::read(recording).ok()?.configuration(Vec::new()).ok()?;
     let configuration = database.current();
     let scene = scene::of(&configuration).unwrap_or_default();

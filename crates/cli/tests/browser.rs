@@ -6,9 +6,16 @@ mod common;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use common::Running;
 use serde_json::Value;
+
+/// One browser at a time: each wants a machine that draws and answers at once.
+fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// What drives a browser, and what finds out whether everybody can use a page.
 const PACKAGES: [&str; 2] = ["playwright-core@1.65.1", "axe-core@4.14.1"];
@@ -21,10 +28,8 @@ fn run(command: &mut Command, advice: &str) -> Output {
     }
 }
 
-/// A folder that has the packages; tests that begin together fetch them once.
+/// A folder that has the packages.
 fn packages() -> PathBuf {
-    static ONCE: std::sync::Mutex<()> = std::sync::Mutex::new(());
-    let _turn = ONCE.lock();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-node");
     let marker = folder.join("packages");
     let wanted = PACKAGES.join("\n");
@@ -51,6 +56,10 @@ fn chromium() -> PathBuf {
         .unwrap_or_else(|| panic!("this test needs Chromium: apt-get install chromium"))
 }
 
+/// A run that lasts as long as somebody looks.
+const ENDLESS: [&str; 4] =
+    ["--set", "modules.referee.params.time_limit=600.0", "--set", "modules.referee.params.tolerance=1e-9"];
+
 /// A run, and the link that it prints.
 fn open(running: &mut Running, example: &str, arguments: &[&str]) -> String {
     // A panel that the project has beside its configuration.
@@ -59,6 +68,11 @@ fn open(running: &mut Running, example: &str, arguments: &[&str]) -> String {
     std::fs::write(panels.join("clearance.js"), include_str!("browser/clearance.js")).unwrap();
     let first = ["run", example, "--headless", "--rate", "realtime", "--set", "console.port=0"];
     running.start(example, &[&first, arguments].concat());
+    link(running)
+}
+
+/// The link that was printed.
+fn link(running: &Running) -> String {
     let files = std::fs::read_dir(running.sockets().join("slate")).unwrap();
     let mut files = files.map(|entry| entry.unwrap().path());
     let file = files.find(|path| path.extension().is_some_and(|extension| extension == "console")).unwrap();
@@ -88,18 +102,9 @@ fn visit(script: &str, link: &str, agent: &str) {
 
 #[test]
 fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
+    let _turn = turn();
     let mut running = Running::new("browser-exp1");
-    // So long that nobody is in a hurry; a run ends with its mission.
-    let link = open(
-        &mut running,
-        "exp1",
-        &[
-            "--set",
-            "modules.referee.params.time_limit=600.0",
-            "--set",
-            "modules.referee.params.tolerance=1e-9",
-        ],
-    );
+    let link = open(&mut running, "exp1", &ENDLESS);
     visit("exp1.cjs", &link, "exp1");
     assert!(running.folder().join("console/layouts/times-and-clearance.json").is_file());
     // That the browser is gone changes nothing.
@@ -108,7 +113,25 @@ fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
 
 #[test]
 fn exp3_shows_all_its_robots() {
+    let _turn = turn();
     let mut running = Running::new("browser-exp3");
     let link = open(&mut running, "exp3", &[]);
     visit("exp3.cjs", &link, "exp3");
+}
+
+#[test]
+fn whoever_looks_back_sees_the_past_while_the_robot_goes_on_and_can_keep_it() {
+    let _turn = turn();
+    let mut running = Running::new("browser-past");
+    let link = open(&mut running, "exp1", &[&ENDLESS[..], &["--set", "record.flight.keep=\"60s\""]].concat());
+    visit("record.cjs", &link, "exp1");
+}
+
+#[test]
+fn a_recording_that_is_played_is_gone_through() {
+    let _turn = turn();
+    let mut running = Running::new("browser-replay");
+    running.done(&["run", "exp1", "--headless", "--set", "record.enabled=true", "--out", "here"]);
+    running.start("exp1", &["replay", "here/run.mcap", "--pause"]);
+    visit("replay.cjs", &link(&running), "exp1");
 }

@@ -70,7 +70,7 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
         // It is played all the same.
         Err(error) => eprintln!("{error}"),
     }
-    let console = is_watched.then(|| open_playback(&agent)).flatten();
+    let console = is_watched.then(|| open_playback(&agent, file)).flatten();
     let played = player.run(&mut agent, &stop)?;
     drop((server, console));
     let recorded = recorder.map(|recorder| recorder.end(&mut agent)).transpose()?;

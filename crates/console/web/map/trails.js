@@ -7,20 +7,37 @@ const STEP = 0.01;
 
 const trails = new Map();
 
-/** The trail of a robot, from now on: `points` of `{x, y, route, time}`, oldest first. */
-export function trail(pose, status) {
+/**
+ * The trail of a robot: `points` of `{x, y, route, time}`, oldest first. What was before this page was open is from `table`, columns
+ * of a document of the run, if that has them, else from what the agent remembers.
+ */
+export function trail(pose, status, table) {
   const key = `${pose} ${status}`;
   let found = trails.get(key);
-  if (found) return found;
-  found = { points: [], route: "IDLE" };
+  if (found) {
+    if (table && !found.table) remember(found, table);
+    return found;
+  }
+  found = { points: [], route: "IDLE", table: null };
+  if (table) remember(found, table);
   trails.set(key, found);
   if (status) watch(status, ({ value }) => (found.route = value.route), { rate: 20, live: true });
   watch(pose, ({ value: { x, y }, time }) => add(found, x, y, time), { rate: 20, live: true });
   recall(pose, 4000, (places) => {
+    // The run itself has told more.
+    if (found.table) return undefined;
     if (!status) return prepend(found, places, []);
     return recall(status, 4000, (states) => prepend(found, places, states));
   });
   return found;
+}
+
+function remember(trail, table) {
+  trail.table = table;
+  const first = trail.points.find(({ time }) => time > table.time.at(-1))?.time ?? Infinity;
+  trail.points = trail.points.filter(({ time }) => time >= first);
+  const points = table.time.map((time, row) => ({ x: table.x[row], y: table.y[row], route: (table.route[row] ?? "idle").toUpperCase(), time }));
+  trail.points.unshift(...points);
 }
 
 // Both in the order of time: each place has the route that was chosen last.

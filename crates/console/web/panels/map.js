@@ -20,6 +20,7 @@ function Panel({ options, setOptions }) {
   const links = useResource("/links", 5) ?? [];
   const documents = useResource("/documents") ?? [];
   const world = useResource(documents.includes("world") ? "/documents/world" : null);
+  const before = useResource(documents.includes("trails") ? "/documents/trails" : null)?.robots;
   const scene = useMemo(() => find(properties, world), [properties, world]);
   const goals = useMemo(() => [...parameterTargets(properties, interfaces), ...targets(properties, links)], [properties, interfaces, links]);
   const [box, size] = useSize();
@@ -54,7 +55,7 @@ function Panel({ options, setOptions }) {
     );
     return () => ends.forEach((end) => end());
   }, [watched.join(" ")]);
-  const trails = useMemo(() => scene.robots.filter(({ pose }) => pose).map(({ pose, status }) => trail(pose, status)), [scene]);
+  const trails = useMemo(() => scene.robots.filter(({ pose }) => pose).map(({ name, pose, status }) => trail(pose, status, before?.[name])), [scene, before]);
 
   useEffect(() => {
     if (size && size.width > 0 && !state.moved) state.view = fit(bounds, size);

@@ -1,0 +1,38 @@
+// The past: looked back at while the robot goes on, and written into files.
+const { Visit, api, assert, link, until, value, visit } = require("./page.cjs");
+
+const AGENT = process.argv[5];
+const clock = (text) => text.split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
+
+visit(async () => {
+  const browser = await Visit.begin();
+  const page = await browser.tab();
+  await page.goto(link);
+  const row = page.locator(".readout tr", { hasText: "r2" });
+  await until("the robot", async () => /\d m/.test(await row.innerText()));
+  const now = async () => clock(await page.innerText(".clock"));
+  await until("a while", async () => (await now()) > 6, 20);
+
+  // Back to the beginning, where the robot was elsewhere; the agent goes on.
+  const start = (await api("GET", `/history/${AGENT}/simulator/r2/truth?limit=1&to=0`)).values[0].value;
+  await page.focus(".foot .time");
+  await page.keyboard.press("Home");
+  await until("the past is marked", async () => (await page.locator(".foot[data-past=true]").count()) === 1);
+  await until("the robot is where it was", async () => (await row.innerText()).includes(`${start.x.toFixed(2)} m`), 20);
+  assert((await now()) < 1, "the clock does not show the past");
+  const going = (await value(`${AGENT}/loop/state`)).cycles;
+  await until("the agent goes on", async () => (await value(`${AGENT}/loop/state`)).cycles > going);
+  await browser.accessible(page, "the past");
+  await browser.picture(page, "past");
+  await page.click("button:has-text('Go live')");
+  await until("the present again", async () => (await now()) > 6);
+
+  // A recording, begun and ended, and the last seconds.
+  await page.click(".record");
+  await until("it records", async () => /recording-1: .* values/.test(await page.innerText(".foot")));
+  await page.click(".record");
+  await until("the file is there", async () => (await api("GET", "/recordings")).files.some(({ name, bytes }) => name === "recording-1" && bytes > 0));
+  await page.click("button:has-text('Save the last')");
+  await until("the last seconds are there", async () => (await api("GET", "/recordings")).files.some(({ name }) => name === "moment-1"));
+  await browser.end();
+});
