@@ -1,6 +1,6 @@
 // The head of the page: which agent, how it is, which layout.
 import { html, useEffect, useState } from "/lib/preact.js";
-import { clock, useReading } from "/live.js";
+import { clock, isPast, useReading } from "/live.js";
 import { time, word } from "/format.js";
 import { useProperties } from "/store.js";
 import { toggleTheme } from "/theme.js";
@@ -71,7 +71,7 @@ export function Head(properties) {
     <div class="title">
       <img src="/icon.svg" alt="" width="28" height="28" />
       <h1>${agent?.name ?? "Slate"}</h1>
-      <span class="connection" data-state=${state}>${names[state]}</span>
+      <span class="connection" data-state=${state === "live" && isPast() ? "past" : state}>${state === "live" && isPast() ? "Looking back" : names[state]}</span>
       <${Clock} />
       ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
       <span class="grow"></span>
