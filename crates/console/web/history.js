@@ -24,12 +24,14 @@ export function history(path, pointer, rate = RATE) {
 // Whose past can be asked for, if anybody's, and what is to be filled with it.
 let rememberer = null;
 const waiting = [];
+// One after the other, so that what is asked for now never waits behind them.
+let queue = Promise.resolve();
 
 /** Has an agent tell what was before this page was open. */
 export function rememberedBy(agent) {
   if (rememberer === agent) return;
   rememberer = agent;
-  waiting.forEach((fill) => fill(agent));
+  waiting.forEach((later) => later(agent));
 }
 
 /** Calls a function with what a property, or a part of it, was before this page was open, if an agent keeps that. */
@@ -42,8 +44,9 @@ export function recall(path, most, take) {
       if (!(problem instanceof Problem)) throw problem;
     }
   };
-  waiting.push(fill);
-  if (rememberer) fill(rememberer);
+  const later = (agent) => (queue = queue.then(() => fill(agent)));
+  waiting.push(later);
+  if (rememberer) later(rememberer);
 }
 
 function prepend(history, values) {
