@@ -1,5 +1,5 @@
-//! What an agent shows and takes over HTTP: every property at its URL, live streams, teleoperation, and an endpoint for
-//! Foxglove, all on one port.
+//! What an agent shows and takes over HTTP: every property at its URL, live streams, teleoperation, an endpoint for Foxglove,
+//! and a page for browsers (`web/`), all on one port.
 //!
 //! A [`Console`] runs on a thread of its own with a low priority. It asks the same desk as the tools at the local socket
 //! ([`Desk`](slate_runtime::remote::Desk)), and looks at values as tools do: no module ever waits for it. Whoever asks
