@@ -14,18 +14,18 @@ pub(crate) struct Problem {
     /// What is wrong.
     detail: String,
     /// What to do about it.
-    help: String,
+    help: Box<str>,
     /// The code of its kind, such as `S004`.
-    code: Option<String>,
+    code: Option<Box<str>>,
     /// File, line and caret of mistakes in a configuration.
-    report: Option<String>,
+    report: Option<Box<str>>,
     /// Headers that the status wants.
     pub headers: Vec<(&'static str, String)>,
 }
 
 impl Problem {
     pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
-        let (detail, help) = (detail.into(), help.into());
+        let (detail, help) = (detail.into(), help.into().into());
         Self { status, detail, help, code: None, report: None, headers: Vec::new() }
     }
 
@@ -50,8 +50,8 @@ impl Problem {
 
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
         Self {
-            code: refusal.code,
-            report: refusal.report,
+            code: refusal.code.map(Into::into),
+            report: refusal.report.map(Into::into),
             ..Self::new(status, refusal.message, refusal.help)
         }
     }
@@ -64,7 +64,7 @@ impl Problem {
             "detail": self.detail,
         });
         for (name, text) in
-            [("help", Some(&self.help)), ("code", self.code.as_ref()), ("report", self.report.as_ref())]
+            [("help", Some(&*self.help)), ("code", self.code.as_deref()), ("report", self.report.as_deref())]
         {
             if let Some(text) = text.filter(|text| !text.is_empty()) {
                 body[name] = json!(text);
@@ -89,8 +89,8 @@ impl From<Refusal> for Problem {
 
 impl From<Report> for Problem {
     fn from(report: Report) -> Self {
-        let code = report.mistake().map(|mistake| mistake.code().to_owned());
-        Self { code, report: Some(report.render(false)), ..Self::unfit(report.to_string(), "") }
+        let code = report.mistake().map(|mistake| mistake.code().into());
+        Self { code, report: Some(report.render(false).into()), ..Self::unfit(report.to_string(), "") }
     }
 }
 
@@ -104,6 +104,6 @@ impl From<BoardError> for Problem {
             BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
             _ => Self::unfit(text, "GET /api/v1/interfaces/NAME tells what values are made of"),
         };
-        Self { code: mistake.map(|mistake| mistake.code().to_owned()), ..problem }
+        Self { code: mistake.map(|mistake| mistake.code().into()), ..problem }
     }
 }
