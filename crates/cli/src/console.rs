@@ -27,7 +27,8 @@ mod built_in {
     /// that run. The world is that of the recorded configuration, if it can still be read.
     pub fn open_playback(agent: &Agent, file: &Path) -> Option<Console> {
         let scene = known(file).map(|known| serde_json::to_value(known.scene).unwrap_or_default());
-        let world = scene.map(|scene| Document { name: "world".into(), read: Arc::new(move || scene.clone()) });
+        let world =
+            scene.map(|scene| Document { name: "world".into(), read: Arc::new(move || scene.clone()) });
         match Console::start(agent, &Settings::default(), world.into_iter().collect()) {
             Ok(console) => {
                 eprintln!("console: {}", console.link());
