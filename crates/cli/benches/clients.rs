@@ -128,8 +128,8 @@ impl Run {
         let request =
             format!("ws://{}/api/v1/live?token={}", self.host, self.token).into_client_request().unwrap();
         let stream = TcpStream::connect(&self.host).unwrap();
-        stream.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
         let (mut socket, _) = client(request, stream).unwrap();
+        socket.get_ref().set_read_timeout(Some(Duration::from_millis(500))).unwrap();
         let wishes = URLS.iter().zip(1..).map(|(url, id)| json!({ "id": id, "url": url, "rate": RATE }));
         let wish = json!({ "subscribe": wishes.collect::<Vec<_>>() });
         socket.send(Message::Text(wish.to_string().into())).unwrap();
