@@ -1,7 +1,7 @@
 //! What clients cost that look at live values: EXP3 runs as `slate run` runs it, without a client and with many in turn, each with
 //! what a page shows ten times a second. Says what part of a core the agent spends on each client, and what the client does.
 //!
-//! `cargo bench -p slate-cli --bench clients [-- CLIENTS]`; 20 unless given.
+//! `cargo bench -p slate-cli --bench clients [-- CLIENTS]`; 20 unless given. `SLATE=FILE` is another command that is measured.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a bench that can't go on ends")]
 
@@ -92,7 +92,8 @@ impl Run {
     fn start() -> Self {
         let folder = std::env::temp_dir().join(format!("slate-clients-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        let mut command = Command::new(env!("CARGO_BIN_EXE_slate"));
+        let mut command =
+            Command::new(std::env::var_os("SLATE").unwrap_or(env!("CARGO_BIN_EXE_slate").into()));
         command.args(["run", "exp3", "--headless", "--rate", "realtime", "--seed", "2"]);
         command.args(["--set", "console.port=0", "--out", "out"]);
         command.current_dir(&folder).env("XDG_RUNTIME_DIR", &folder);
@@ -127,8 +128,8 @@ impl Run {
         let request =
             format!("ws://{}/api/v1/live?token={}", self.host, self.token).into_client_request().unwrap();
         let stream = TcpStream::connect(&self.host).unwrap();
-        stream.set_read_timeout(Some(Duration::from_millis(500))).unwrap();
         let (mut socket, _) = client(request, stream).unwrap();
+        socket.get_ref().set_read_timeout(Some(Duration::from_millis(500))).unwrap();
         let wishes = URLS.iter().zip(1..).map(|(url, id)| json!({ "id": id, "url": url, "rate": RATE }));
         let wish = json!({ "subscribe": wishes.collect::<Vec<_>>() });
         socket.send(Message::Text(wish.to_string().into())).unwrap();

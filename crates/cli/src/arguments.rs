@@ -44,7 +44,7 @@ pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,
 
-    /// When what is printed has colours.
+    /// When what is printed has colours; `auto` is on a terminal, unless `NO_COLOR` says otherwise.
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = Colour::Auto)]
     pub color: Colour,
 }

@@ -47,7 +47,6 @@ pub fn is_lost() -> bool {
 /// When what is written has colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Colour {
-    /// On a terminal, unless `NO_COLOR` says otherwise.
     Auto,
     Always,
     Never,

@@ -63,6 +63,30 @@ fn all_mistakes_are_told_at_once_with_their_places() {
 }
 
 #[test]
+fn a_mistake_has_the_code_of_its_kind() {
+    let running = Running::new("check-codes");
+    for (set, code) in [
+        ("loop.perod=1ms", "S002"),
+        ("robots.r2.modules.planner.params.sped=1", "S003"),
+        ("robots.r2.links.\"planner/range\"=\"nobody/x\"", "S004"),
+        ("robots.r2.modules.planner.plugin=planer", "S005"),
+        ("robots.r2.links.\"planner/range\"=\"/simulator/r2/position\"", "S006"),
+        ("robots.r2.links.\"planner/goal\"=\"planner/goal\"", "S007"),
+        ("robots.r2.modules.second={plugin=\"go_to_origin_planner\"}", "S010"),
+        ("links.\"simulator/r2/wheels\"=\"r2/execute/wheels\"", "S011"),
+        ("time.source=simulater", "S012"),
+        ("links.\"referee/truth\"=\"slate://team/x\"", "S013"),
+        ("loop.period=fast", "S015"),
+        ("robots.r2.modules.planner.params.speed=99", "S015"),
+    ] {
+        let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
+        assert_eq!(checked["findings"][0]["code"], code, "{set}: {checked}");
+    }
+    std::fs::write(running.folder().join("text.toml"), "[loop\nperiod").unwrap();
+    assert_eq!(findings(&running, 7, &["check", "text.toml"])["findings"][0]["code"], "S001");
+}
+
+#[test]
 fn each_agent_of_a_file_is_checked_and_nobody_is_reached() {
     let running = Running::new("check-agents");
     let example = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/sharing");

@@ -108,7 +108,7 @@ fn main() {
     drop(console);
     run.join().unwrap().unwrap();
     println!(
-        "{:<36}{:>9}{:>10}{:>10}{:>10}{:>12}{:>12}",
+        "{:<34}{:>8}{:>12}{:>12}{:>13}{:>13}{:>13}",
         "", "images", "tick p50", "p99.9", "max", "late p99.9", "max"
     );
     let names = ["nobody", "one that reads 100 MB/s", "one that has stopped reading"];
@@ -119,7 +119,7 @@ fn main() {
             format!("{:.1} us", sorted[(part * (sorted.len() - 1) as f64) as usize] as f64 / 1e3)
         };
         println!(
-            "{name:<36}{:>9}{:>10}{:>10}{:>10}{:>12}{:>12}",
+            "{name:<34}{:>8}{:>12}{:>12}{:>13}{:>13}{:>13}",
             seen.images,
             at(&seen.ticks, 0.5),
             at(&seen.ticks, 0.999),
@@ -166,8 +166,8 @@ fn open(console: &Console) -> WebSocket<TcpStream> {
     let address = console.addresses()[0];
     let request = format!("ws://{address}/api/v1/live?token={token}").into_client_request().unwrap();
     let stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(Duration::from_millis(200))).unwrap();
     let (mut socket, _) = client(request, stream).unwrap();
+    socket.get_ref().set_read_timeout(Some(Duration::from_millis(200))).unwrap();
     let wish = json!({ "subscribe": [{ "id": 1, "url": "/camera/image", "rate": 100, "form": "binary" }] });
     socket.send(Message::Text(wish.to_string().into())).unwrap();
     socket

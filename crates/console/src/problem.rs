@@ -3,9 +3,9 @@
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::BoardError;
-use slate_runtime::Message;
 use slate_runtime::configuration::Report;
 use slate_runtime::remote::Refusal;
+use slate_runtime::{Message, Mistake};
 
 /// Why something is not done.
 #[derive(Debug)]
@@ -14,19 +14,19 @@ pub(crate) struct Problem {
     /// What is wrong.
     detail: String,
     /// What to do about it.
-    help: Box<str>,
-    /// The code of its kind, such as `S004`.
-    code: Option<Box<str>>,
+    help: String,
+    /// Of which kind it is.
+    mistake: Option<Mistake>,
     /// File, line and caret of mistakes in a configuration.
-    report: Option<Box<str>>,
+    report: Option<String>,
     /// Headers that the status wants.
     pub headers: Vec<(&'static str, String)>,
 }
 
 impl Problem {
     pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
-        let (detail, help) = (detail.into(), help.into().into());
-        Self { status, detail, help, code: None, report: None, headers: Vec::new() }
+        let (detail, help) = (detail.into(), help.into());
+        Self { status, detail, help, mistake: None, report: None, headers: Vec::new() }
     }
 
     pub fn with(mut self, name: &'static str, value: impl Into<String>) -> Self {
@@ -49,11 +49,8 @@ impl Problem {
     }
 
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
-        Self {
-            code: refusal.code.map(Into::into),
-            report: refusal.report.map(Into::into),
-            ..Self::new(status, refusal.message, refusal.help)
-        }
+        let mistake = refusal.code.as_deref().and_then(Mistake::from_code);
+        Self { mistake, report: refusal.report, ..Self::new(status, refusal.message, refusal.help) }
     }
 
     pub fn json(&self) -> Json {
@@ -63,8 +60,9 @@ impl Problem {
             "status": self.status.as_u16(),
             "detail": self.detail,
         });
+        let code = self.mistake.map(|mistake| mistake.code().to_owned());
         for (name, text) in
-            [("help", Some(&*self.help)), ("code", self.code.as_deref()), ("report", self.report.as_deref())]
+            [("help", Some(&self.help)), ("code", code.as_ref()), ("report", self.report.as_ref())]
         {
             if let Some(text) = text.filter(|text| !text.is_empty()) {
                 body[name] = json!(text);
@@ -89,8 +87,11 @@ impl From<Refusal> for Problem {
 
 impl From<Report> for Problem {
     fn from(report: Report) -> Self {
-        let code = report.mistake().map(|mistake| mistake.code().into());
-        Self { code, report: Some(report.render(false).into()), ..Self::unfit(report.to_string(), "") }
+        Self {
+            mistake: report.mistake(),
+            report: Some(report.render(false)),
+            ..Self::unfit(report.to_string(), "")
+        }
     }
 }
 
@@ -104,6 +105,6 @@ impl From<BoardError> for Problem {
             BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
             _ => Self::unfit(text, "GET /api/v1/interfaces/NAME tells what values are made of"),
         };
-        Self { code: mistake.map(|mistake| mistake.code().into()), ..problem }
+        Self { mistake, ..problem }
     }
 }

@@ -181,12 +181,12 @@ impl Problems {
         let good = Url::parse(&format!("slate://{name}/module")).is_ok();
         if name == TEAM {
             let help = "slate://team/... is what all robots of a team know together";
-            self.add(span, format!("no agent can be called `{name}`"), help);
+            self.add(span, Mistake::Value.of(format!("no agent can be called `{name}`")), help);
             return false;
         }
         if !good {
             let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";
-            self.add(span, format!("`{name}` can't name an agent"), help);
+            self.add(span, Mistake::Value.of(format!("`{name}` can't name an agent")), help);
         }
         good
     }

@@ -87,8 +87,10 @@ impl Desk {
                 None => Ok(()),
             }
         };
-        let missing =
-            |message: String| Err(refusal(message, "the link can be made, and waits until that is there"));
+        let missing = |message: String| {
+            let help = "the link can be made, and waits until that is there";
+            Err(refusal(Mistake::Name.of(message), help))
+        };
         if agent == TEAM {
             // What the team knows is known here.
             return match board.find(&wanted.place()) {
