@@ -119,5 +119,8 @@ fn the_reader_of_foxglove_reads_what_is_recorded_by_its_index_and_its_schemas() 
     assert_eq!(topics["/sensor/place"]["value"]["x"], 1.5);
     assert_eq!(topics["/sensor/image"]["schema"], "sensor_msgs/msg/Image");
     // What a module took out of its mailbox is there as it was sent.
-    assert_eq!(topics["/driver/notes"], json!({ "schema": topics["/sensor/count"]["schema"], "count": 3, "value": { "value": 2 } }));
+    assert_eq!(
+        topics["/driver/notes"],
+        json!({ "schema": topics["/sensor/count"]["schema"], "count": 3, "value": { "value": 2 } })
+    );
 }
