@@ -7,7 +7,7 @@ use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
-use slate_fuzz::{bag, configuration, definition, knowledge, logs as others, peer, robot, shared_memory};
+use slate_fuzz::{bag, configuration, knowledge, logs as others, peer, robot, shared_memory};
 use slate_interfaces::{Image, ImageFormat, LaserScan, Pose2};
 use slate_module::encode_interface;
 use slate_record::bag::Compression as Chunks;
@@ -31,7 +31,6 @@ fn main() {
     configurations();
     recordings();
     logs();
-    definitions();
 }
 
 fn keep(target: &str, name: &str, bytes: &[u8]) {
@@ -303,15 +302,7 @@ fn memory() {
 fn calls() {
     use slate_runtime::configuration::SaveTo;
     use slate_runtime::remote::Call;
-    use slate_runtime::playback::{LoopSection, Order};
     let text = |text: &str| text.to_owned();
-    let record = |file: &str, select: &[&str], rate| Call::RecordStart {
-        file: file.into(),
-        select: select.iter().map(|pattern| text(pattern)).collect(),
-        exclude: vec![text("/**/timing")],
-        rate,
-        on_change: true,
-    };
     let calls = [
         Call::PluginList {},
         Call::PluginUnload { name: text("relay") },
@@ -352,15 +343,6 @@ fn calls() {
         Call::TraceRecord { file: "/x.json".into() },
         Call::TraceProgress {},
         Call::TraceEnd {},
-        record("/one.mcap", &["/counter/**"], Some(10.0)),
-        record("/two.mcap", &[], None),
-        record("/two.mcap", &["counter/["], Some(-1.0)),
-        Call::RecordStatus {},
-        Call::RecordSnapshot { file: "/four.mcap".into() },
-        Call::RecordStop { file: Some("/one.mcap".into()) },
-        Call::RecordStop { file: None },
-        Call::Replay { order: Order::Seek(7) },
-        Call::Replay { order: Order::Loop(Some(LoopSection { from: 1, to: 2 })) },
         Call::Stop { reason: text("a test") },
         Call::Reset {},
         Call::Arm { actuator: Some(text("wheel")) },
@@ -441,17 +423,6 @@ fn logs() {
         let whole = [&[format], &bytes[..]].concat();
         keep("logs", name, &whole);
         keep("logs", &format!("{name}-cut"), &whole[..whole.len() * 2 / 3]);
-    }
-}
-
-/// Definitions of messages, each with one of them.
-fn definitions() {
-    for (name, text, message) in definition::samples() {
-        let mut script = Vec::new();
-        append_counted(text.as_bytes(), &mut script);
-        append_counted(&message, &mut script);
-        append_counted(&message[..message.len() / 2], &mut script);
-        keep("definition", name, &script);
     }
 }
 

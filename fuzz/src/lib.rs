@@ -9,7 +9,6 @@ pub mod agents;
 pub mod bag;
 pub mod configuration;
 pub mod conversation;
-pub mod definition;
 pub mod encoding;
 pub mod input;
 pub mod interface;

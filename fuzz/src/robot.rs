@@ -1,10 +1,7 @@
 //! An agent with a bit of everything.
 
-use std::sync::Arc;
-
 use slate_module::Plugin;
 use slate_module::prelude::*;
-use slate_record::Recorder;
 use slate_runtime::configuration::{self, Database};
 use slate_runtime::{Agent, Options, Rate};
 
@@ -19,8 +16,6 @@ time.source = "counter"
 [links]
 "relay/input" = "counter/number"
 "relay/all" = "counter/number"
-[record.flight]
-keep = "1s"
 [actuators.wheel]
 command = "relay/wheel"
 "#;
@@ -86,11 +81,8 @@ pub fn robot() -> Agent {
     let database =
         Database::from_text("robot.toml", TEXT, configuration::Options::default()).expect("it is right");
     let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Relay>()];
-    let recorder = Recorder::on_demand(database.current().record());
-    let recording = Some(Arc::new(recorder.clone()) as _);
-    let options = Options { rate: Rate::Max, armed: true, recording, ..Options::default() };
+    let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
     let mut agent = Agent::load_with(&database, &plugins, options).expect("it is right");
-    recorder.attach(&agent, crate::folder());
     (0..5).for_each(|_| assert!(agent.step(), "it goes on"));
     agent
 }

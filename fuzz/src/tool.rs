@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, OnceLock};
 
 use slate_runtime::Agent;
@@ -84,21 +84,13 @@ fn tamed(line: &[u8]) -> Vec<u8> {
         Call::PluginLoad { file: Some(file), .. } | Call::PluginReload { file: Some(file), .. } => tame(file),
         Call::PluginShadow { file, .. }
         | Call::TraceRecord { file }
+        | Call::RecordStart { file, .. }
+        | Call::RecordStop { file: Some(file) }
+        | Call::RecordSnapshot { file }
         | Call::SnapshotSave { file }
         | Call::SnapshotRemote { file, .. }
         | Call::SnapshotLoad { file } => tame(file),
-        Call::RecordStart { file, .. } | Call::RecordSnapshot { file } => {
-            *file = recording(file);
-            // A recording goes into a file that is not there yet.
-            let _ = std::fs::remove_file(file);
-        }
-        Call::RecordStop { file: Some(file) } => *file = recording(file),
         _ => return line.to_vec(),
     }
     serde_json::to_vec(&call).expect("it was one")
-}
-
-/// One of a few recordings, by the length of the name.
-fn recording(file: &Path) -> PathBuf {
-    crate::folder().join(format!("tool-{}.mcap", file.as_os_str().len() % 3))
 }

@@ -46,12 +46,6 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
     let configuration = "wall-follower/wall-follower.toml";
     let output = running.call(&["run", configuration, "--headless", "--json"]);
     assert_eq!(json(&output)["outcome"], "goal_reached", "{output:?}");
-    let recorded = ["run", configuration, "--headless", "--set", "record.enabled=true", "--out", "here"];
-    assert!(running.call(&recorded).status.success());
-    // What is built anew is tried on what the robot has seen.
-    let tried = ["try", "wall_follower", "--bag", "here/run.mcap", "--library", built];
-    let said = text(&running.call(&tried).stdout);
-    assert!(said.contains("/wheels/command") && said.ends_with("identical\n"), "{said}");
 
     // Slowly, so that there is time to exchange it.
     let slow = "modules.wall_follower.params.speed=0.05";
@@ -64,9 +58,6 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
     assert_ne!(code, changed);
     std::fs::write(&source, changed).unwrap();
     cargo(&crate_folder, "build");
-    let output = running.call(&tried);
-    assert_eq!(output.status.code(), Some(1), "{output:?}");
-    assert!(text(&output.stdout).contains("first difference at "), "{output:?}");
     std::fs::copy(built, &library).unwrap();
     let said = running.done(&["plugin", "reload", "wall-follower"]);
     assert!(said.contains("goes on with its state"), "{said}");
