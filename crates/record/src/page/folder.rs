@@ -68,11 +68,8 @@ fn text(path: &Path) -> Result<Option<String>, Error> {
 fn figures(summary: &Summary) -> Section {
     let mut section = Section::new("Summary");
     let mut table = Table::new("summary", &["what", "value"]);
-    // Below the headline, names and values stand in two columns.
-    for line in summary.to_string().lines().skip(1) {
-        let line = line.trim_start();
-        let (name, value) = line.split_once("  ").unwrap_or_else(|| line.split_at(line.len().min(16)));
-        table.row([name.trim().to_owned(), value.trim().to_owned()]);
+    for (name, value) in summary.rows() {
+        table.row([name, value]);
     }
     section.table(table, "The summary is empty.");
     section
