@@ -105,6 +105,41 @@ impl Summary {
         format!("{value:.decimals$} {unit}").trim_end().to_owned()
     }
 
+    /// The figures with their units, by what they are called.
+    pub(crate) fn rows(&self) -> Vec<(String, String)> {
+        let mut rows = Vec::new();
+        let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+        let (length, shortest) = (self.path_length_m, self.shortest_path_m);
+        row("path length", format!("{length:.2} m  (shortest {shortest:.2} m)"));
+        row("collisions", format!("{}  (caused by the robot: {})", self.collisions, self.collisions_caused));
+        let clearance =
+            self.min_clearance_m.map_or("no obstacle".to_owned(), |metres| format!("{metres:.3} m"));
+        row("least clearance", clearance);
+        row("route switches", self.route_switches.to_string());
+        row("reflexes", self.reflexes.to_string());
+        for (name, value) in &self.figures {
+            row(&name.replace('_', " "), self.measured(name, *value));
+        }
+        for (robot, figures) in &self.robots {
+            for (name, value) in figures {
+                row(&format!("{robot}: {}", name.replace('_', " ")), self.measured(name, *value));
+            }
+        }
+        row("simulated time", format!("{:.2} s  ({} ticks)", self.sim_time_s, self.ticks));
+        let speed = if self.wall_time_s > 0.0 {
+            format!("  ({:.1} times real time)", self.sim_time_s / self.wall_time_s)
+        } else {
+            String::new()
+        };
+        row("wall time", format!("{:.3} s{speed}", self.wall_time_s));
+        row("mode", self.mode.clone());
+        for (name, value) in &self.conditions {
+            row(&name.replace('_', " "), value.clone());
+        }
+        row("digest", self.digest.clone());
+        rows
+    }
+
     /// The headline without the message, which may be long.
     pub(crate) fn title(&self) -> String {
         let Summary { example, seed, outcome, sim_time_s, .. } = self;
@@ -124,37 +159,6 @@ impl Summary {
 impl fmt::Display for Summary {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(formatter, "{}", self.headline())?;
-        let mut line = |name: &str, value: String| writeln!(formatter, "  {name:<15} {value}");
-        let (length, shortest) = (self.path_length_m, self.shortest_path_m);
-        line("path length", format!("{length:.2} m  (shortest {shortest:.2} m)"))?;
-        line(
-            "collisions",
-            format!("{}  (caused by the robot: {})", self.collisions, self.collisions_caused),
-        )?;
-        let clearance =
-            self.min_clearance_m.map_or("no obstacle".to_owned(), |metres| format!("{metres:.3} m"));
-        line("least clearance", clearance)?;
-        line("route switches", self.route_switches.to_string())?;
-        line("reflexes", self.reflexes.to_string())?;
-        for (name, value) in &self.figures {
-            line(&name.replace('_', " "), self.measured(name, *value))?;
-        }
-        for (robot, figures) in &self.robots {
-            for (name, value) in figures {
-                line(&format!("{robot}: {}", name.replace('_', " ")), self.measured(name, *value))?;
-            }
-        }
-        line("simulated time", format!("{:.2} s  ({} ticks)", self.sim_time_s, self.ticks))?;
-        let speed = if self.wall_time_s > 0.0 {
-            format!("  ({:.1} times real time)", self.sim_time_s / self.wall_time_s)
-        } else {
-            String::new()
-        };
-        line("wall time", format!("{:.3} s{speed}", self.wall_time_s))?;
-        line("mode", self.mode.clone())?;
-        for (name, value) in &self.conditions {
-            line(&name.replace('_', " "), value.clone())?;
-        }
-        line("digest", self.digest.clone())
+        self.rows().iter().try_for_each(|(name, value)| writeln!(formatter, "  {name:<15} {value}"))
     }
 }

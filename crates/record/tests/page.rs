@@ -1,6 +1,8 @@
 //! Pages about runs: what they tell of a recording, and that nothing that comes from a file is markup.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -187,6 +189,20 @@ fn a_page_tells_decisions_timing_faults_changes_and_what_is_missing() {
     let change =
         r#"{"cycle":9,"setting":"modules.eye.params.gain","has_value":true,"value":"7","plugin":""}"#;
     file.json("/record/change", 4 * SECOND, "slate_msgs/msg/Change", change);
+    for (action, has_value, value, plugin, library) in [
+        ("stop", true, "by a person", "", ""),
+        ("reset", false, "", "", ""),
+        ("arm", false, "", "", ""),
+        ("arm", true, "r2/wheels", "", ""),
+        ("load", false, "", "lidar", "libeye.so"),
+        ("unload", false, "", "lidar", ""),
+        ("", false, "", "eye", "libnew.so"),
+    ] {
+        let change = format!(
+            r#"{{"cycle":9,"setting":"","has_value":{has_value},"value":"{value}","plugin":"{plugin}","file":"{library}","action":"{action}"}}"#
+        );
+        file.json("/record/change", 4 * SECOND, "slate_msgs/msg/Change", &change);
+    }
     file.json("/record/dropped", 4 * SECOND, "slate_msgs/msg/Dropped", r#"{"url":"/r2/image","values":11}"#);
     file.json(
         "/referee/verdict",
@@ -214,6 +230,13 @@ fn a_page_tells_decisions_timing_faults_changes_and_what_is_missing() {
         "4.000|error|r2/eye|it is broken|",
         "3.000|/r2/plan/params/speed|0.5|0.25|",
         "4.000|from outside: modules.eye.params.gain|7|",
+        "4.000|from outside: stop|by a person|",
+        "4.000|from outside: reset|done|",
+        "4.000|from outside: arm|all actuators|",
+        "4.000|from outside: arm|r2/wheels|",
+        "4.000|from outside: plugin lidar|loaded from libeye.so|",
+        "4.000|from outside: plugin lidar|unloaded|",
+        "4.000|from outside: plugin eye|reloaded from libnew.so|",
         "/r2/image|11|",
         "r2: to anything|1.000|4.000|1.375|",
     ] {
@@ -275,6 +298,43 @@ fn what_is_no_run_is_refused_with_what_to_do() {
         std::fs::write(empty.join(name), "").unwrap();
     }
     refused(&empty, "it has several recordings, such as `a.mcap` and `b.mcap`; name one");
+    let team = folder.join("team");
+    for agent in ["a", "b"] {
+        std::fs::create_dir_all(team.join(agent)).unwrap();
+        std::fs::write(team.join(agent).join("summary.json"), "{}").unwrap();
+    }
+    refused(&team, "each in a folder of its own: a, b; name one, such as ");
     std::fs::write(folder.join("letter"), "Dear reader,").unwrap();
     refused(&folder.join("letter"), "letter` is no MCAP file");
+}
+
+#[test]
+fn of_a_folder_the_page_tells_the_recording_of_the_run_and_names_the_others() {
+    let folder = folder("several");
+    let recording = |name: &str, agent: &str| {
+        let mut file = File::new();
+        file.texts("run", &[("agent", agent), ("seed", "3")]);
+        file.value("/r2/truth", SECOND, &Pose2 { x: 1.0, y: 1.0, theta: 0.0 });
+        file.write(&folder.join(name));
+    };
+    recording("flight-fault-1.mcap", "flight");
+    recording("run-1.mcap", "earlier");
+    recording("run.mcap", "rover");
+    // As a run leaves it that was killed.
+    let (_, text, _) = written(&folder, &Known::default(), &folder.join("cut"));
+    assert!(text.contains("rover, seed 3") && text.contains("From the recording run.mcap."), "{text}");
+    let mut summary = common::summary(3);
+    let figures = [("collisions_caused", 0.0), ("minimum_clearance", 0.227)];
+    summary.robots.insert("r3".into(), figures.map(|(name, value)| (name.to_owned(), value)).into());
+    summary.units.insert("minimum_clearance".into(), "m".into());
+    std::fs::write(folder.join("summary.json"), summary.json_line().unwrap()).unwrap();
+    let (_, text, _) = written(&folder, &Known::default(), &folder.join("out"));
+    assert!(text.contains("its recording run.mcap. It has others"), "{text}");
+    assert!(text.contains("named: flight-fault-1.mcap, run-1.mcap."), "{text}");
+    // Names longer than the column of the terminal stay whole.
+    for words in ["r3: collisions caused|0|", "r3: minimum clearance|0.227 m|"] {
+        assert!(text.contains(words), "`{words}` is missing in {text}");
+    }
+    let table = std::fs::read_to_string(folder.join("out/summary.csv")).unwrap();
+    assert!(table.contains("\nr3: minimum clearance,0.227 m\n"), "{table}");
 }

@@ -1,6 +1,6 @@
 //! What a page tells of the folder that a run has left.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::decisions::Decisions;
 use super::recording::{Recording, between, distances};
@@ -14,11 +14,7 @@ const LARGEST: u64 = 64 << 20;
 
 pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Result<Story, Error> {
     let file = path.join("summary.json");
-    let text = text(&file)?.ok_or_else(|| Error::Unfit {
-        path: path.into(),
-        what: "it has no `summary.json`, so no run has left it; name the folder of a run, or a recording"
-            .into(),
-    })?;
+    let text = text(&file)?.ok_or_else(|| Error::Unfit { path: path.into(), what: not_left(path) })?;
     let summary: Summary = serde_json::from_str(&text)
         .map_err(|error| Error::Unfit { path: file, what: format!("it is no summary of a run: {error}") })?;
     let trajectory = trajectory(&path.join("trajectory.csv"))?;
@@ -30,6 +26,15 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
         Some(mut recorded) => {
             let file = recording.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
             source = format!("From the folder {name} and its recording {file}.");
+            let others =
+                super::recordings(path)?.into_iter().filter(|other| Some(other.as_path()) != recording);
+            let others =
+                others.map(|other| other.file_name().unwrap_or_default().to_string_lossy().into_owned());
+            let others: Vec<_> = others.collect();
+            if !others.is_empty() {
+                source +=
+                    &format!(" It has others, which are told when they are named: {}.", others.join(", "));
+            }
             sections.push(recorded.distances(&trajectory)?);
             sections.extend(recorded.sections());
         }
@@ -50,6 +55,24 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
     Ok(Story { title: summary.headline(), source, sections })
 }
 
+/// What to do about a folder that has no figures.
+fn not_left(path: &Path) -> String {
+    let entries = std::fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_left = |folder: &PathBuf| folder.join("summary.json").is_file();
+    let mut agents: Vec<_> = entries.filter(is_left).collect();
+    agents.sort();
+    let Some(first) = agents.first() else {
+        return "it has no `summary.json`, so no run has left it; name the folder of a run, or a recording"
+            .into();
+    };
+    let name = |folder: &PathBuf| folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let names: Vec<_> = agents.iter().map(name).collect();
+    let (names, first) = (names.join(", "), slate_runtime::printable(first));
+    format!(
+        "it has the runs of several agents, each in a folder of its own: {names}; name one, such as {first}"
+    )
+}
+
 /// A file's text; nothing when there is no such file.
 fn text(path: &Path) -> Result<Option<String>, Error> {
     let failed = |source| Error::Read { path: path.into(), source };
@@ -68,11 +91,8 @@ fn text(path: &Path) -> Result<Option<String>, Error> {
 fn figures(summary: &Summary) -> Section {
     let mut section = Section::new("Summary");
     let mut table = Table::new("summary", &["what", "value"]);
-    // Below the headline, names and values stand in two columns.
-    for line in summary.to_string().lines().skip(1) {
-        let line = line.trim_start();
-        let (name, value) = line.split_once("  ").unwrap_or_else(|| line.split_at(line.len().min(16)));
-        table.row([name.trim().to_owned(), value.trim().to_owned()]);
+    for (name, value) in summary.rows() {
+        table.row([name, value]);
     }
     section.table(table, "The summary is empty.");
     section

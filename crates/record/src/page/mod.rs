@@ -86,23 +86,18 @@ fn is_folder(path: &Path) -> bool {
     path.is_dir() && !path.join("metadata.yaml").is_file()
 }
 
-/// The recording that a page of that path tells of: the path itself, or the only recording in a folder.
+/// The recording that a page of that path tells of: the path itself, or in a folder that of the run, `run.mcap`, or the only one.
 ///
 /// # Errors
-/// When a folder has several recordings, or can't be read.
+/// When a folder has several recordings and none is that of the run, or can't be read.
 pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
     if !is_folder(path) {
         return Ok(Some(path.into()));
     }
-    let failed = |source| Error::Read { path: path.into(), source };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(failed)? {
-        let file = entry.map_err(failed)?.path();
-        if file.extension().is_some_and(|extension| extension == "mcap") {
-            found.push(file);
-        }
+    let found = recordings(path)?;
+    if let Some(own) = found.iter().find(|file| file.ends_with(OWN)) {
+        return Ok(Some(own.clone()));
     }
-    found.sort();
     match &found[..] {
         [] => Ok(None),
         [one] => Ok(Some(one.clone())),
@@ -113,6 +108,23 @@ pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
             Err(Error::Unfit { path: path.into(), what })
         }
     }
+}
+
+/// The recording that a run has of itself unless its configuration says otherwise.
+const OWN: &str = "run.mcap";
+
+/// The recordings in a folder, by name.
+fn recordings(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let failed = |source| Error::Read { path: folder.into(), source };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let file = entry.map_err(failed)?.path();
+        if file.extension().is_some_and(|extension| extension == "mcap") {
+            found.push(file);
+        }
+    }
+    found.sort();
+    Ok(found)
 }
 
 /// Where a page goes unless that is said: into the folder of the run, or into one beside the recording.
@@ -132,11 +144,25 @@ pub fn usual_folder(path: &Path) -> PathBuf {
 pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Vec<PathBuf>, Error> {
     let recording = recording_of(path)?;
     let story = match (is_folder(path), recording) {
+        // A run that was cut off has left no figures.
+        (true, Some(file)) if !path.join("summary.json").exists() => {
+            recording::Recording::read(&file, known)?.tell(known)?
+        }
         (true, recording) => folder::tell(path, recording.as_deref(), known)?,
         (false, Some(file)) => recording::Recording::read(&file, known)?.tell(known)?,
         (false, None) => Story::default(),
     };
+    let is_new = !out.exists();
     std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
+    put_all(&story, out).inspect_err(|_| {
+        if is_new {
+            // A folder with files in it stays.
+            let _ = std::fs::remove_dir(out);
+        }
+    })
+}
+
+fn put_all(story: &Story, out: &Path) -> Result<Vec<PathBuf>, Error> {
     let put = |name: String, text: &str| {
         let path = out.join(name);
         whole::write(&path, |file| {
@@ -145,7 +171,7 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Vec<PathBuf>, Err
         })?;
         Ok::<_, Error>(path)
     };
-    let mut files = vec![put("report.html".into(), &page(&story))?];
+    let mut files = vec![put("report.html".into(), &page(story))?];
     for part in story.sections.iter().flat_map(|section| &section.parts) {
         match part {
             Part::Drawn(name, _, svg) => files.push(put(format!("{name}.svg"), svg)?),

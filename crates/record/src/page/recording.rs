@@ -271,16 +271,21 @@ impl Recording {
         let (setting, plugin) = (text("setting"), text("plugin"));
         let is_set = value.number("has_value").is_some_and(|is| is != 0.0);
         let after = if is_set { text("value") } else { "as the files say it".into() };
-        let row = match (setting.is_empty(), plugin.is_empty()) {
-            (false, _) => [format!("from outside: {setting}"), String::new(), after],
-            (_, false) => [
-                format!("from outside: plugin {plugin}"),
-                String::new(),
-                format!("reloaded from {}", text("file")),
-            ],
-            _ => ["from outside".into(), String::new(), text("value")],
+        let (action, file) = (text("action"), text("file"));
+        let library =
+            || if plugin.is_empty() { format!("library {file}") } else { format!("plugin {plugin}") };
+        let from = |done: &str| if file.is_empty() { done.to_owned() } else { format!("{done} from {file}") };
+        let (what, after) = match action.as_str() {
+            "load" => (library(), from("loaded")),
+            "unload" => (library(), "unloaded".into()),
+            "arm" => ("arm".into(), if is_set { text("value") } else { "all actuators".into() }),
+            "" if !setting.is_empty() => (setting, after),
+            "" if !plugin.is_empty() => (library(), from("reloaded")),
+            "" => (text("value"), "done".into()),
+            // A stop with its reason, and a reset.
+            action => (action.to_owned(), if is_set { text("value") } else { "done".into() }),
         };
-        self.changes.row([seconds(time)].into_iter().chain(row));
+        self.changes.row([seconds(time), format!("from outside: {what}"), String::new(), after]);
     }
 
     /// A parameter or a switch that has another value than before.

@@ -131,18 +131,22 @@ impl RecordingControl for Recorder {
         let (shared, host) = self.parts()?;
         let recordings = locked(&shared.recordings).clone();
         let names = || {
-            let names = recordings.iter().map(|progress| slate_runtime::printable(&progress.path));
+            let names = recordings.iter().map(|progress| slate_runtime::printable(&progress.entry().file));
             names.collect::<Vec<_>>().join(", ")
         };
         let named = |progress: &&Arc<Progress>| {
-            let path = std::path::absolute(&progress.path);
-            file.is_none_or(|file| path.is_ok_and(|path| path == file))
+            // That of the run ends with the run unless somebody names it.
+            file.map_or(progress.number != FIRST, |file| progress.entry().file == file)
         };
         let mut meant = recordings.iter().filter(named);
         let progress = match (meant.next(), meant.next()) {
             (Some(only), None) => only,
             (None, _) if recordings.is_empty() => {
                 return Err(refusal("nothing is recorded", "begin with `slate record start`"));
+            }
+            (None, _) if file.is_none() => {
+                let help = format!("it ends with the run; to end it now: slate record stop {}", names());
+                return Err(refusal("only the run's own recording goes on, which no tool began", &help));
             }
             (None, _) => {
                 return Err(refusal("no recording goes into that file", &format!("there are: {}", names())));

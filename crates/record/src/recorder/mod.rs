@@ -10,6 +10,7 @@ mod line;
 mod lines;
 mod log;
 mod messages;
+mod place;
 mod run;
 mod save;
 mod selection;
@@ -38,6 +39,7 @@ pub use state::RecordState;
 
 use file::{File, Limits};
 use host::Host;
+use place::Place;
 use run::Preface;
 use save::Saves;
 use state::Shown;
@@ -83,6 +85,8 @@ struct State {
     count: u64,
     /// Where it is shown how it goes, until the thread has it.
     shown: Option<Shown>,
+    /// Where the recording is that had the name of the first one before.
+    earlier: Option<PathBuf>,
     /// The first recording, while it goes on.
     first: Option<Arc<Progress>>,
     /// What came of it, when that is known before the end.
@@ -116,6 +120,8 @@ pub struct Recorded {
     pub dropped: u64,
     /// Bytes of the file.
     pub bytes: u64,
+    /// Where the recording is now that had the file's name before.
+    pub earlier: Option<PathBuf>,
 }
 
 impl Recorder {
@@ -144,6 +150,7 @@ impl Recorder {
             saves: None,
             count: 0,
             shown: None,
+            earlier: None,
             first: None,
             outcome: None,
         };
@@ -176,7 +183,8 @@ impl Recorder {
         }
     }
 
-    /// Opens the file for an agent that was loaded with this recorder. What it wrote until now goes into it too.
+    /// Opens the file for an agent that was loaded with this recorder. What it wrote until now goes into it too. A recording that
+    /// is there already is not lost: it gets a number, such as `run-1.mcap`. While another run still writes it, this one gets that.
     ///
     /// An agent does not stand still because it can't be recorded: its log says so, and [`end`](Recorder::end).
     pub fn begin(&self, agent: &Agent, path: &Path) {
@@ -185,9 +193,17 @@ impl Recorder {
 
     fn begin_in(&self, agent: &Agent, path: &Path, folder: &Path) {
         let own = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let file = own.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| std::fs::File::create(path));
-        match file {
-            Ok(file) => self.begin_into(agent, path, folder, Box::new(file)),
+        let place = own.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| Place::open(path));
+        match place {
+            Ok(place) => {
+                if place.path != path {
+                    let [path, own] = [path, &place.path].map(slate_runtime::printable);
+                    let text = format!("another run records into {path}, so this one does into {own}");
+                    agent.logger().log(agent.now(), Level::Warn, &text);
+                }
+                self.state().earlier = place.earlier;
+                self.begin_into(agent, &place.path, folder, Box::new(place.file));
+            }
             Err(error) => self.fail(agent, path, folder, error.to_string()),
         }
     }
@@ -221,6 +237,11 @@ impl Recorder {
         let mut state = self.state();
         if state.thread.is_some() {
             return;
+        }
+        if state.settings.flight.enabled || !targets.is_empty() {
+            for text in selection::misspelt(&state.settings.selection, agent.board()) {
+                agent.logger().log(agent.now(), Level::Warn, &text);
+            }
         }
         let host = Arc::new(host);
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };
@@ -317,7 +338,11 @@ impl Recorder {
             let reason = first.failure().unwrap_or_else(|| "it has ended before the run".into());
             Err(RecordError::Write { path: path(&first), reason })
         };
-        outcome.or_else(|| self.state().outcome.take()).or_else(|| first.map(lost))
+        let mut outcome = outcome.or_else(|| self.state().outcome.take()).or_else(|| first.map(lost));
+        if let Some(Ok(recorded)) = &mut outcome {
+            recorded.earlier = self.state().earlier.take();
+        }
+        outcome
     }
 
     fn state(&self) -> MutexGuard<'_, State> {

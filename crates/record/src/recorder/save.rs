@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::{File as Disk, OpenOptions};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
@@ -61,15 +62,8 @@ impl Saves {
 
     /// Begins to write a file, and keeps at most so many of its trigger.
     pub fn begin(self: &Arc<Self>, save: Save, most: u64) {
-        let count = {
-            let mut state = locked(&self.state);
-            let count = state.counts.entry(save.trigger).or_default();
-            *count += 1;
-            *count
-        };
-        let file = self.folder.join(format!("flight-{}-{count}.mcap", save.trigger.name()));
         let own = Arc::clone(self);
-        let thread = Builder::new().name("record save".into()).spawn(move || own.save(&save, &file, most));
+        let thread = Builder::new().name("record save".into()).spawn(move || own.save(&save, most));
         match thread {
             Ok(thread) => {
                 let mut state = locked(&self.state);
@@ -80,7 +74,28 @@ impl Saves {
         }
     }
 
-    fn save(&self, save: &Save, path: &Path, most: u64) {
+    /// The next file of a trigger that is not there yet; what another run has left stays.
+    fn create(&self, trigger: FlightTrigger) -> (PathBuf, io::Result<Disk>) {
+        let folder = std::fs::create_dir_all(&self.folder);
+        loop {
+            let count = {
+                let mut state = locked(&self.state);
+                let count = state.counts.entry(trigger).or_default();
+                *count += 1;
+                *count
+            };
+            let path = self.folder.join(format!("flight-{}-{count}.mcap", trigger.name()));
+            if let Err(error) = folder {
+                return (path, Err(error));
+            }
+            match OpenOptions::new().write(true).create_new(true).open(&path) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                made => return (path, made),
+            }
+        }
+    }
+
+    fn save(&self, save: &Save, most: u64) {
         let Some(composer) = self.host.composer.upgrade() else { return };
         let preface = Preface::new(&self.host, &composer, false, false);
         drop(composer);
@@ -89,7 +104,8 @@ impl Saves {
             ("property", format!("/{}", save.path)),
             ("time_ns", save.time.to_string()),
         ];
-        let made = std::fs::create_dir_all(&self.folder).and_then(|()| Disk::create(path));
+        let (path, made) = self.create(save.trigger);
+        let path = path.as_path();
         let saved = made.map_err(|error| error.to_string());
         let saved =
             saved.and_then(|disk| write(disk, path, preface, self.limits, &save.captured, why.into()));
@@ -107,6 +123,10 @@ impl Saves {
                 self.keep(save.trigger, path, most);
             }
             Err(reason) => {
+                // What is in it can be repaired; what is empty only takes the name.
+                if std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() == 0) {
+                    let _ = std::fs::remove_file(path);
+                }
                 self.say(Level::Error, &format!("the last seconds can't be saved in {shown}: {reason}"));
             }
         }
@@ -152,7 +172,10 @@ pub(super) fn save_to(
     let disk =
         OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| error.to_string())?;
     let why = [("trigger", "a tool".to_owned()), ("time_ns", host.now().to_string())];
-    write(disk, path, preface, limits, captured, why.into())
+    write(disk, path, preface, limits, captured, why.into()).inspect_err(|_| {
+        // The seconds are still in memory; the name must be free for another try.
+        let _ = std::fs::remove_file(path);
+    })
 }
 
 fn write(

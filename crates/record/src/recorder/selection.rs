@@ -1,6 +1,6 @@
 //! Which values of which properties are recorded.
 
-use slate_blackboard::Pattern;
+use slate_blackboard::{Board, Pattern, nearest_paths};
 use slate_runtime::configuration::RecordSelection;
 
 fn is_among(patterns: &[Pattern], path: &str) -> bool {
@@ -16,6 +16,26 @@ pub(super) fn selects(selection: &RecordSelection, path: &str) -> bool {
 pub(super) fn is_whole(selection: &RecordSelection) -> bool {
     let all = |pattern: &Pattern| pattern.to_string() == "**";
     selection.exclude.is_empty() && selection.rules.is_empty() && selection.select.iter().any(all)
+}
+
+/// What to say of patterns that no property fits, as of those that somebody has mistyped.
+pub(super) fn misspelt(selection: &RecordSelection, board: &Board) -> Vec<String> {
+    let properties = board.properties();
+    let paths = || properties.iter().map(|property| property.path());
+    let chosen = selection.select.iter().map(|pattern| ("record.select", pattern));
+    let ruled = selection.rules.iter().flat_map(|rule| &rule.select);
+    let named = chosen.chain(ruled.map(|pattern| ("record.rules", pattern)));
+    let idle = named.filter(|(_, pattern)| !paths().any(|path| pattern.matches(path)));
+    let told = idle.map(|(setting, pattern)| {
+        let near = nearest_paths(&pattern.to_string(), '/', paths());
+        let near: Vec<_> = near.iter().map(|path| format!("/{path}")).collect();
+        let help = match &near[..] {
+            [] => "`slate list` shows the properties".into(),
+            near => format!("the nearest are {}", near.join(", ")),
+        };
+        format!("no property fits /{pattern} of {setting}, so nothing is recorded for it: {help}")
+    });
+    told.collect()
 }
 
 /// Which values of one property are recorded.

@@ -50,7 +50,8 @@ impl Progress {
     pub fn entry(&self) -> RecordingEntry {
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         RecordingEntry {
-            file: self.path.clone(),
+            // Tools have other folders.
+            file: std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone()),
             from: self.from,
             values: load(&self.values),
             dropped: load(&self.dropped),
@@ -60,8 +61,9 @@ impl Progress {
     }
 
     pub fn recorded(&self) -> Recorded {
-        let RecordingEntry { file, values, dropped, bytes, .. } = self.entry();
-        Recorded { file, values, dropped, bytes }
+        let RecordingEntry { values, dropped, bytes, .. } = self.entry();
+        let file = self.path.clone();
+        Recorded { file, values, dropped, bytes, earlier: None }
     }
 }
 

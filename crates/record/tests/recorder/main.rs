@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 mod disk;
+mod places;
 mod support;
 
 use std::path::Path;

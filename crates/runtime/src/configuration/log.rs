@@ -25,13 +25,15 @@ const SIZE: u64 = 10_000_000;
 /// How many older files are kept when nothing else is said.
 const KEEP: u32 = 5;
 
-const UNITS: [(&str, u64); 7] = [
+const UNITS: [(&str, u64); 9] = [
     ("KiB", 1 << 10),
     ("MiB", 1 << 20),
     ("GiB", 1 << 30),
+    ("TiB", 1 << 40),
     ("kB", 1_000),
     ("MB", 1_000_000),
     ("GB", 1_000_000_000),
+    ("TB", 1_000_000_000_000),
     ("B", 1),
 ];
 
@@ -148,7 +150,7 @@ impl Problems {
         let size = value.as_str().and_then(parse_size).filter(|size| *size > 0);
         if size.is_none() {
             let help = format!(
-                "a size is text with a unit of B, kB, MB, GB, KiB, MiB or GiB, such as {name} = \"10MB\""
+                "a size is text with a unit of B, kB, MB, GB, TB, KiB, MiB, GiB or TiB, such as {name} = \"10MB\""
             );
             self.add(value.span, Mistake::Value.of(format!("`{name}` takes a size above zero")), help);
         }
