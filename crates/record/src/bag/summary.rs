@@ -48,8 +48,14 @@ impl Summary {
             match frame.opcode {
                 Footer::OPCODE => {
                     let footer: Footer = parse(source, frame, body)?;
-                    let summary_start = if groups.is_empty() { 0 } else { start };
-                    if (footer.summary_start, footer.summary_offset_start) != (summary_start, offsets_start) {
+                    // Some writers say where the first record would be when there is none.
+                    let is_empty = groups.is_empty() && offsets.is_empty();
+                    let is_start = footer.summary_start == start && !is_empty
+                        || footer.summary_start == 0 && groups.is_empty();
+                    let said = footer.summary_offset_start;
+                    if !is_start
+                        || said != offsets_start && (said, offsets.is_empty()) != (frame.offset, true)
+                    {
                         let what = "the footer says that the summary is somewhere else than it is";
                         return Err(source.damaged(frame.offset, what));
                     }
@@ -80,8 +86,21 @@ impl Summary {
                 }
             }
         }
-        if let Some(wrong) = offsets.iter().find(|offset| !groups.contains(offset)) {
-            let what = format!("an offset of the summary is wrong: {wrong:?} is not among {groups:?}");
+        let is_right = |offset: &SummaryOffset| match offset.group_length {
+            // Some writers say also of what they have none where it would be.
+            0 => {
+                (start..=offsets_start).contains(&offset.group_start)
+                    && groups.iter().all(|group| group.group_opcode != offset.group_opcode)
+            }
+            _ => groups.contains(offset),
+        };
+        if let Some(SummaryOffset { group_opcode, group_start, group_length }) =
+            offsets.iter().find(|offset| !is_right(offset))
+        {
+            let what = format!(
+                "it says that the summary has {group_length} bytes of records of opcode {group_opcode:#04x} at byte \
+                 {group_start}, and that is wrong"
+            );
             return Err(source.damaged(offsets_start, what));
         }
         end(source)?;
