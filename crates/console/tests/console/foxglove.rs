@@ -1,15 +1,19 @@
 //! The client library of Foxglove, which is not ours.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Value as Json, json};
+use slate_record::bag;
 
 use crate::agent::Running;
 
-/// The client, and what reads messages by their schemas.
-const PACKAGES: [&str; 4] = [
+/// The client, and what reads files, and messages by their schemas.
+const PACKAGES: [&str; 5] = [
     "@foxglove/ws-protocol@0.8.0",
+    "@mcap/core@2.2.2",
     "@foxglove/rosmsg@5.0.5",
     "@foxglove/rosmsg2-serialization@3.1.0",
     "ws@8.18.0",
@@ -25,6 +29,9 @@ fn run(command: &mut Command, advice: &str) -> Output {
 
 /// A folder that has the packages.
 fn packages() -> PathBuf {
+    // Made once, though tests run beside each other.
+    static MAKING: Mutex<()> = Mutex::new(());
+    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("foxglove-node");
     let marker = folder.join("packages");
     let wanted = PACKAGES.join("\n");
@@ -79,4 +86,41 @@ fn the_client_of_foxglove_reads_sets_calls_and_drives_under_both_names_of_the_pr
         assert_eq!(agent.number("wheel/command/value"), 0.0);
         assert_eq!(agent.get("/agent").json()["stopped"], "by Foxglove");
     }
+}
+
+#[test]
+fn the_reader_of_foxglove_reads_what_is_recorded_by_its_index_and_its_schemas() {
+    let packages = packages();
+    let agent = Running::start("foxglove-file");
+    let operator = agent.client("operator");
+    operator.send("POST", "/recordings/read", None).json();
+    (0..3).for_each(|note| {
+        drop(operator.send("POST", &agent.at("driver/notes"), Some(&json!({ "value": note }))).json());
+    });
+    let file = operator.send("POST", "/recordings/read/stop", None).json();
+    let file = file["file"].as_str().unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/console/foxglove-file.cjs");
+    let output = run(
+        Command::new("node").arg(script).arg(file).env("NODE_PATH", packages.join("node_modules")),
+        "the reader is not content",
+    );
+    let read: Json = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(read["isOrdered"], true);
+    assert_eq!(read["attachments"], json!(["configuration.toml"]));
+    let mut reader = bag::Reader::open(file).unwrap();
+    let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+    while let Some(message) = reader.next_message().unwrap() {
+        *counts.entry(message.channel.topic.clone()).or_default() += 1;
+    }
+    let topics = read["topics"].as_object().unwrap();
+    let theirs = topics.iter().map(|(topic, own)| (topic.clone(), own["count"].as_u64().unwrap()));
+    assert_eq!(theirs.collect::<BTreeMap<_, _>>(), counts);
+    assert_eq!(topics["/sensor/place"]["schema"], "slate_msgs/msg/Place");
+    assert_eq!(topics["/sensor/place"]["value"]["x"], 1.5);
+    assert_eq!(topics["/sensor/image"]["value"]["width"], 64);
+    // What a module took out of its mailbox is there as it was sent.
+    assert_eq!(
+        topics["/driver/notes"],
+        json!({ "schema": topics["/sensor/count"]["schema"], "count": 3, "value": { "value": 2 } })
+    );
 }
