@@ -16,7 +16,7 @@ pub enum RecordVerb {
     Start(StartOptions),
     /// Ends a recording.
     Stop {
-        /// Its file; the only recording unless given.
+        /// Its file; unless given the only recording that a tool began, as that of the run ends with the run.
         file: Option<PathBuf>,
         #[command(flatten)]
         agent: AgentOption,

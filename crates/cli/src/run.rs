@@ -1,5 +1,5 @@
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use slate::record::{Recorded, Report};
@@ -140,15 +140,12 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     }
     let report =
         Report { summary: &finished.summary, scene: &finished.scene, trajectory: &finished.trajectory };
-    report.write(&directory)?;
-    let lines = log_lines.kept.lines();
-    if !lines.is_empty() {
-        let path = directory.join("log.txt");
-        let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
-        std::fs::write(&path, text).map_err(|source| Failure::File { path, source })?;
-    }
+    // What came of the run is known also where the disk is full.
     output::line(&finished.summary);
-    output::line(format_args!("report: {}", slate::runtime::printable(&directory)));
+    let written = leave(&report, &log_lines, &directory);
+    if written.is_ok() {
+        output::line(format_args!("report: {}", slate::runtime::printable(&directory)));
+    }
     match finished.recorded {
         Some(Ok(recorded)) => tell(&recorded),
         Some(Err(error)) => Failure::from(error).print(),
@@ -157,7 +154,20 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     if options.common.json {
         output::document("slate.run/1", &finished.summary);
     }
+    written?;
     Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
+}
+
+/// Writes what stays of a run.
+fn leave(report: &Report<'_>, log: &Lines, directory: &Path) -> Result<(), Failure> {
+    report.write(directory)?;
+    let lines = log.kept.lines();
+    if lines.is_empty() {
+        return Ok(());
+    }
+    let path = directory.join("log.txt");
+    let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    std::fs::write(&path, text).map_err(|source| Failure::File { path, source })
 }
 
 /// Says what is in the recording.
@@ -168,4 +178,10 @@ fn tell(recorded: &Recorded) {
         dropped => format!(", {dropped} dropped"),
     };
     output::line(format_args!("recording: {file} ({} values{dropped})", recorded.values));
+    if let Some(earlier) = &recorded.earlier {
+        output::line(format_args!(
+            "the recording that was there before: {}",
+            slate::runtime::printable(earlier)
+        ));
+    }
 }

@@ -187,6 +187,7 @@ fn rules_of_the_configuration_choose_values_and_mistakes_in_them_are_shown() {
         (r#"record.rules=["/r2/**"]"#, "`rules` takes a table"),
         (r#"record.flight.memory="1kB""#, "`memory` is from 1 MiB"),
         (r#"record.flight.trigger=["falt"]"#, "`trigger` can't be `falt`"),
+        (r#"record.chunk="1TiB""#, "`chunk` can't be more than 256 MiB"),
         ("record.flight.files=0", "`files` is a whole number from 1"),
     ] {
         running.fails(2, &[&RUN[..], &["--set", wrong]].concat(), &[words]);

@@ -205,3 +205,14 @@ fn a_configuration_file_runs_from_any_folder_under_its_own_name() {
     assert_eq!((own["example"].as_str(), &own["digest"]), (Some("mine"), &example["digest"]), "{output:?}");
     assert!(folder.join("elsewhere/runs/mine-0/trajectory.svg").is_file());
 }
+
+#[test]
+fn the_outcome_is_told_also_when_the_report_can_not_be_written() {
+    let folder = folder("unwritten");
+    // What stands in the way of the first file.
+    std::fs::create_dir_all(folder.join("here/trajectory.csv.partial")).unwrap();
+    let output = slate(&folder, &["run", "exp1", "--headless", "--seed", "1", "--out", "here"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(text(&output.stdout).starts_with("exp1, seed 1: goal reached after"), "{output:?}");
+    assert!(text(&output.stderr).contains("trajectory.csv.partial"), "{output:?}");
+}
