@@ -95,7 +95,10 @@ fn what_is_wrong_in_a_log_is_told_with_its_line_and_how_to_go_on() {
         assert!(said.contains(words), "{said}");
     }
     done(&folder, &["bag", "verify", "a.mcap"]);
-    let told = json(&slate(&folder, &["bag", "import", "a.log", "--lenient", "--out", "a.mcap", "--json"]));
+    let told = json(&slate(
+        &folder,
+        &["bag", "import", "a.log", "--lenient", "--out", "a.mcap", "--force", "--json"],
+    ));
     assert_eq!(
         (&told["format"], &told["wrong"], &told["unread"]["NEFF"]),
         (&"carmen".into(), &1.into(), &1.into())
