@@ -1,6 +1,7 @@
 //! Recordings as files.
 
 mod show;
+mod target;
 
 use std::path::{Path, PathBuf};
 
@@ -35,6 +36,9 @@ pub enum BagVerb {
         /// Where the whole file goes; it takes the place of the damaged one unless given.
         #[arg(long)]
         out: Option<PathBuf>,
+        /// Replaces what is there already.
+        #[arg(long)]
+        force: bool,
         /// Prints what was kept and lost as JSON.
         #[arg(long)]
         json: bool,
@@ -64,6 +68,9 @@ pub enum BagVerb {
         /// The new file.
         #[arg(long)]
         out: PathBuf,
+        /// Replaces what is there already.
+        #[arg(long)]
+        force: bool,
         /// Prints what became of it as JSON.
         #[arg(long)]
         json: bool,
@@ -83,6 +90,9 @@ pub enum BagVerb {
         /// The log, or for tables a file that ends with `.csv` for one topic, else a folder.
         #[arg(long)]
         out: PathBuf,
+        /// Replaces what is there already.
+        #[arg(long)]
+        force: bool,
         #[command(flatten)]
         span: Span,
     },
@@ -98,6 +108,9 @@ pub enum BagVerb {
         /// The new file.
         #[arg(long)]
         out: PathBuf,
+        /// Replaces what is there already.
+        #[arg(long)]
+        force: bool,
     },
     /// Puts several recordings into one, in the order of their times.
     Merge {
@@ -107,6 +120,9 @@ pub enum BagVerb {
         /// The new file.
         #[arg(long)]
         out: PathBuf,
+        /// Replaces what is there already.
+        #[arg(long)]
+        force: bool,
     },
     /// Compares the messages of two recordings; exit code 1 says that they differ.
     Diff {
@@ -128,18 +144,21 @@ pub enum BagVerb {
         #[command(flatten)]
         span: Span,
         /// The image.
-        #[arg(long, default_value = "plot.svg")]
+        #[arg(long, default_value = "plot.svg", value_parser = target::image)]
         out: PathBuf,
+        /// Replaces what is there already.
+        #[arg(long)]
+        force: bool,
     },
 }
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct Span {
     /// From when on, seconds after the first message.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds, allow_negative_numbers = true)]
     from: Option<u64>,
     /// Until when, seconds after the first message.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds, allow_negative_numbers = true)]
     to: Option<u64>,
 }
 
@@ -158,10 +177,17 @@ pub fn nanoseconds(text: &str) -> Result<u64, String> {
 }
 
 impl Span {
-    fn of(self, topics: &[String]) -> Selection {
+    fn of(self, file: &Path, topics: &[String]) -> Result<Selection, Error> {
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && from > to
+        {
+            let [from, to] = [from, to].map(bag::seconds);
+            let what = format!("nothing is from {from} s to {to} s; `--to` must not be before `--from`");
+            return Err(Error::Unfit { path: file.into(), what });
+        }
         let mut selection = Selection::new(topics);
         (selection.from, selection.to) = (self.from, self.to);
-        selection
+        Ok(selection)
     }
 }
 
@@ -176,15 +202,19 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             }
         }
         BagVerb::Verify { file } => return verify(file),
-        BagVerb::Repair { file, out, json } => {
+        BagVerb::Repair { file, out, force, json } => {
+            if let Some(out) = out {
+                target::free(out, &[file], *force)?;
+            }
             let repaired = bag::repair(file, out.as_deref())?;
             match json {
                 true => output::document("slate.bag.repair/1", &repaired),
                 false => show::repaired(out.as_ref().unwrap_or(file), &repaired),
             }
         }
-        BagVerb::Cat { file, topics, span, json } => cat(file, &span.of(topics), *json)?,
-        BagVerb::Import { file, format, lenient, out, json } => {
+        BagVerb::Cat { file, topics, span, json } => cat(file, &span.of(file, topics)?, *json)?,
+        BagVerb::Import { file, format, lenient, out, force, json } => {
+            target::free(out, &[file], *force)?;
             let options = logs::Options { format: *format, is_lenient: *lenient };
             let imported = logs::import(file, out, &options)?;
             match json {
@@ -192,21 +222,25 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
                 false => show::imported(out, &imported),
             }
         }
-        BagVerb::Export { file, topics, out, span, carmen: true, .. } => {
-            show::carmen(out, &logs::export_carmen(file, &span.of(topics), out)?);
+        BagVerb::Export { file, topics, out, span, force, carmen: true, .. } => {
+            target::free(out, &[file], *force)?;
+            show::carmen(out, &logs::export_carmen(file, &span.of(file, topics)?, out)?);
         }
-        BagVerb::Export { file, topics, out, span, .. } => {
-            for table in bag::export_csv(file, &span.of(topics), out)? {
+        BagVerb::Export { file, topics, out, span, force, .. } => {
+            target::free(out, &[file], *force)?;
+            for table in bag::export_csv(file, &span.of(file, topics)?, out)? {
                 let (path, topic) = (printable(&table.path), table.topic);
                 output::line(format_args!("{path} has {} messages of {topic}", table.rows));
             }
         }
-        BagVerb::Filter { file, topics, span, out } => {
-            let messages = bag::copy(&[file], out, &span.of(topics))?;
+        BagVerb::Filter { file, topics, span, out, force } => {
+            target::free(out, &[file], *force)?;
+            let messages = bag::copy(&[file], out, &span.of(file, topics)?)?;
             output::line(format_args!("{} has {messages} messages", printable(out)));
         }
-        BagVerb::Merge { files, out } => {
+        BagVerb::Merge { files, out, force } => {
             let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+            target::free(out, &files, *force)?;
             let messages = bag::copy(&files, out, &Selection::default())?;
             output::line(format_args!("{} has {messages} messages", printable(out)));
         }
@@ -218,8 +252,9 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             }
             return Ok(diff.first.is_none());
         }
-        BagVerb::Plot { file, fields, span, out } => {
-            let points = bag::plot(file, fields, &span.of(&[]), out)?;
+        BagVerb::Plot { file, fields, span, out, force } => {
+            target::free(out, &[file], *force)?;
+            let points = bag::plot(file, fields, &span.of(file, &[])?, out)?;
             let points: usize = points.iter().sum();
             output::line(format_args!("{} shows {points} values", printable(out)));
         }

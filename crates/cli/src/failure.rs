@@ -257,6 +257,18 @@ impl Failure {
                     names.join(", ")
                 )
             }
+            // Logs of other systems are not repaired.
+            Self::Bag(slate::record::bag::Error::Damaged { path, .. })
+                if !matches!(
+                    slate::record::logs::recognise(path),
+                    Ok(None | Some(slate::record::logs::Format::Mcap)) | Err(_)
+                ) =>
+            {
+                format!(
+                    "`slate bag import {} --lenient --out FILE.mcap` leaves out what is wrong, and counts it",
+                    slate::runtime::printable(path)
+                )
+            }
             Self::Bag(slate::record::bag::Error::Line { path, .. }) => format!(
                 "`slate bag import {} --lenient --out FILE.mcap` leaves out what is wrong, and counts it",
                 slate::runtime::printable(path)

@@ -27,7 +27,8 @@ fn recording(last: f64, compression: Compression) -> Vec<u8> {
     let header = Header { profile: "ros2".into(), library: "test 1".into() };
     let mut writer = Writer::new(Vec::new(), "test", &header, compression).unwrap();
     let texts = |key: &str, text: &str| BTreeMap::from([(key.to_owned(), text.to_owned())]);
-    writer.metadata(&Metadata { name: "run".into(), metadata: texts("seed", "3") }).unwrap();
+    let run = [texts("seed", "3"), texts("whole", "true")].into_iter().flatten().collect();
+    writer.metadata(&Metadata { name: "run".into(), metadata: run }).unwrap();
     writer.metadata(&Metadata { name: "dropped".into(), metadata: texts("/r2/image", "7") }).unwrap();
     let (name, media_type) = ("robot.toml".into(), "application/toml".into());
     let attachment =
@@ -96,7 +97,7 @@ fn what_is_in_a_recording_is_shown() {
         "/r2/range  test/msg/Range  cdr       50        10.00 Hz",
         "robot.toml  application/toml  14",
         "metadata run",
-        "seed  3",
+        "seed   3",
     ] {
         assert!(said.contains(words), "`{words}` is missing in {said}");
     }
@@ -214,6 +215,24 @@ fn parts_put_together_are_the_whole_and_the_first_difference_is_named() {
 }
 
 #[test]
+fn a_part_of_a_run_does_not_say_that_it_is_whole() {
+    let folder = recorded("bag-whole");
+    done(&folder, &["filter", "run.mcap", "--out", "all.mcap"]);
+    done(&folder, &["filter", "run.mcap", "--topics", "/r2/pose", "--out", "pose.mcap"]);
+    done(&folder, &["filter", "run.mcap", "--to", "1", "--out", "early.mcap"]);
+    done(&folder, &["merge", "run.mcap", "early.mcap", "--out", "both.mcap"]);
+    for (file, whole) in
+        [("run", "true"), ("all", "true"), ("pose", "false"), ("early", "false"), ("both", "false")]
+    {
+        let info = json(&slate(&folder, &["bag", "info", &format!("{file}.mcap"), "--json"]));
+        for record in info["metadata"].as_array().unwrap() {
+            let said = (record[0] != "run").then_some(whole).or(record[1]["whole"].as_str());
+            assert_eq!(said, Some(whole), "{file}: {record}");
+        }
+    }
+}
+
+#[test]
 fn numbers_are_drawn_over_time() {
     let folder = recorded("bag-plot");
     let said = done(&folder, &["plot", "run.mcap", "/r2/range/beams/1", "/r2/pose/x", "--out", "x.svg"]);
@@ -229,17 +248,59 @@ fn numbers_are_drawn_over_time() {
 }
 
 #[test]
+fn what_is_there_is_replaced_only_when_that_is_asked_for_and_what_is_read_never() {
+    let folder = recorded("bag-force");
+    let whole = std::fs::read(folder.join("run.mcap")).unwrap();
+    write(&folder, "old.mcap", b"old");
+    write(&folder, "old.svg", b"old");
+    std::fs::create_dir(folder.join("tables")).unwrap();
+    write(&folder.join("tables"), "r2_pose.csv", b"old");
+    let verbs: [(&[&str], &str); 6] = [
+        (&["filter", "run.mcap"], "old.mcap"),
+        (&["merge", "run.mcap", "run.mcap"], "old.mcap"),
+        (&["import", "run.mcap"], "old.mcap"),
+        (&["repair", "run.mcap"], "old.mcap"),
+        (&["plot", "run.mcap", "/r2/pose/x"], "old.svg"),
+        (&["export", "run.mcap", "--csv"], "tables"),
+    ];
+    for (verb, old) in verbs {
+        let to = |out| [verb, &["--out", out]].concat();
+        fails(&folder, 2, &to(old), &[old, "there already", "`--force`"]);
+        done(&folder, &[&to(old)[..], &["--force"]].concat());
+        if verb[0] != "plot" {
+            let itself = [&to("./run.mcap")[..], &["--force"]].concat();
+            fails(&folder, 2, &itself, &["run.mcap", "it is what is read"]);
+        }
+        assert_eq!(std::fs::read(folder.join("run.mcap")).unwrap(), whole, "{verb:?}");
+    }
+}
+
+#[test]
 fn what_is_wrong_names_file_place_and_mend() {
     let folder = recorded("bag-refusals");
     fails(&folder, 2, &["info", "nowhere.mcap"], &["nowhere.mcap` can't be read"]);
     fails(&folder, 2, &["cat", "run.mcap", "/r2/rnge"], &["run.mcap", "no topic `/r2/rnge`", "/r2/range"]);
     fails(&folder, 2, &["cat", "run.mcap", "--from=-1"], &["--from", "at least 0"]);
+    fails(&folder, 2, &["cat", "run.mcap", "--from", "-5"], &["--from", "at least 0"]);
+    fails(
+        &folder,
+        2,
+        &["cat", "run.mcap", "--from", "5", "--to", "1"],
+        &["run.mcap", "`--to` must not be before"],
+    );
     fails(&folder, 2, &["cat", "run.mcap", "--from", "soon"], &["seconds after the first message"]);
+    fails(&folder, 2, &["plot", "run.mcap", "/r2/pose/x", "--out", "x.png"], &["x.png", "`.svg`"]);
     fails(
         &folder,
         2,
         &["plot", "run.mcap", "/r2/range/rang"],
         &["no number `/r2/range/rang`", "/r2/range/range"],
+    );
+    fails(
+        &folder,
+        2,
+        &["plot", "run.mcap", "/r2/range/beams"],
+        &["no number `/r2/range/beams`", "/r2/range/beams/0"],
     );
     fails(&folder, 2, &["plot", "run.mcap", "/r2/pose/frame"], &["/r2/pose/frame", "/r2/pose/x"]);
     let to = ["filter", "run.mcap", "--out", "nowhere/x.mcap"];

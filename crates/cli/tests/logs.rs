@@ -95,7 +95,10 @@ fn what_is_wrong_in_a_log_is_told_with_its_line_and_how_to_go_on() {
         assert!(said.contains(words), "{said}");
     }
     done(&folder, &["bag", "verify", "a.mcap"]);
-    let told = json(&slate(&folder, &["bag", "import", "a.log", "--lenient", "--out", "a.mcap", "--json"]));
+    let told = json(&slate(
+        &folder,
+        &["bag", "import", "a.log", "--lenient", "--out", "a.mcap", "--force", "--json"],
+    ));
     assert_eq!(
         (&told["format"], &told["wrong"], &told["unread"]["NEFF"]),
         (&"carmen".into(), &1.into(), &1.into())
@@ -107,6 +110,9 @@ fn what_is_wrong_in_a_log_is_told_with_its_line_and_how_to_go_on() {
     );
     let other = slate(&folder, &["bag", "import", "a.log", "--format", "rosbag1", "--out", "b.mcap"]);
     assert!(text(&other.stderr).contains("does not begin with `#ROSBAG V2.0`"), "{other:?}");
+    std::fs::write(folder.join("cut.bag"), b"#ROSBAG V2.0\n\x45\0\0").unwrap();
+    let cut = slate(&folder, &["bag", "info", "cut.bag"]);
+    assert!(text(&cut.stderr).contains("`slate bag import cut.bag --lenient"), "{cut:?}");
     let verified = slate(&folder, &["bag", "verify", "a.log"]);
     assert_eq!(verified.status.code(), Some(1), "{verified:?}");
     assert!(text(&verified.stderr).contains("`slate bag import` makes one of a log"), "{verified:?}");

@@ -9,7 +9,8 @@ use super::{Compression, Error, Reader, Selection, Writer, whole};
 use crate::logs::open;
 
 /// Copies what is selected of one or several files into one, in the order of the log times; of a file itself the order
-/// stays as it is. Attachments and metadata are copied all. Channels of the same topic, type and encoding are one.
+/// stays as it is. Attachments and metadata are copied all; a part of a run, or several, are no longer said to be a whole
+/// run. Channels of the same topic, type and encoding are one.
 /// Returns how many messages it has.
 ///
 /// # Errors
@@ -51,8 +52,9 @@ fn join<W: Write>(
         false => Compression::None,
     };
     let mut writer = Writer::new(out, out_path, &header, compression)?;
+    let is_part = sources.len() > 1 || !selection.is_all();
     for input in &mut sources {
-        input.head(&mut writer)?;
+        input.head(&mut writer, is_part)?;
     }
     let messages = merge(&mut sources, selection, &mut writer)?;
     let channels = sources.iter().flat_map(|input| input.reader.channels());
@@ -79,8 +81,15 @@ struct Held {
 }
 
 impl Input {
-    fn head<W: Write>(&mut self, writer: &mut Writer<W>) -> Result<(), Error> {
-        for metadata in self.reader.metadata()? {
+    fn head<W: Write>(&mut self, writer: &mut Writer<W>, is_part: bool) -> Result<(), Error> {
+        for mut metadata in self.reader.metadata()? {
+            // What is made again from a run, and compared with it, has all that the run wrote and nothing else.
+            if is_part
+                && metadata.name == "run"
+                && let Some(whole) = metadata.metadata.get_mut("whole")
+            {
+                *whole = "false".into();
+            }
             writer.metadata(&metadata)?;
         }
         for number in 0..self.reader.attachments() {

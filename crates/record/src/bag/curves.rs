@@ -16,7 +16,7 @@ pub fn plot(path: &Path, fields: &[String], selection: &Selection, out: &Path) -
     let mut drawn: Vec<Curve> =
         fields.iter().map(|field| Curve { name: field.clone(), points: Vec::new() }).collect();
     // What the topics meant have instead.
-    let mut others: Vec<Vec<String>> = vec![Vec::new(); fields.len()];
+    let mut others: Vec<Option<String>> = vec![None; fields.len()];
     let mut start = reader.start();
     selection.visit(&mut reader, |message| {
         let start = *start.get_or_insert(message.log_time);
@@ -30,21 +30,16 @@ pub fn plot(path: &Path, fields: &[String], selection: &Selection, out: &Path) -
                     let seconds = message.log_time.saturating_sub(start) as f64 * 1e-9;
                     drawn[i].points.push((seconds, number));
                 }
-                None if others[i].is_empty() => {
-                    let topic = &message.channel.topic;
-                    let names = value.fields(false).into_iter().map(|(name, _)| format!("{topic}/{name}"));
-                    others[i] = names.collect();
-                }
+                None if others[i].is_none() => others[i] = Some(numbers(&message.channel.topic, value)),
                 None => {}
             }
         }
         Ok(true)
     })?;
     if let Some((curve, others)) = drawn.iter().zip(&others).find(|(curve, _)| curve.points.is_empty()) {
-        let mend = match others.is_empty() {
-            true => "name a topic, as `slate bag info` lists them, and then a field".into(),
-            false => format!("there are {}", others.join(", ")),
-        };
+        let mend = others
+            .clone()
+            .unwrap_or_else(|| "name a topic, as `slate bag info` lists them, and then a field".into());
         let what = format!("it has no number `{}`; {mend}", curve.name);
         return Err(Error::Unfit { path: path.into(), what });
     }
@@ -55,4 +50,21 @@ pub fn plot(path: &Path, fields: &[String], selection: &Selection, out: &Path) -
             .map_err(|source| Error::Write { path: out.into(), source })
     })?;
     Ok(drawn.iter().map(|curve| curve.points.len()).collect())
+}
+
+/// Which numbers a message has, of a list its first one.
+fn numbers(topic: &str, value: &Value) -> String {
+    if let Value::Unread { why, .. } = value {
+        return format!("a message of `{topic}` can't be read: {why}");
+    }
+    let number = |(name, _): (String, String)| {
+        let first = format!("{name}/0");
+        let found = [name, first].into_iter().find(|way| value.number(way).is_some())?;
+        Some(format!("{topic}/{found}"))
+    };
+    let names: Vec<_> = value.fields(false).into_iter().filter_map(number).collect();
+    match names.is_empty() {
+        true => format!("`{topic}` has none at all"),
+        false => format!("there are {}", names.join(", ")),
+    }
 }

@@ -26,6 +26,11 @@ impl Selection {
         Self { topics: topics.collect(), from: None, to: None }
     }
 
+    /// Whether all messages of every file belong to it.
+    pub(super) fn is_all(&self) -> bool {
+        self.topics.is_empty() && self.from.is_none() && self.to.is_none()
+    }
+
     /// Whether the topic belongs to it.
     pub fn has(&self, topic: &str) -> bool {
         self.topics.is_empty() || self.topics.iter().any(|meant| is_meant(meant, topic))

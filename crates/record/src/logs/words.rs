@@ -29,7 +29,12 @@ impl<'a> Words<'a> {
     }
 
     pub fn number(&mut self, what: &str) -> Result<f64, String> {
-        self.parsed(what, "a number")
+        let word = self.words.clone().next().unwrap_or_default();
+        let number: f64 = self.parsed(what, "a number")?;
+        match is_overflow(word, number) {
+            true => Err(format!("`{}` should be {what}, and is too large", shortened(word))),
+            false => Ok(number),
+        }
     }
 
     pub fn whole(&mut self, what: &str) -> Result<i32, String> {
@@ -43,12 +48,11 @@ impl<'a> Words<'a> {
         for number in 0..count {
             let word = self.words.next();
             let word = word.ok_or_else(|| format!("it should have {count} {what}, and has {number}"))?;
-            let parsed = word.parse();
-            numbers.push(
-                parsed.map_err(|_| {
-                    format!("`{}` should be number {number} of {count} {what}", shortened(word))
-                })?,
-            );
+            let parsed: Option<f32> =
+                word.parse().ok().filter(|number: &f32| !is_overflow(word, (*number).into()));
+            numbers.push(parsed.ok_or_else(|| {
+                format!("`{}` should be number {number} of {count} {what}", shortened(word))
+            })?);
         }
         Ok(numbers)
     }
@@ -75,6 +79,11 @@ impl<'a> Words<'a> {
             Some(word) => Err(format!("`{}` stands behind its end", shortened(word))),
         }
     }
+}
+
+/// Whether digits became an infinity, which nobody wrote.
+fn is_overflow(word: &str, number: f64) -> bool {
+    number.is_infinite() && word.bytes().any(|byte| byte.is_ascii_digit())
 }
 
 /// Seconds as they are written, as nanoseconds: exactly, unless they have an exponent.

@@ -110,6 +110,8 @@ fn a_wrong_line_names_file_and_line_and_is_left_out_only_when_that_is_wanted() {
         ("FLASER 99999999999 1 2", "it should have 99999999999 ranges, and has 2"),
         ("FLASER -1 1 2", "`-1` should be how many ranges follow"),
         ("FLASER 2 1 two 0 0 0 0 0 0 1 host 1", "`two` should be number 1 of 2 ranges"),
+        ("FLASER 2 1 1e40 0 0 0 0 0 0 1 host 1", "`1e40` should be number 1 of 2 ranges"),
+        ("ODOM 1e400 0 0 0 0 0 1 host 1", "and is too large"),
         ("RAWLASER1 0 0 0 0 0 0 0 1 1.5 1 x 1 host 1", "`x` should be number 0 of 1 remissions"),
         ("PARAM lonely", "it should have a value, a host"),
         ("SYNC", "it ends where a tag should stand"),

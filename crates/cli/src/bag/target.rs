@@ -1,0 +1,32 @@
+//! Where a verb writes to.
+
+use std::path::{Path, PathBuf};
+
+use slate::record::bag::Error;
+
+/// Refuses what is there already unless it is to be replaced, and always a file that is read.
+pub fn free(out: &Path, inputs: &[&Path], is_forced: bool) -> Result<(), Error> {
+    let unfit = |what: &str| Err(Error::Unfit { path: out.into(), what: what.into() });
+    if let Ok(place) = out.canonicalize()
+        && inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == place))
+    {
+        return unfit("it is what is read, and can't be what is written; give `--out` another name");
+    }
+    let is_free = match std::fs::read_dir(out) {
+        Ok(mut entries) => entries.next().is_none(),
+        Err(_) => out.symlink_metadata().is_err(),
+    };
+    match is_free || is_forced {
+        true => Ok(()),
+        false => unfit("it is there already; give `--out` another name, or `--force` to replace it"),
+    }
+}
+
+/// Pictures are of one kind.
+pub fn image(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().is_some_and(|extension| extension == "svg") {
+        true => Ok(path),
+        false => Err("pictures are SVG: expected a name that ends with `.svg`".into()),
+    }
+}
