@@ -71,22 +71,24 @@ fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look
     running.fails(4, &typo, &["no property at /team/obstacle", "team/obstacles"]);
     running.fails(2, &["get", "slate://team/obstacles/facts"], &["several agents run here"]);
     // What is wrong with a link is seen before it is made.
-    for (to, from, words) in [
+    for (code, to, from, words) in [
         (
+            5,
             "scout/execute/look",
             "slate://r2/scout/finder/found",
             "sends messages, and `slate://r2/scout/finder/found`",
         ),
-        ("scout/finder/range", "slate://team/obstacles", "FactTable has no field"),
-        ("scout/atlas/obstacles", "slate://team/obstacels", "no property at /team/obstacels"),
+        (5, "scout/finder/range", "slate://team/obstacles", "FactTable has no field"),
+        (4, "scout/atlas/obstacles", "slate://team/obstacels", "no property at /team/obstacels"),
         (
+            4,
             "scout/atlas/obstacles",
             "slate://r22/scout/finder/found",
             "no agent `r22` is known here; nearest: r2",
         ),
-        ("scout/atlas/obstacles", "slate://r5/scuot/finder/fuond", "no property at slate://r5/"),
+        (4, "scout/atlas/obstacles", "slate://r5/scuot/finder/fuond", "no property at slate://r5/"),
     ] {
-        running.fails(5, &["link", to, from, "--agent", "r1", "--dry-run"], &[words]);
+        running.fails(code, &["link", to, from, "--agent", "r1", "--dry-run"], &[words]);
     }
     for (to, from) in [
         ("scout/atlas/obstacles", "slate://r5/scout/finder/found"),

@@ -125,6 +125,7 @@ visit(async () => {
   await browser.picture(page, "mapek");
   await wall.click();
   await until("avoid_wall works", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_wall" && condition === "WORKING"));
+  await until("its switch is on", () => wall.isChecked());
   await wall.click();
   await until("it is off again", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_wall" && condition === "INACTIVE"));
 

@@ -22,9 +22,10 @@ function Block({ module, interfaces, readings, active }) {
 /** A switch of a module, for who may. */
 function Switch({ module, isAllowed, fail }) {
   const isOn = module.condition !== "INACTIVE";
-  const turn = async () => {
+  // What is shown may be a second old, and a press means what the person sees.
+  const turn = async ({ target }) => {
     try {
-      await put(`/modules/${encodeURIComponent(module.name).replaceAll("%2F", "/")}`, { enabled: !isOn });
+      await put(`/modules/${encodeURIComponent(module.name).replaceAll("%2F", "/")}`, { enabled: target.checked });
       reload("/modules");
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
