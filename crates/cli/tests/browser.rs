@@ -119,6 +119,27 @@ fn exp3_shows_all_its_robots() {
     visit("exp3.cjs", &link, "exp3");
 }
 
+/// Where an example that is configuration alone lies.
+fn example(file: &str) -> String {
+    format!("{}/../../examples/{file}", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn what_a_robot_believes_of_the_world_is_on_the_map_and_a_person_corrects_it() {
+    let _turn = turn();
+    let mut running = Running::new("browser-mapping");
+    let link = open(&mut running, &example("mapping/mapping.toml"), &[]);
+    visit("mapping.cjs", &link, "mapping");
+}
+
+#[test]
+fn images_are_shown_with_what_was_found_in_them() {
+    let _turn = turn();
+    let mut running = Running::new("browser-camera");
+    let link = open(&mut running, &example("camera/camera.toml"), &[]);
+    visit("camera.cjs", &link, "camera");
+}
+
 #[test]
 fn whoever_looks_back_sees_the_past_while_the_robot_goes_on_and_can_keep_it() {
     let _turn = turn();

@@ -6,6 +6,7 @@ import { BUILT_IN, isFit, read, write } from "/layouts.js";
 import { follow, reloadAll, useAgent } from "/store.js";
 import { Head } from "/head.js";
 import { Help } from "/help.js";
+import { Palette } from "/palette.js";
 import { Banner } from "/banner.js";
 import { Bar } from "/bar.js";
 import { Workspace } from "/workspace.js";
@@ -65,6 +66,7 @@ function App() {
   const [saved, setSaved] = useState({});
   const [view, setView] = useState(wanted);
   const [help, setHelp] = useState(false);
+  const [finds, setFinds] = useState(false);
   const all = useMemo(() => ({ ...BUILT_IN, ...saved }), [saved]);
   const layout = view.layout ?? all[view.name] ?? BUILT_IN.overview;
 
@@ -95,6 +97,11 @@ function App() {
     // `g` and a letter goes to a layout; a press inside a field is meant for that.
     let goes = 0;
     const press = (event) => {
+      if (event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey) && !event.altKey && !event.shiftKey) {
+        event.preventDefault();
+        setFinds(true);
+        return;
+      }
       const inField = event.target.closest?.("input, textarea, select, [contenteditable]");
       if (inField || event.ctrlKey || event.metaKey || event.altKey) return;
       if (performance.now() - goes < 1200) {
@@ -119,10 +126,12 @@ function App() {
   return html`
     <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Go to the panels</a>
     <${Head} agent=${agent} state=${state} view=${view} layout=${layout} layouts=${all} built=${BUILT_IN} show=${show}
-      change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} />
+      change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} find=${() => setFinds(true)} />
     <${Banner} agent=${agent} state=${state} broken=${broken} />
     <${Workspace} key=${view.name} layout=${layout} panels=${panels} change=${change} />
     <${Bar} agent=${agent} />
+    ${finds && html`<${Palette} agent=${agent} layouts=${all} panels=${panels} show=${show} open=${(panel, options) => change({ ...layout, columns: [...layout.columns, { share: 1, tiles: [{ panel, share: 1, options }] }] })}
+      help=${() => setHelp(true)} close=${() => setFinds(false)} />`}
     ${help && html`<${Help} layouts=${all} close=${() => setHelp(false)} />`}`;
 }
 

@@ -64,7 +64,7 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
 
 /** The head of the page. */
 export function Head(properties) {
-  const { agent, state, view, layouts, show, help } = properties;
+  const { agent, state, view, layouts, show, help, find } = properties;
   const verdicts = useProperties().filter(({ interface: name }) => name === "Verdict");
   const names = { live: "Live", connecting: "Connecting", lost: "No connection" };
   return html`<header class="head">
@@ -76,6 +76,7 @@ export function Head(properties) {
       ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
       <span class="grow"></span>
       <${Layouts} ...${properties} />
+      <button class="quiet" onClick=${find} title="Finds everything (Ctrl K)">Find</button>
       <button class="quiet" onClick=${toggleTheme} title="Dark or light" aria-label="Dark or light">◐</button>
       <button class="quiet" onClick=${help} title="Keys (?)" aria-label="Keys">?</button>
     </div>

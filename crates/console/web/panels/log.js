@@ -1,5 +1,6 @@
 // The lines of the log, as they come.
-import { Empty, html, time, useEffect, useRef, useState, get } from "/slate.js";
+import { at, Empty, get, html, Problem, time, Trouble, useAgent, useEffect, useRef, useState } from "/slate.js";
+import { lookBack } from "/live.js";
 
 const LEVELS = ["error", "warn", "info", "debug", "trace"];
 const MOST = 2000;
@@ -9,6 +10,8 @@ function Panel({ options, setOptions }) {
   const [text, setText] = useState("");
   const [paused, setPaused] = useState(false);
   const scroll = useRef(null);
+  const [problem, setProblem] = useState(null);
+  const agent = useAgent();
   const level = options.level ?? "info";
   useEffect(() => {
     let [after, ended, timer] = [null, false, 0];
@@ -37,6 +40,19 @@ function Panel({ options, setOptions }) {
   });
   const wanted = text.toLowerCase();
   const shown = (lines ?? []).filter((line) => !wanted || line.module.toLowerCase().includes(wanted) || line.text.toLowerCase().includes(wanted));
+  // Every panel shows what was then, if the agent keeps it.
+  const jump = async (when) => {
+    try {
+      setProblem(null);
+      const { values } = await get(`${at(agent.name, "loop/state", "history")}?to=${when}&limit=1`);
+      if (!values.length) throw new Problem(0, `${time(when)} is not kept any more`, "what is kept begins at the left end of the bar below");
+      setPaused(true);
+      lookBack(agent.name, when);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      setProblem(error);
+    }
+  };
   // Who scrolls back wants to read.
   const scrolled = ({ target }) => setPaused(target.scrollHeight - target.scrollTop - target.clientHeight > 30);
   return html`
@@ -46,11 +62,12 @@ function Panel({ options, setOptions }) {
         ${LEVELS.map((name) => html`<option key=${name} value=${name}>${name}</option>`)}</select>
       ${paused && html`<button onClick=${() => setPaused(false)}>Follow</button>`}
     </div>
+    <${Trouble} problem=${problem} />
     <div class="scroll" ref=${scroll} onScroll=${scrolled} role="log" aria-live="off" aria-label="Log" tabindex="0">
       ${lines && !shown.length && html`<${Empty}>${lines.length ? "No line has that." : "No line yet of this level."}</${Empty}>`}
       <table class="log"><tbody>
         ${shown.map((line) => html`<tr key=${line.sequence} data-level=${line.level.toLowerCase()}>
-          <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}
+          <td><button class="quiet when" title="All panels show what was then" onClick=${() => jump(line.time)}>${time(line.time)}</button></td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}
       </tbody></table>
     </div>`;
 }
