@@ -21,25 +21,37 @@ visit(async () => {
   const colored = (names, off = 12) => page.evaluate(([names, off]) => {
     const style = getComputedStyle(document.documentElement);
     const colors = names.map((name) => style.getPropertyValue(`--${name}`).trim()).map((text) => [1, 3, 5].map((place) => Number.parseInt(text.slice(place, place + 2), 16)));
-    const canvas = document.querySelector(".map canvas");
-    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const shown = document.querySelector(".map canvas");
+    const { width, height } = shown;
+    const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d", { willReadFrequently: true });
+    context.drawImage(shown, 0, 0);
+    const { data } = context.getImageData(0, 0, width, height);
     let count = 0;
     for (let place = 0; place < data.length; place += 4) if (colors.some((color) => color.every((part, own) => Math.abs(part - data[place + own]) <= off))) count += 1;
     return count;
   }, [names, off]);
   // Where a place of the world is on the page, by what the page says of two pixels.
-  const box = await canvas.boundingBox();
   const told = async (left, top) => {
     await page.mouse.move(left, top);
-    const words = await until("the place under the pointer", async () => (await page.innerText(".pointer")).match(/-?\d+\.\d+/g));
-    return words.map(Number);
+    return (await page.innerText(".pointer")).match(/-?\d+\.\d+/g)?.map(Number);
   };
-  const [one, other] = [[box.x + 100, box.y + 150], [box.x + box.width - 100, box.y + box.height - 100]];
-  const [first, second] = [await told(...one), await told(...other)];
-  const pixel = (x, y) => [
-    one[0] + ((x - first[0]) / (second[0] - first[0])) * (other[0] - one[0]),
-    one[1] + ((y - first[1]) / (second[1] - first[1])) * (other[1] - one[1]),
-  ];
+  let pixel;
+  const tool = async (name) => {
+    await page.click(`button.tool:has-text('${name}')`);
+    // What a tool can be told may need a line of its own, which makes the map smaller.
+    await page.waitForTimeout(300);
+    const box = await canvas.boundingBox();
+    const [one, other] = [[box.x + 100, box.y + 150], [box.x + box.width - 100, box.y + box.height - 100]];
+    const first = await until("the place under the pointer", () => told(...one));
+    const second = await until("another place", async () => {
+      const place = await told(...other);
+      return place[0] !== first[0] && place;
+    });
+    pixel = (x, y) => [
+      one[0] + ((x - first[0]) / (second[0] - first[0])) * (other[0] - one[0]),
+      one[1] + ((y - first[1]) / (second[1] - first[1])) * (other[1] - one[1]),
+    ];
+  };
   for (const theme of ["light", "dark"]) {
     await browser.theme(page, theme);
     await until(`free and occupied cells, a way and an estimate are seen (${theme})`, async () =>
@@ -56,7 +68,7 @@ visit(async () => {
   await page.click(".map summary:has-text('Layers')");
 
   // What is painted is in the map, and in the way of the plan; and it is taken back.
-  await page.click("button.tool:has-text('Paint')");
+  await tool("Paint");
   const here = (await estimate()).pose;
   const goal = await value(`${AGENT}/r2/knowledge/goal`);
   // Beside the robot, not on it.
@@ -78,7 +90,7 @@ visit(async () => {
   await until("all is taken back", async () => at(await grid(), x, y) !== 100 || before === 100);
 
   // The pose is dragged elsewhere, and taken back.
-  await page.click("button.tool:has-text('Pose')");
+  await tool("Pose");
   const start = (await estimate()).pose;
   await page.mouse.move(...pixel(start.x, start.y));
   await page.mouse.down();
@@ -92,7 +104,7 @@ visit(async () => {
   await until("the pose is back", async () => off(await estimate(), 0, 0) < 0.45);
 
   // A goal is set, and taken back.
-  await page.click("button.tool:has-text('Goal')");
+  await tool("Goal");
   await page.mouse.click(...pixel(1.5, 1.5));
   await until("the goal is set", async () => Math.abs((await value(`${AGENT}/r2/knowledge/goal`)).x - 1.5) < 0.05);
   await page.click("button:has-text('Undo')");

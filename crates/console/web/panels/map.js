@@ -331,7 +331,7 @@ function Panel({ options, setOptions }) {
           ${Object.entries(MARKS).map(([name, title]) => html`<option key=${name} value=${name}>${title}</option>`)}</select>
         <select aria-label="Width of the brush" value=${brush} onChange=${(event) => setBrush(Number(event.target.value))}>
           ${BRUSHES.map((width) => html`<option key=${width} value=${width}>${width} m</option>`)}</select>`}
-      ${undone.length > 0 && html`<button class="tool" title=${`Takes back: ${undone.at(-1).words}`} onClick=${undo}>Undo</button>`}
+      ${tool in able && html`<button class="tool" disabled=${!undone.length} title=${undone.length ? `Takes back: ${undone.at(-1).words}` : "Nothing to take back"} onClick=${undo}>Undo</button>`}
       <button class="tool" onClick=${whole} title="All of the world (f)">Fit</button>
       ${scene.robots.length > 0 && html`<select aria-label="Follow" value=${options.follow ?? ""} onChange=${(event) => setOptions({ follow: event.target.value })}>
         <option value="">Follow none</option>${scene.robots.map(({ name }) => html`<option key=${name} value=${name}>Follow ${name}</option>`)}</select>`}
