@@ -10,7 +10,10 @@ import { Palette } from "/palette.js";
 import { Banner } from "/banner.js";
 import { Bar } from "/bar.js";
 import { Workspace } from "/workspace.js";
+import { forgetHistories } from "/history.js";
 import { keep } from "/keep.js";
+import { forget } from "/map/trails.js";
+import { isOver } from "/stop.js";
 import { select } from "/selection.js";
 
 const panels = new Map();
@@ -67,6 +70,8 @@ function App() {
   const [view, setView] = useState(wanted);
   const [help, setHelp] = useState(false);
   const [finds, setFinds] = useState(false);
+  const [run, setRun] = useState(null);
+  const [isOther, setIsOther] = useState(false);
   const all = useMemo(() => ({ ...BUILT_IN, ...saved }), [saved]);
   const layout = view.layout ?? all[view.name] ?? BUILT_IN.overview;
 
@@ -80,6 +85,15 @@ function App() {
   useEffect(() => {
     if (state === "live") reloadAll();
   }, [state]);
+  useEffect(() => {
+    if (!agent?.run || agent.run === run) return;
+    setRun(agent.run);
+    if (run === null) return;
+    forget();
+    forgetHistories();
+    isOver(true);
+    setIsOther(true);
+  }, [agent?.run]);
   useEffect(() => {
     document.title = agent ? `${agent.stopped ? "■ " : ""}${agent.name} · ${layout.title}` : "Slate";
   }, [agent?.name, agent?.stopped, layout.title]);
@@ -127,7 +141,7 @@ function App() {
     <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Go to the panels</a>
     <${Head} agent=${agent} state=${state} view=${view} layout=${layout} layouts=${all} built=${BUILT_IN} show=${show}
       change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} find=${() => setFinds(true)} />
-    <${Banner} agent=${agent} state=${state} broken=${broken} />
+    <${Banner} agent=${agent} state=${state} broken=${broken} isOther=${isOther} seen=${() => setIsOther(false)} />
     <${Workspace} key=${view.name} layout=${layout} panels=${panels} change=${change} />
     <${Bar} agent=${agent} />
     ${finds && html`<${Palette} agent=${agent} layouts=${all} panels=${panels} show=${show} open=${(panel, options) => change({ ...layout, columns: [...layout.columns, { share: 1, tiles: [{ panel, share: 1, options }] }] })}

@@ -28,6 +28,12 @@ visit(async () => {
   await page.click("button:has-text('Go live')");
   await until("the present again", async () => (await now()) > 6);
 
+  // The time of a line of the log is looked back at.
+  await page.locator(".log tr").first().click();
+  await page.click("button:has-text('Look back at')");
+  await until("the past of the line", async () => (await page.locator(".foot[data-past=true]").count()) === 1);
+  await page.click("button:has-text('Go live')");
+
   // A recording, begun and ended, and the last seconds.
   await page.click(".record");
   await until("it records", async () => /recording-1: .* values/.test(await page.innerText(".foot")));

@@ -11,6 +11,7 @@ function Panel({ options, setOptions }) {
   const [paused, setPaused] = useState(false);
   const scroll = useRef(null);
   const [problem, setProblem] = useState(null);
+  const [chosen, setChosen] = useState(null);
   const agent = useAgent();
   const level = options.level ?? "info";
   useEffect(() => {
@@ -35,11 +36,25 @@ function Panel({ options, setOptions }) {
       clearTimeout(timer);
     };
   }, [level]);
+  useEffect(() => scroll.current?.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest" }), [chosen]);
   useEffect(() => {
     if (!paused && scroll.current) scroll.current.scrollTop = scroll.current.scrollHeight;
   });
   const wanted = text.toLowerCase();
   const shown = (lines ?? []).filter((line) => !wanted || line.module.toLowerCase().includes(wanted) || line.text.toLowerCase().includes(wanted));
+  const choose = (step) => {
+    const place = shown.findIndex(({ sequence }) => sequence === chosen);
+    setPaused(true);
+    setChosen(shown[Math.max(0, Math.min(shown.length - 1, place < 0 ? shown.length - 1 : place + step))]?.sequence ?? null);
+  };
+  const line = shown.find(({ sequence }) => sequence === chosen);
+  const key = (event) => {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (step) choose(step);
+    else if (event.key === "Enter" && line) jump(line.time);
+    else return;
+    event.preventDefault();
+  };
   // Every panel shows what was then, if the agent keeps it.
   const jump = async (when) => {
     try {
@@ -60,14 +75,15 @@ function Panel({ options, setOptions }) {
       <input type="search" placeholder="Search" aria-label="Search in the log" value=${text} onInput=${(event) => setText(event.target.value)} />
       <select aria-label="Least level" value=${level} onChange=${(event) => setOptions({ level: event.target.value })}>
         ${LEVELS.map((name) => html`<option key=${name} value=${name}>${name}</option>`)}</select>
-      ${paused && html`<button onClick=${() => setPaused(false)}>Follow</button>`}
+      ${line && html`<button title="All panels show what was then (Enter)" onClick=${() => jump(line.time)}>Look back at ${time(line.time)}</button>`}
+      ${paused && html`<button onClick=${() => { setPaused(false); setChosen(null); }}>Follow</button>`}
     </div>
     <${Trouble} problem=${problem} />
-    <div class="scroll" ref=${scroll} onScroll=${scrolled} role="log" aria-live="off" aria-label="Log" tabindex="0">
+    <div class="scroll" ref=${scroll} onScroll=${scrolled} onKeyDown=${key} role="log" aria-live="off" aria-label="Log" tabindex="0">
       ${lines && !shown.length && html`<${Empty}>${lines.length ? "No line has that." : "No line yet of this level."}</${Empty}>`}
       <table class="log"><tbody>
-        ${shown.map((line) => html`<tr key=${line.sequence} data-level=${line.level.toLowerCase()}>
-          <td><button class="quiet when" title="All panels show what was then" onClick=${() => jump(line.time)}>${time(line.time)}</button></td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}
+        ${shown.map((line) => html`<tr key=${line.sequence} data-level=${line.level.toLowerCase()} aria-selected=${line.sequence === chosen ? "true" : undefined} onClick=${() => { setPaused(true); setChosen(line.sequence); }} onDblClick=${() => jump(line.time)}>
+          <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}
       </tbody></table>
     </div>`;
 }
