@@ -9,6 +9,7 @@ import { Help } from "/help.js";
 import { Palette } from "/palette.js";
 import { Banner } from "/banner.js";
 import { Bar } from "/bar.js";
+import { openedBy } from "/open.js";
 import { Workspace } from "/workspace.js";
 import { forgetHistories } from "/history.js";
 import { keep } from "/keep.js";
@@ -101,11 +102,14 @@ function App() {
   const show = (name) => {
     history.pushState(null, "", `#view=${name}`);
     setView({ name, layout: null });
+    scrollTo(0, 0);
   };
   const change = (layout) => {
     history.replaceState(null, "", `#view=${view.name}&layout=${write(layout)}`);
     setView({ name: view.name, layout });
   };
+
+  openedBy((panel, options) => change({ ...layout, columns: [...layout.columns, { share: 1, tiles: [{ panel, share: 1, options }] }] }));
 
   useEffect(() => {
     // `g` and a letter goes to a layout; a press inside a field is meant for that.
@@ -144,8 +148,7 @@ function App() {
     <${Banner} agent=${agent} state=${state} broken=${broken} isOther=${isOther} seen=${() => setIsOther(false)} />
     <${Workspace} key=${view.name} layout=${layout} panels=${panels} change=${change} />
     <${Bar} agent=${agent} />
-    ${finds && html`<${Palette} agent=${agent} layouts=${all} panels=${panels} show=${show} open=${(panel, options) => change({ ...layout, columns: [...layout.columns, { share: 1, tiles: [{ panel, share: 1, options }] }] })}
-      help=${() => setHelp(true)} close=${() => setFinds(false)} />`}
+    ${finds && html`<${Palette} agent=${agent} layouts=${all} panels=${panels} show=${show} help=${() => setHelp(true)} close=${() => setFinds(false)} />`}
     ${help && html`<${Help} layouts=${all} close=${() => setHelp(false)} />`}`;
 }
 

@@ -2,6 +2,7 @@
 import { html, useEffect, useMemo, useRef, useState } from "/lib/preact.js";
 import { post, Problem, put } from "/api.js";
 import { Dialog } from "/dialog.js";
+import { openPanel } from "/open.js";
 import { select } from "/selection.js";
 import { reload, useInterfaces, useProperties, useResource } from "/store.js";
 import { numbers } from "/schema.js";
@@ -24,8 +25,8 @@ function fit(words, text) {
   return sum + text.length / 10;
 }
 
-/** A dialog in which a few letters find everything. `open` puts a panel beside the others. */
-export function Palette({ agent, layouts, panels, show, open, help, close }) {
+/** A dialog in which a few letters find everything. */
+export function Palette({ agent, layouts, panels, show, help, close }) {
   const list = useRef(null);
   const properties = useProperties();
   const interfaces = useInterfaces();
@@ -44,14 +45,14 @@ export function Palette({ agent, layouts, panels, show, open, help, close }) {
   };
   const all = useMemo(() => [
     ...Object.entries(layouts).map(([name, { title }]) => ({ kind: "Layout", name: title, act: () => show(name) })),
-    ...[...panels.values()].map(({ id, title }) => ({ kind: "Panel", name: title, act: () => open(id, {}) })),
+    ...[...panels.values()].map(({ id, title }) => ({ kind: "Panel", name: title, act: () => openPanel(id) })),
     { kind: "Action", name: "Stop all actuators", act: stop },
     { kind: "Action", name: "Dark or light", act: toggleTheme },
     { kind: "Action", name: "Keys", act: help },
     ...(isAllowed ? [{ kind: "Action", name: "Arm all actuators", act: arm }] : []),
     ...(agent?.role === "developer" ? modules.map(({ name, condition }) => ({ kind: "Action", name: `Switch ${name} ${condition === "INACTIVE" ? "on" : "off"}`, act: enable(name, condition === "INACTIVE") })) : []),
     ...properties.map(({ path, doc }) => ({ kind: "Property", name: path, doc, act: () => (select(path), show("inspect")) })),
-    ...properties.filter(({ access }) => access === "output").flatMap(({ path, interface: name }) => numbers(interfaces[name]).map(({ pointer, unit }) => ({ kind: "Plot", name: `${path}${pointer}`, doc: unit, act: () => open("plot", { series: [`${path}${pointer}`] }) }))),
+    ...properties.filter(({ access }) => access === "output").flatMap(({ path, interface: name }) => numbers(interfaces[name]).map(({ pointer, unit }) => ({ kind: "Plot", name: `${path}${pointer}`, doc: unit, act: () => openPanel("plot", { series: [`${path}${pointer}`] }) }))),
   ], [layouts, panels, properties, interfaces, modules, agent?.role]);
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
   const found = all

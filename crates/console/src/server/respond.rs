@@ -72,8 +72,8 @@ async fn answer(
         hall.guard.check_rate()?;
     }
     if role < operation.role {
-        let message = format!("a {role} may not do this");
-        let help = format!("ask with the token of a {}", operation.role);
+        let message = format!("{} may not do this", role.one());
+        let help = format!("ask with the token of {}", operation.role.one());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
     }
     check_query(operation, &query)?;
@@ -177,6 +177,10 @@ async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Opt
     }
     if !is_taken {
         return Err(Problem::bad("this takes no body", "send none"));
+    }
+    if let Some(coding) = text(headers, CONTENT_ENCODING.as_str()).filter(|coding| coding != "identity") {
+        let message = format!("the body is coded as `{coding}`");
+        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send it as it is"));
     }
     let kind = text(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
     let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();

@@ -61,6 +61,9 @@ struct Belief {
     covariance: Matrix,
 }
 
+/// No place is farther away, m, and nobody turns a heading more often, rad.
+const FARTHEST: f64 = 2e7;
+
 #[module(stage = SensorProcess)]
 impl Module for PoseEstimator {
     type Io = PoseEstimatorIo;
@@ -99,7 +102,8 @@ impl Module for PoseEstimator {
         }
         for place in io.place.iter() {
             let pose = [place.x, place.y, place.theta];
-            if pose.iter().all(|number| number.is_finite()) {
+            // A robot that is farther away than the other side of the earth is nowhere, and so is NaN.
+            if pose.iter().all(|number| number.abs() <= FARTHEST) {
                 *belief = Belief::at(pose, params);
                 is_new = true;
             } else {

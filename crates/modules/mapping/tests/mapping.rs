@@ -50,9 +50,11 @@ fn it_begins_where_it_is_put_and_a_person_puts_it_elsewhere() {
     robot.tick();
     let estimate: PoseEstimate = robot.output("estimate").unwrap();
     assert_eq!(estimate.pose, Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
-    robot.push("place", Pose2 { x: f64::NAN, y: 0.0, theta: 0.0 });
-    robot.tick();
-    assert!(robot.output::<PoseEstimate>("estimate").is_none());
+    for (x, theta) in [(f64::NAN, 0.0), (1e9, 0.0), (0.0, 1e300), (0.0, f64::INFINITY)] {
+        robot.push("place", Pose2 { x, y: 0.0, theta });
+        robot.tick();
+        assert!(robot.output::<PoseEstimate>("estimate").is_none(), "{x} {theta}");
+    }
 }
 
 #[test]
