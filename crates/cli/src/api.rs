@@ -108,8 +108,8 @@ fn place(file: Option<&Path>) -> PathBuf {
 
 /// The agent has no such secret.
 pub fn no_token(role: Option<Role>) -> Failure {
-    let role = role.map_or("any role", Role::one);
-    let detail = format!("the agent has no secret for {role}");
+    let role = role.map_or("role", Role::name);
+    let detail = format!("the agent has no secret of a {role}");
     let help = "its configuration names those that there are: console.tokens".to_owned();
     Failure::Http { status: 401, detail, help, code: None }
 }
