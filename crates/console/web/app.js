@@ -2,7 +2,7 @@
 import { html, render, useEffect, useMemo, useState } from "/lib/preact.js";
 import { get, giveToken, Problem, token } from "/api.js";
 import { connect, connection, onConnection } from "/live.js";
-import { BUILT_IN, isFit, read, write } from "/layouts.js";
+import { BUILT_IN, isFit, read, withPanel, write } from "/layouts.js";
 import { follow, reloadAll, useAgent } from "/store.js";
 import { Head } from "/head.js";
 import { Help } from "/help.js";
@@ -109,7 +109,7 @@ function App() {
     setView({ name: view.name, layout });
   };
 
-  openedBy((panel, options) => change({ ...layout, columns: [...layout.columns, { share: 1, tiles: [{ panel, share: 1, options }] }] }));
+  openedBy((panel, options) => change(withPanel(layout, panel, options)));
 
   useEffect(() => {
     // `g` and a letter goes to a layout; a press inside a field is meant for that.

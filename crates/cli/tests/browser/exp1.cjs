@@ -54,6 +54,9 @@ visit(async () => {
   await until("a value", async () => / (m|rad)$/.test(await inspected.innerText()));
   const seen = await inspected.innerText();
   await until("the value changes", async () => (await inspected.innerText()) !== seen);
+  assert((await page.locator(".inspector tbody th").allInnerTexts()).join(" ") === "x y theta", "fields are not as their interface has them");
+  await page.click("button[aria-label='Plot theta']");
+  await until("it is plotted", async () => /rad$/.test(await page.innerText(".tile[data-panel=plot] .series b")));
   await page.fill("input[aria-label='Search for properties']", "r2");
   await page.focus("[role=row][tabindex='0']");
   await page.keyboard.press("ArrowDown");

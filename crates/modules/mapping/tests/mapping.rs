@@ -256,6 +256,24 @@ fn without_a_door_there_is_no_way_and_the_robot_stays() {
 }
 
 #[test]
+fn who_stands_too_near_to_something_gets_away_from_it() {
+    let goal = Point2 { x: -2.0, y: -1.0 };
+    let mut planner = plan(1.0..2.4, goal);
+    // Nearer to the wall than its radius.
+    planner.set("pose", Pose2 { x: -0.12, y: -1.0, theta: 0.0 });
+    planner.advance(SECOND);
+    planner.tick();
+    way(&planner, |path| {
+        assert_eq!((path.points.len(), *path.points.last().unwrap()), (2, goal), "{path:?}");
+    });
+    // Even where the map says that something stands, such as its own shadow; but never through the wall.
+    planner.set("pose", Pose2 { x: 0.05, y: -1.0, theta: 0.0 });
+    planner.advance(SECOND);
+    planner.tick();
+    way(&planner, |path| assert_eq!(path.points.last(), Some(&goal)));
+}
+
+#[test]
 fn the_next_place_is_on_the_way_and_no_farther_than_it_looks_ahead() {
     let goal = Point2 { x: 2.0, y: 0.0 };
     let planner = plan(1.0..2.4, goal);
