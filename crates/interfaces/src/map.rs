@@ -3,7 +3,7 @@ use slate_module::{Sequence, interface};
 use crate::{Point2, Pose2};
 
 /// What is where in the plane, in square cells.
-#[interface]
+#[interface(ros = "nav_msgs/msg/OccupancyGrid")]
 pub struct OccupancyGrid {
     /// The corner of the first cell, where x and y of the grid begin.
     pub origin: Pose2,
