@@ -191,6 +191,24 @@ fn what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it() {
 }
 
 #[test]
+fn what_is_lost_may_be_asked_for_while_values_come() {
+    check(3, || {
+        let channel = Channel::new(SHAPE, 2, Budget { latest: 0, queues: 1, window: 2 });
+        let mut writer = channel.writer().unwrap();
+        let reader = channel.queue(Policy::Skip, Start::Oldest).unwrap();
+        let thread = thread::spawn(move || {
+            let lost = reader.lost();
+            assert!(lost <= 1, "two of three values are kept");
+            reader
+        });
+        for value in 1..=3 {
+            assert!(write(&mut writer, value));
+        }
+        assert_eq!(thread.join().unwrap().lost(), 1);
+    });
+}
+
+#[test]
 fn an_overtaken_reader_of_a_queue_counts_what_it_lost() {
     check(3, || {
         let channel = Channel::new(SHAPE, 2, Budget { latest: 0, queues: 1, window: 2 });
