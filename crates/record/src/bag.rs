@@ -26,6 +26,7 @@ mod selection;
 mod source;
 mod summary;
 mod table;
+mod tail;
 mod value;
 pub(crate) mod whole;
 mod writer;
