@@ -10,15 +10,22 @@ use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use common::Running;
 use serde_json::Value;
 
-/// One browser at a time: each wants a machine that draws and answers at once.
-fn turn() -> MutexGuard<'static, ()> {
-    static TURN: Mutex<()> = Mutex::new(());
-    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+/// A browser wants a machine that draws and answers at once; those that look at little can share it.
+static TURN: RwLock<()> = RwLock::new(());
+
+/// One browser at a time.
+fn turn() -> RwLockWriteGuard<'static, ()> {
+    TURN.write().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// One of some.
+fn shared_turn() -> RwLockReadGuard<'static, ()> {
+    TURN.read().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What drives a browser, and what finds out whether everybody can use a page.
@@ -117,7 +124,7 @@ fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
 
 #[test]
 fn exp3_shows_all_its_robots() {
-    let _turn = turn();
+    let _turn = shared_turn();
     let mut running = Running::new("browser-exp3");
     let link = open(&mut running, "exp3", "exp3", &[]);
     visit("exp3.cjs", &link, "exp3");
@@ -159,7 +166,7 @@ fn whoever_looks_back_sees_the_past_while_the_robot_goes_on_and_can_keep_it() {
 
 #[test]
 fn a_page_that_is_open_goes_on_with_the_next_run_of_the_same_token_and_says_when_there_is_another() {
-    let _turn = turn();
+    let _turn = shared_turn();
     let mut running = Running::new("browser-restart");
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let (port, token) = (format!("console.port={port}"), running.folder().join("token"));
@@ -182,7 +189,7 @@ fn a_page_that_is_open_goes_on_with_the_next_run_of_the_same_token_and_says_when
 
 #[test]
 fn a_recording_that_is_played_is_gone_through() {
-    let _turn = turn();
+    let _turn = shared_turn();
     let mut running = Running::new("browser-replay");
     running.done(&["run", "exp1", "--headless", "--set", "record.enabled=true", "--out", "here"]);
     running.start("exp1", &["replay", "here/run.mcap", "--pause"]);

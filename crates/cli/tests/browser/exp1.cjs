@@ -237,6 +237,7 @@ visit(async () => {
   await find.fill("switch avoid_obs on");
   await page.keyboard.press("Enter");
   await until("it is switched on", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_obstacle" && condition === "WORKING"));
+  await until("the palette is closed", async () => (await page.locator("[role=dialog]").count()) === 0);
   await page.keyboard.press("?");
   await page.waitForSelector("[role=dialog][aria-label=Keys]");
   await page.keyboard.press("Escape");
