@@ -88,6 +88,15 @@ fn recomputed_modules_write_what_is_recorded_or_the_difference_is_told() {
     let whole = "r2/planner,r2/execute,r2/avoid_obstacle,r2/avoid_wall";
     let said = printed(&folder, 0, &with(&[whole]));
     assert!(said.contains("/r2/wheels/command") && !said.contains("not as it was"), "{said}");
+    // So are the messages that they send to each other.
+    let plans = said.lines().find(|line| line.starts_with("/r2/execute/plan ")).unwrap();
+    assert!(plans.ends_with(" the same") && !said.contains("nothing of"), "{said}");
+    let slower = [whole, "--set", "modules.\"r2/planner\".params.careful_speed=0.1"];
+    let said = printed(&folder, 1, &with(&slower));
+    assert!(
+        said.lines().any(|line| line.starts_with("/r2/execute/plan ") && line.contains("different")),
+        "{said}"
+    );
     let sets = ["referee", "--set", "modules.referee.params.tolerance=0.5", "--set", "record.enabled=true"];
     let said = printed(&folder, 1, &with(&sets));
     assert!(said.contains("first difference at ") && said.contains("recomputed.mcap"), "{said}");

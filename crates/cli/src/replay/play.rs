@@ -140,7 +140,7 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
     }
     if !outcome.unseen.is_empty() {
         output::line(format_args!(
-            "nothing of {} was recorded to compare: values of outputs are compared, messages that are sent are not",
+            "nothing of {} was recorded to compare: messages are compared when all who send and who takes them run",
             outcome.unseen.join(", ")
         ));
     }

@@ -45,12 +45,16 @@ impl Channel {
 
     /// Appends a value, or a message to a mailbox, as a message.
     pub fn encode(&self, items: usize, bytes: &[u8], out: &mut Vec<u8>) -> Result<(), ros::Error> {
-        let descriptor = self.descriptor;
+        ros::encode(self.descriptor, self.value(items, bytes), out)
+    }
+
+    /// The value itself, or that of a message to a mailbox.
+    pub fn value<'a>(&self, items: usize, bytes: &'a [u8]) -> &'a [u8] {
         let bytes =
             if self.access == Access::Messages { bytes.get(SENT..).unwrap_or_default() } else { bytes };
         // Behind the last item there may be bytes that only fill up.
-        let tail = descriptor.tail().map_or(0, |kind| kind.size() * items);
-        ros::encode(descriptor, bytes.get(..descriptor.size + tail).unwrap_or(bytes), out)
+        let tail = self.descriptor.tail().map_or(0, |kind| kind.size() * items);
+        bytes.get(..self.descriptor.size + tail).unwrap_or(bytes)
     }
 
     /// Whether a run of the same configuration and seed in lockstep writes the same values; what is measured on the wall

@@ -25,7 +25,7 @@ impl<'a> Lacks<'a> {
     }
 
     /// Whether the configuration leaves values of a property out, also where their numbers don't show it.
-    fn is_ruled(&self, path: &str) -> bool {
+    pub fn is_ruled(&self, path: &str) -> bool {
         self.rules.as_ref().is_some_and(|rules| thins(rules, path))
     }
 

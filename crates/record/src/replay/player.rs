@@ -127,7 +127,14 @@ impl Player {
         }
         (reel.silent, reel.inboxes) = (excerpt.silent, excerpt.inboxes);
         let text = excerpt.text;
-        let written = run.as_ref().map(|run| run.replace(&mut reel, &full, &plan.modules));
+        let (mut written, mut mailboxes) = (Written::new(), Written::new());
+        if let Some(run) = &run {
+            written = run.replace(&mut reel, &full, &plan.modules);
+            mailboxes = run.closed_mailboxes(&reel.timeline, &plan.modules);
+            let lacks = Lacks::new(run, &reel.timeline);
+            mailboxes.retain(|path, _| !lacks.is_ruled(path));
+            written.extend(mailboxes.clone());
+        }
         let mut changes = VecDeque::new();
         // Cycles are counted from the beginning.
         if is_lockstep && bounds.0 == span.0 {
@@ -136,7 +143,8 @@ impl Player {
             changes.extend(reel.timeline.changes.drain(..).filter(of_modules));
         }
         let reel = SharedReel::new(reel);
-        let witness = (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole, thin));
+        let witness =
+            (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys()));
         let (counter, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),
@@ -153,7 +161,7 @@ impl Player {
             reached: bounds.0,
             changes,
             witness,
-            written: written.unwrap_or_default(),
+            written,
         })
     }
 

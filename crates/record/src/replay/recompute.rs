@@ -1,6 +1,6 @@
 //! What modules write that run on a recording, beside what is recorded of them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -66,7 +66,8 @@ impl Recomputation {
         let is_seen = |module: &&String| {
             let writes = |own: &Recomputed| {
                 let path = own.url.trim_start_matches('/');
-                is_within(path, module) || written.get(path).is_some_and(|writers| writers.contains(*module))
+                let writers = written.get(path);
+                writers.map_or_else(|| is_within(path, module), |writers| writers.contains(*module))
             };
             self.properties.iter().any(|own| own.is_computed() && writes(own))
         };
@@ -93,6 +94,8 @@ struct Comparer {
     played: BTreeSet<String>,
     /// The track of each property that is compared, and its next value.
     tracks: BTreeMap<String, (usize, usize)>,
+    /// By mailbox whose senders all run, as does who takes them: the places of its messages that did not come yet.
+    letters: BTreeMap<String, VecDeque<usize>>,
     found: BTreeMap<String, Recomputed>,
     first: Option<Difference>,
     failure: Option<Error>,
@@ -100,7 +103,13 @@ struct Comparer {
 
 impl Witness {
     /// `thin` are properties of which not every value is recorded; on the wall clock nothing says which those are that are there.
-    pub fn new(reel: &SharedReel, is_whole: bool, thin: BTreeSet<String>) -> Self {
+    /// `mailboxes` are those whose messages are compared.
+    pub fn new(
+        reel: &SharedReel,
+        is_whole: bool,
+        thin: BTreeSet<String>,
+        mailboxes: impl Iterator<Item = String>,
+    ) -> Self {
         let mut tracks = BTreeMap::new();
         let own = reel.get();
         for (track, _) in own.played.iter().enumerate().filter(|(_, played)| played.is_none()) {
@@ -110,6 +119,13 @@ impl Witness {
             let next = own.timeline.place_after(track, own.begin.checked_sub(1));
             tracks.insert(own.timeline.tracks[track].path.clone(), (track, next));
         }
+        let mut letters: BTreeMap<_, _> = mailboxes.map(|path| (path, VecDeque::new())).collect();
+        for (place, letter) in
+            own.timeline.letters.iter().enumerate().filter(|(_, letter)| letter.time >= own.begin)
+        {
+            let mailbox = letters.get_mut(&own.timeline.mailboxes[letter.mailbox].path);
+            mailbox.into_iter().for_each(|places| places.push_back(place));
+        }
         let played = own.timeline.tracks.iter().zip(&own.played).filter(|(_, played)| played.is_some());
         let comparer = Comparer {
             played: played.map(|(track, _)| track.path.clone()).collect(),
@@ -118,6 +134,7 @@ impl Witness {
             is_whole,
             thin,
             tracks,
+            letters,
             found: BTreeMap::new(),
             first: None,
             failure: None,
@@ -150,6 +167,12 @@ impl Witness {
                 // A property that nothing was written to is there too.
                 comparer.of(&path);
                 comparer.miss(&mut reel, &path, track, next, |time| time <= end)?;
+            }
+        }
+        for (path, places) in comparer.letters.clone() {
+            let times = places.into_iter().map(|place| reel.timeline.letters[place].time);
+            for time in times.filter(|time| *time <= end) {
+                comparer.miss_letter(&path, time);
             }
         }
         Ok(Recomputation {
@@ -213,6 +236,9 @@ impl Comparer {
 
     fn compare(&mut self, channel: &Channel, items: usize, stamp: Stamp, bytes: &[u8]) -> Result<(), Error> {
         let path = channel.path.as_str();
+        if channel.access == Access::Messages {
+            return self.compare_letter(channel, items, stamp, bytes);
+        }
         let Some((track, next)) = self.tracks.get(path).copied() else {
             if self.is_whole && !self.thin.contains(path) {
                 self.of(path).only_recomputed += 1;
@@ -242,30 +268,68 @@ impl Comparer {
                 self.tracks.insert(path.to_owned(), (track, next));
                 return Ok(());
             }
-            let tail = channel.descriptor.tail().map_or(0, |kind| kind.size() * items);
-            let own = bytes.get(..channel.descriptor.size + tail).unwrap_or(bytes);
-            if recorded.bytes == own {
-                self.of(path).same += 1;
-            } else {
-                self.of(path).different += 1;
-                let (mut one, mut other) = (Vec::new(), Vec::new());
-                // Both were encoded or decoded before.
-                let _ = crate::ros::encode(channel.descriptor, &recorded.bytes, &mut one);
-                let _ = crate::ros::encode(channel.descriptor, own, &mut other);
-                let [field, recorded, replayed] = difference::field(channel.descriptor, &one, &other);
-                self.differs(Difference {
-                    time: stamp.time,
-                    url: format!("/{path}"),
-                    field,
-                    recorded,
-                    replayed,
-                });
-            }
+            self.judge(channel, stamp, &recorded.bytes, channel.value(items, bytes));
         } else if !self.thin.contains(path) {
             self.of(path).only_recomputed += 1;
             self.differs(extra(path, stamp));
         }
         self.tracks.insert(path.to_owned(), (track, next));
+        Ok(())
+    }
+
+    /// Compares a value of a property, or a message, with what is recorded.
+    fn judge(&mut self, channel: &Channel, stamp: Stamp, recorded: &[u8], own: &[u8]) {
+        let path = channel.path.as_str();
+        if recorded == own {
+            self.of(path).same += 1;
+            return;
+        }
+        self.of(path).different += 1;
+        let (mut one, mut other) = (Vec::new(), Vec::new());
+        // Both were encoded or decoded before.
+        let _ = crate::ros::encode(channel.descriptor, recorded, &mut one);
+        let _ = crate::ros::encode(channel.descriptor, own, &mut other);
+        let [field, recorded, replayed] = difference::field(channel.descriptor, &one, &other);
+        self.differs(Difference { time: stamp.time, url: format!("/{path}"), field, recorded, replayed });
+    }
+
+    /// A message that is recorded did not come.
+    fn miss_letter(&mut self, path: &str, time: u64) {
+        self.of(path).only_recorded += 1;
+        let (recorded, replayed) = ("a message".into(), "no such message".into());
+        self.differs(Difference { time, url: format!("/{path}"), field: String::new(), recorded, replayed });
+    }
+
+    /// Compares a message that was taken with the one that was taken in its place.
+    fn compare_letter(
+        &mut self,
+        channel: &Channel,
+        items: usize,
+        stamp: Stamp,
+        bytes: &[u8],
+    ) -> Result<(), Error> {
+        let path = channel.path.as_str();
+        let Some(mut places) = self.letters.remove(path) else { return Ok(()) };
+        let reel = self.reel.clone();
+        let mut reel = reel.get();
+        let has_times = self.has_times;
+        let time = |place: &usize| reel.timeline.letters[*place].time;
+        while let Some(missed) = places.pop_front_if(|place| has_times && time(place) < stamp.time) {
+            self.miss_letter(path, time(&missed));
+        }
+        let place = places.pop_front_if(|place| !has_times || time(place) == stamp.time);
+        self.letters.insert(path.to_owned(), places);
+        let Some(place) = place else {
+            self.of(path).only_recomputed += 1;
+            self.differs(Difference {
+                recorded: "no such message".into(),
+                replayed: "a message".into(),
+                ..extra(path, stamp)
+            });
+            return Ok(());
+        };
+        let (recorded, _) = reel.timeline.letter(place)?;
+        self.judge(channel, stamp, &recorded, channel.value(items, bytes));
         Ok(())
     }
 }
@@ -283,8 +347,8 @@ fn extra(path: &str, stamp: Stamp) -> Difference {
 impl Sink for Comparer {
     fn value(&mut self, channel: Option<&Channel>, _: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         let Some(channel) = channel else { return };
-        // What is set or sent is none of what is computed.
-        if !channel.repeats() || channel.access != Access::Output || self.failure.is_some() {
+        // What is set is none of what is computed.
+        if !channel.repeats() || channel.access == Access::Setting || self.failure.is_some() {
             return;
         }
         if !self.played.contains(&channel.path) {

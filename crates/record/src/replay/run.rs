@@ -10,6 +10,7 @@ use slate_runtime::recording::{Change, configuration};
 
 use super::coverage::{Coverage, some};
 use super::reel::Reel;
+use super::timeline::Timeline;
 use crate::bag::{Error, Message, Metadata, Reader};
 use crate::recorder::{CHANGE, CONFIGURATION, DROPPED, read_change};
 
@@ -172,19 +173,15 @@ impl Run {
         let mut written = Written::new();
         let order: Vec<&str> = self.stages.values().flat_map(|stage| stage.split_whitespace()).collect();
         let place = |module: &str| order.iter().position(|own| *own == module);
-        let owner = |path: &str| {
-            let owns =
-                |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
-            self.modules.keys().filter(owns).max_by_key(|name| name.len())
-        };
         for (track, played) in reel.timeline.tracks.iter().zip(&mut reel.played) {
             let gate = configuration.actuators().iter().find(|own| is_within(&track.path, &own.name.value));
             // A gate is moved by those who command it.
-            let mut writers: BTreeSet<&str> = owner(&track.path).map(String::as_str).into_iter().collect();
+            let mut writers: BTreeSet<&str> =
+                self.owner(&track.path).map(String::as_str).into_iter().collect();
             let commands = gate.into_iter().flat_map(|gate| &gate.commands).map(|url| url.value.path_in(""));
             let commands: Vec<String> = commands.collect();
             if writers.is_empty() {
-                writers.extend(commands.iter().filter_map(|path| owner(path)).map(String::as_str));
+                writers.extend(commands.iter().filter_map(|path| self.owner(path)).map(String::as_str));
                 writers
                     .extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
             }
@@ -199,6 +196,28 @@ impl Run {
             *played = Some(before.cloned().collect());
         }
         written
+    }
+
+    /// The mailboxes of modules that run whose senders run too, each with these. All that they take is sent anew.
+    pub(super) fn closed_mailboxes(&self, timeline: &Timeline, modules: &BTreeSet<String>) -> Written {
+        let mut mailboxes = Written::new();
+        for (to, from) in &self.links {
+            let path = from.trim_start_matches('/');
+            let is_property = timeline.tracks.iter().any(|track| is_within(path, &track.path));
+            let runs = self.owner(path).is_some_and(|owner| modules.contains(owner));
+            if let Some(sender) = self.owner(to).filter(|_| runs && !is_property) {
+                mailboxes.entry(path.to_owned()).or_default().insert(sender.clone());
+            }
+        }
+        mailboxes.retain(|_, senders| self.has_messages() && senders.is_subset(modules));
+        mailboxes
+    }
+
+    /// The module that a path begins with: the longest name.
+    fn owner(&self, path: &str) -> Option<&String> {
+        let owns =
+            |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
+        self.modules.keys().filter(owns).max_by_key(|name| name.len())
     }
 
     /// The agent.
