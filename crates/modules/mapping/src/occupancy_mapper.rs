@@ -124,6 +124,7 @@ impl OccupancyMapperState {
         self.odds.resize(geometry.cells(), 0);
         self.counted.clear();
         self.counted.resize(geometry.cells(), 0);
+        self.painting.make_room(&geometry);
         self.scans = 0;
         self.changed = true;
     }

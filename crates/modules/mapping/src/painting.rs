@@ -17,7 +17,7 @@ pub(crate) const BARE: i8 = -1;
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Painting {
     strokes: Vec<Stroke>,
-    /// What the cells look like by them; without any, nothing.
+    /// What the cells look like by them; nothing before somebody asks, and after one was taken back.
     #[serde(skip)]
     cells: Vec<i8>,
     #[serde(skip)]
@@ -34,6 +34,12 @@ struct Stroke {
 }
 
 impl Painting {
+    /// Room for all strokes on a map, so that none of them takes any more.
+    pub fn make_room(&mut self, geometry: &Geometry) {
+        self.strokes.reserve_exact(MOST - self.strokes.len().min(MOST));
+        self.cells.reserve_exact(geometry.cells() - self.cells.len().min(geometry.cells()));
+    }
+
     /// Takes a stroke.
     ///
     /// # Errors
@@ -58,10 +64,11 @@ impl Painting {
         for (place, point) in points.iter_mut().zip(stroke.points.iter()) {
             *place = (point.x, point.y);
         }
-        // Room for all of them, once.
-        self.strokes.reserve_exact(MOST - self.strokes.len());
-        self.strokes.push(Stroke { cell, width: stroke.width, count: stroke.points.len(), points });
-        self.cells.clear();
+        let stroke = Stroke { cell, width: stroke.width, count: stroke.points.len(), points };
+        if !self.cells.is_empty() {
+            stroke.paint(&self.of, &mut self.cells);
+        }
+        self.strokes.push(stroke);
         Ok(())
     }
 
@@ -85,14 +92,20 @@ impl Painting {
 impl Stroke {
     fn paint(&self, geometry: &Geometry, cells: &mut [i8]) {
         // A brush is never thinner than what it paints on.
-        let reach = math::max(self.width / 2.0, 0.75 * geometry.resolution);
+        let reach = math::max(self.width / 2.0 / geometry.resolution, 0.75);
         let points = &self.points[..self.count.min(POINTS)];
-        let ends = || points.iter().zip(points.iter().skip(1).chain(points.last()));
-        for row in 0..geometry.height {
-            for column in 0..geometry.width {
-                let Point2 { x, y } = geometry.middle(column, row);
-                if ends().any(|(from, to)| distance((x, y), *from, *to) <= reach) {
-                    cells[geometry.index(column, row)] = self.cell;
+        for (from, to) in points.iter().zip(points.iter().skip(1).chain(points.last())) {
+            let (from, to) = (geometry.place(from.0, from.1), geometry.place(to.0, to.1));
+            // Those that it may reach; what is outside of the map becomes its border.
+            let span = |from: f64, to: f64, most: usize| {
+                let (low, high) = (math::min(from, to) - reach, math::max(from, to) + reach);
+                (low as usize).min(most)..(high as usize).saturating_add(1).min(most)
+            };
+            for row in span(from.1, to.1, geometry.height) {
+                for column in span(from.0, to.0, geometry.width) {
+                    if distance((column as f64 + 0.5, row as f64 + 0.5), from, to) <= reach {
+                        cells[geometry.index(column, row)] = self.cell;
+                    }
                 }
             }
         }
@@ -121,6 +134,8 @@ pub(crate) fn stroke(mark: MapMark, width: f64, points: &[(f64, f64)]) -> MapStr
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
+    use proptest::prelude::*;
+
     use super::*;
 
     #[test]
@@ -142,6 +157,33 @@ mod tests {
         painting.take(&undo).unwrap();
         assert!(painting.cells(&geometry).is_empty());
         assert_eq!(painting.take(&undo), Err(MapStroke::NOTHING));
+    }
+
+    proptest! {
+        #[test]
+        fn stroke_by_stroke_is_as_all_at_once_and_as_far_as_the_brush_reaches(
+            strokes in prop::collection::vec(
+                (0..3_u8, 0.05..0.6_f64, prop::collection::vec((-1.5..2.5_f64, -1.5..2.5_f64), 1..5)), 1..6,
+            ),
+        ) {
+            let geometry = Geometry::new([0.0, 0.0], [1.0, 1.0], 0.1).unwrap();
+            let (mut each, mut all) = (Painting::default(), Painting::default());
+            for (mark, width, points) in &strokes {
+                let stroke = stroke(MapMark(*mark), *width, points);
+                each.take(&stroke).unwrap();
+                each.cells(&geometry);
+                all.take(&stroke).unwrap();
+            }
+            prop_assert_eq!(each.cells(&geometry), all.cells(&geometry));
+            let (mark, width, points) = strokes.last().unwrap();
+            let last = [100, 0, BARE][usize::from(*mark)];
+            for (cell, painted) in all.cells(&geometry).iter().enumerate() {
+                let Point2 { x, y } = geometry.middle(cell % 10, cell / 10);
+                let near = points.iter().zip(points.iter().skip(1).chain(points.last()));
+                let near = near.map(|(from, to)| distance((x, y), *from, *to)).fold(f64::INFINITY, math::min);
+                prop_assert!(near > math::max(width / 2.0, 0.075) - 1e-9 || *painted == last);
+            }
+        }
     }
 
     #[test]

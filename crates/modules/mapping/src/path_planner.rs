@@ -115,6 +115,7 @@ impl PathPlannerState {
         params: &PathPlannerParams,
     ) {
         self.points.clear();
+        self.points.reserve(geometry.cells() + 1);
         let (Some(start), Some(end)) = (geometry.cell(pose.x, pose.y), geometry.cell(goal.x, goal.y)) else {
             return;
         };

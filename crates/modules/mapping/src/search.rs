@@ -32,8 +32,11 @@ impl Search {
         self.least.resize(geometry.cells(), u32::MAX);
         self.before.clear();
         self.before.resize(geometry.cells(), NOBODY);
+        // What it takes at least to the goal never shrinks by more than a step takes, so each cell is left once, to eight others.
         self.open.clear();
+        self.open.reserve(8 * geometry.cells());
         self.way.clear();
+        self.way.reserve(geometry.cells());
         if costs[to] == BLOCKED {
             return &self.way;
         }
