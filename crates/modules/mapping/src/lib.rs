@@ -16,6 +16,7 @@
 //! "path_planner/pose" = "pose_estimator/estimate/pose"
 //! ```
 
+mod distance;
 mod geometry;
 mod occupancy_mapper;
 mod painting;

@@ -2,6 +2,7 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{OccupancyGrid, Path, Point2, Pose2};
 use slate_module::prelude::*;
 
+use crate::distance::Distances;
 use crate::geometry::{Geometry, Line};
 use crate::search::{BLOCKED, Search};
 
@@ -47,7 +48,7 @@ pub struct PathPlannerState {
     #[serde(skip)]
     costs: Vec<u16>,
     #[serde(skip)]
-    stamp: Stamp,
+    distances: Distances,
     #[serde(skip)]
     search: Search,
     #[serde(skip)]
@@ -152,34 +153,30 @@ impl PathPlannerState {
         start: (usize, usize),
         params: &PathPlannerParams,
     ) {
+        let cells = |length: f64| length / geometry.resolution;
+        let (radius, farthest) = (cells(params.radius), cells(params.radius + params.berth));
+        let is_occupied = |cell: usize| i64::from(map.data[cell]) >= params.occupied;
+        let squares = self.distances.squares(geometry.width, geometry.height, is_occupied);
         self.costs.clear();
-        self.costs.resize(geometry.cells(), 1);
-        self.stamp.fit(geometry, params);
+        self.costs.extend(squares.iter().map(|square| {
+            let square = *square as f64;
+            if square <= radius * radius {
+                BLOCKED
+            } else if square < farthest * farthest {
+                1 + (NEAREST * (farthest - square.sqrt()) / (farthest - radius)) as u16
+            } else {
+                1
+            }
+        }));
         // Where the robot is already it must be able to leave.
-        let radius = params.radius / geometry.resolution;
         let own = |column: usize, row: usize| {
             math::hypot(column.abs_diff(start.0) as f64, row.abs_diff(start.1) as f64) <= radius
         };
-        for row in 0..geometry.height {
-            for column in 0..geometry.width {
-                if i64::from(map.data[geometry.index(column, row)]) < params.occupied {
-                    continue;
-                }
-                for (across, up, cost) in &self.stamp.cells {
-                    let place = column.checked_add_signed(*across).zip(row.checked_add_signed(*up));
-                    let Some((column, row)) = place else { continue };
-                    if column < geometry.width && row < geometry.height {
-                        let cell = &mut self.costs[geometry.index(column, row)];
-                        *cell = (*cell).max(*cost);
-                    }
-                }
-            }
-        }
         let reach = radius.ceil() as usize;
         for row in start.1.saturating_sub(reach)..(start.1 + reach + 1).min(geometry.height) {
             for column in start.0.saturating_sub(reach)..(start.0 + reach + 1).min(geometry.width) {
                 let cell = geometry.index(column, row);
-                let is_free = i64::from(map.data[cell]) < params.occupied || (column, row) == start;
+                let is_free = !is_occupied(cell) || (column, row) == start;
                 if is_free && own(column, row) {
                     self.costs[cell] = self.costs[cell].min(4 * NEAREST as u16);
                 }
@@ -200,40 +197,6 @@ impl PathPlannerState {
             left -= way;
         }
         self.points.last().copied()
-    }
-}
-
-/// What the cells around one that is occupied cost: from there to across and up.
-#[derive(Clone, Debug, Default)]
-struct Stamp {
-    /// The radius and the berth that it is for, in cells.
-    of: (f64, f64),
-    cells: Vec<(isize, isize, u16)>,
-}
-
-impl Stamp {
-    /// Makes it one for these parameters, if it is not.
-    fn fit(&mut self, geometry: &Geometry, params: &PathPlannerParams) {
-        let cells = |length: f64| length / geometry.resolution;
-        let (radius, farthest) = (cells(params.radius), cells(params.radius + params.berth));
-        if self.of == (radius, farthest) && !self.cells.is_empty() {
-            return;
-        }
-        self.of = (radius, farthest);
-        self.cells.clear();
-        // No cell of the map is farther away.
-        let reach = (farthest.ceil() as usize).min(geometry.width.max(geometry.height)) as isize;
-        for up in -reach..=reach {
-            for across in -reach..=reach {
-                let distance = math::hypot(across as f64, up as f64);
-                if distance <= radius {
-                    self.cells.push((across, up, BLOCKED));
-                } else if distance <= farthest {
-                    let share = (farthest - distance) / (farthest - radius);
-                    self.cells.push((across, up, 1 + (NEAREST * share) as u16));
-                }
-            }
-        }
     }
 }
 
