@@ -24,6 +24,20 @@ impl Digest {
     /// Adds a value of the property with that place in the order of all.
     #[inline]
     pub fn add(&mut self, property: u32, value: &[u8]) {
+        // The most frequent size, for which a copy needs no call.
+        if let Ok(value) = <[u8; 8]>::try_from(value)
+            && self.waiting.len() + 12 <= TOGETHER
+        {
+            let mut both = [0; 12];
+            both[..4].copy_from_slice(&property.to_le_bytes());
+            both[4..].copy_from_slice(&value);
+            self.waiting.extend_from_slice(&both);
+        } else {
+            self.add_any(property, value);
+        }
+    }
+
+    fn add_any(&mut self, property: u32, value: &[u8]) {
         if self.waiting.len() + 4 + value.len() > TOGETHER {
             self.chain = self.value();
             self.waiting.clear();
@@ -32,13 +46,6 @@ impl Digest {
             let seed = xxh3_64_with_seed(&property.to_le_bytes(), self.chain);
             self.chain = xxh3_64_with_seed(value, seed);
             return;
-        }
-        // The most frequent size, for which a copy needs no call.
-        if let Ok(value) = <[u8; 8]>::try_from(value) {
-            let mut both = [0; 12];
-            both[..4].copy_from_slice(&property.to_le_bytes());
-            both[4..].copy_from_slice(&value);
-            return self.waiting.extend_from_slice(&both);
         }
         self.waiting.extend_from_slice(&property.to_le_bytes());
         self.waiting.extend_from_slice(value);

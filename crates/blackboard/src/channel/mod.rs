@@ -62,22 +62,25 @@ pub struct Budget {
 }
 
 /// The values of one property.
+///
+/// In this order, so that what every write and read looks at is in one cache line.
 #[derive(Debug)]
+#[repr(C, align(64))]
 pub struct Channel {
-    shape: Shape,
-    budget: Budget,
     /// The cells, and beside the first one how many values were published.
     ring: Box<[Cell]>,
-    pool: Pool,
-    /// `generation << 1 | alive`.
-    writer: AtomicU64,
-    /// How far readers are that the writer must not overtake; `IDLE` for the others.
-    cursors: Box<[AtomicU64]>,
     blockers: AtomicU32,
     /// 1 while a draft is set aside.
     aside: AtomicU32,
     /// Who sees every value.
     tap: Tapped,
+    pool: Pool,
+    shape: Shape,
+    budget: Budget,
+    /// `generation << 1 | alive`.
+    writer: AtomicU64,
+    /// How far readers are that the writer must not overtake; `IDLE` for the others.
+    cursors: Box<[AtomicU64]>,
     /// Whom to tell that handles come and go.
     hook: Hook,
     /// Handles given out, and what a writer leaves to the next. Not used on the way of a value.

@@ -51,15 +51,17 @@ pub(super) struct Header {
 
 /// Slots, made when handles are linked and never while a value is written.
 #[derive(Debug)]
+#[repr(C)]
 pub(super) struct Pool {
+    /// First, as all else is needed only when slots are made.
+    table: Box<[Entry]>,
+    ready: AtomicU32,
     /// Where the bytes are when they don't follow their slots.
     memory: Memory,
     /// Of a slot, and of the bytes that follow it.
     slot: Layout,
     /// Of the bytes that are elsewhere.
     bytes: Layout,
-    table: Box<[Entry]>,
-    ready: AtomicU32,
 }
 
 /// Where a slot is, and the value in it. Written once, so all cores keep it in their caches, and fetch a slot and its

@@ -9,8 +9,10 @@ use crate::{Shape, Stamp};
 
 /// What only the writer knows of the slots, and leaves to the next writer.
 #[derive(Debug)]
+#[repr(C)]
 pub(super) struct Ledger {
     lines: Box<[Line]>,
+    last: Stamp,
     /// The cell that the next value goes to.
     cell: usize,
     /// The slot that is worked in.
@@ -19,15 +21,17 @@ pub(super) struct Ledger {
     spare: u16,
     /// Where the search for a free slot begins.
     hint: u16,
-    last: Stamp,
     /// Slots that show lent bytes; most channels never have any.
     pub lent: Vec<Lent>,
 }
 
 /// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(align(128))]
-struct Line([Entry; 8]);
+#[repr(C, align(128))]
+struct Line([Entry; LINE]);
+
+/// Entries of a line.
+const LINE: usize = 8;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Entry {
@@ -38,14 +42,18 @@ pub(super) struct Entry {
 
 impl Ledger {
     pub fn new(limit: usize) -> Self {
-        let lines = vec![Line::default(); limit.div_ceil(8)].into();
+        let lines = vec![Line::default(); limit.div_ceil(LINE)].into();
         let last = Stamp::default();
         Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last, lent: Vec::new() }
     }
 
     #[inline]
     pub fn entry(&mut self, slot: usize) -> &mut Entry {
-        &mut self.lines[slot / 8].0[slot % 8]
+        // SAFETY: lines are nothing but their entries, one after the other. So there is one place to be looked up, and not two.
+        let entries = unsafe {
+            std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast::<Entry>(), self.lines.len() * LINE)
+        };
+        &mut entries[slot]
     }
 
     /// Counts the pins of the slot that a cell had, which has left the ring.
@@ -67,15 +75,20 @@ impl Ledger {
 const MOST_SKIPPED: u64 = 1 << 32;
 
 /// The one writer of a channel.
+///
+/// In this order, as for [`Channel`].
 #[derive(Debug)]
+#[repr(C)]
 pub struct Writer {
     pub(super) channel: Arc<Channel>,
-    pub(super) ledger: Ledger,
-    generation: u64,
     /// Bytes of a value without tail items, which most are.
     head: usize,
+    /// How many tail items fit.
+    capacity: usize,
+    generation: u64,
     /// The writer of a channel that gets the same values.
     pub(super) deeper: Option<Box<Writer>>,
+    pub(super) ledger: Ledger,
 }
 
 /// A reader that must not be overtaken has no room; nothing was lost.
@@ -118,8 +131,15 @@ impl Writer {
         let ledger = desk.ledger.take().ok_or(taken)?;
         let generation = generation + 1;
         channel.writer.store(generation << 1 | 1, Ordering::Release);
-        let head = channel.shape.bytes(0);
-        Ok(Self { channel: Arc::clone(channel), ledger, generation, head, deeper: deeper.map(Box::new) })
+        let (head, capacity) = (channel.shape.bytes(0), channel.shape.capacity);
+        let (channel, deeper) = (Arc::clone(channel), deeper.map(Box::new));
+        Ok(Self { channel, head, capacity, generation, deeper, ledger })
+    }
+
+    /// How many tail items a value may have.
+    #[inline]
+    pub fn capacity(&self) -> usize {
+        self.capacity
     }
 
     /// The bytes of a value with so many tail items.
@@ -187,7 +207,7 @@ impl Writer {
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
     #[inline(always)] // A call costs a quarter of the whole.
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
-        let items = items.min(self.channel.shape.capacity);
+        let items = items.min(self.capacity);
         self.commit(items, self.bytes(items), time, 0)
     }
 
@@ -290,7 +310,7 @@ impl Writer {
     /// As [`publish`](Writer::publish).
     #[inline(always)] // So that a copy of known size is no call either.
     pub fn write(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Stamp, Blocked> {
-        let items = items.min(self.channel.shape.capacity);
+        let items = items.min(self.capacity);
         let size = self.bytes(items);
         let length = bytes.len().min(size);
         let data = self.draft_ptr();

@@ -2,12 +2,13 @@ use super::{Descriptor, Kind};
 
 /// Where an interface holds floating-point numbers, so that a commit can check and canonicalise them quickly.
 #[derive(Clone, Debug, Default)]
+#[repr(C)]
 pub struct FloatMap {
+    /// Where the number is if there is one alone, of 64 bits. First, as then nothing else is looked at.
+    only: Option<usize>,
     singles: Vec<usize>,
     doubles: Vec<usize>,
     tail: Option<(usize, usize, Box<FloatMap>)>,
-    /// Where the number is if there is one alone, of 64 bits.
-    only: Option<usize>,
 }
 
 impl FloatMap {

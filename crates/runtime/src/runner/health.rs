@@ -140,6 +140,13 @@ impl Health {
         Condition::from_number(self.condition.load(Ordering::Relaxed))
     }
 
+    /// Whether its outputs are what the module means.
+    #[inline]
+    pub fn is_working(&self) -> bool {
+        let number = self.condition.load(Ordering::Relaxed);
+        number == Condition::Working as u8 || number == Condition::Degraded as u8
+    }
+
     pub fn set(&self, condition: Condition) {
         self.condition.store(condition as u8, Ordering::Relaxed);
     }

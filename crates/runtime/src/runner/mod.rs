@@ -90,34 +90,36 @@ pub(crate) struct Runner {
     /// What the host has set in all modules, and how much of it this one has seen.
     pub settings: Settings,
     pub settings_seen: Option<u64>,
-    pub trigger: Trigger,
     pub last_tick: u64,
-    /// When the next tick of a periodic module is due.
-    pub due: u64,
-    /// What watches over it when it is isolated.
-    pub supervised: Option<Box<Supervised>>,
     /// The step of `kind`.
     pub tick: StepCode,
     pub instance: *mut (),
-    pub frame: Box<Frame>,
+    pub frame: Frame,
+    pub slots: Box<[PortSlot]>,
     pub measured: Measured,
-    pub deadline: Option<u64>,
-    pub name: Arc<str>,
-    pub kind: ModuleKind,
-    pub health: Arc<Health>,
     pub inputs: Vec<InputPort>,
     /// The readers of `inputs`, apart from them so that a group can be pinned in one go.
     pub readers: Vec<Latest>,
     pub groups: Vec<Group>,
+    /// The readers of what is converted.
+    pub sources: Vec<Latest>,
+    pub outputs: Vec<OutputPort>,
+    pub trigger: Trigger,
+    /// When the next tick of a periodic module is due.
+    pub due: u64,
+    /// What watches over it when it is isolated.
+    pub supervised: Option<Box<Supervised>>,
+    pub deadline: Option<u64>,
+    pub name: Arc<str>,
+    pub kind: ModuleKind,
+    pub health: Arc<Health>,
     pub queues: Vec<QueuePort>,
     pub inboxes: Vec<InboxPort>,
-    pub outputs: Vec<OutputPort>,
     pub outboxes: Vec<OutboxPort>,
     /// Whether its links have changed since its last step: what they lead to is news.
     pub rewired: bool,
-    /// What links fill that do not fit as they are, and the readers of their sources.
+    /// What links fill that do not fit as they are.
     pub conversions: Vec<Conversion>,
-    pub sources: Vec<Latest>,
     /// What is pinned when a cycle begins, and not before the step.
     pub early: Vec<Group>,
     /// Services of other modules.
@@ -144,7 +146,6 @@ pub(crate) struct Runner {
     pub setup: OwnSetup,
     /// How long its end is waited for.
     pub patience: Patience,
-    pub slots: Box<[PortSlot]>,
     /// Behind `frame.random`.
     pub random: Box<Cell<Random>>,
     /// Behind `frame.host`.
@@ -184,15 +185,17 @@ const PANIC_LIMIT: u32 = 5;
 const PANIC_ROW: u64 = 100;
 
 impl Runner {
-    /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever.
+    /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever. The runner
+    /// stays where it is until the step has ended.
     pub fn call(&self) -> StepCall {
-        StepCall { tick: self.tick, instance: self.instance, frame: &raw const *self.frame }
+        StepCall { tick: self.tick, instance: self.instance, frame: &raw const self.frame }
     }
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
     #[inline]
     pub fn is_due(&mut self, now: u64) -> bool {
-        if !self.is_as_before() && !(self.look_whether_enabled() && self.is_up(now)) {
+        let is_up = self.is_as_before() || self.look_whether_enabled() && self.is_up(now);
+        if !is_up {
             return false;
         }
         match &self.trigger {

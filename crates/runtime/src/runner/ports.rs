@@ -1,11 +1,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 
+use slate_blackboard::Property;
 use slate_blackboard::channel::{QueueReader, SetAside, Writer};
 use slate_blackboard::interface::FloatMap;
 use slate_blackboard::message::{ABANDONED, Receiver, Sender, Status, Ticket};
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Property, Shape};
 use slate_module::{Delivery, Entry};
 
 use super::Health;
@@ -93,22 +93,21 @@ pub(crate) struct InboxPort {
     pub entries: Vec<Entry>,
 }
 
-/// An output.
+/// An output; in this order, as for [`Runner`](super::Runner).
+#[repr(C)]
 pub(crate) struct OutputPort {
     pub slot: usize,
-    pub property: Arc<Property>,
-    /// The memory of a value.
-    pub shape: Shape,
     /// The place of the property in the order of all, for the digest.
     pub index: u32,
-    pub writer: Writer,
-    pub floats: FloatMap,
     /// Computed only while somebody watches, and outside the digest.
     pub debug: bool,
-    pub safe: Option<Box<[u8]>>,
     /// The gate that a command passes, and as whom.
     pub actuator: Option<(Arc<Actuator>, u32)>,
     pub wakes: Vec<Arc<Wake>>,
+    pub writer: Writer,
+    pub floats: FloatMap,
+    pub property: Arc<Property>,
+    pub safe: Option<Box<[u8]>>,
     /// The slot that a late step may still write to.
     pub aside: Option<SetAside>,
 }

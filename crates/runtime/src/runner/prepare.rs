@@ -96,7 +96,7 @@ impl Runner {
     }
 
     /// Fills the frame.
-    #[inline]
+    #[inline(always)] // As for `commit`.
     fn prepare_pinned(&mut self, now: u64) {
         if self.has_company {
             self.prepare_ports(now);
@@ -118,7 +118,7 @@ impl Runner {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn prepare_ports(&mut self, now: u64) {
         if self.has_conversions {
             self.convert();
@@ -200,11 +200,11 @@ impl Runner {
         self.services.iter_mut().for_each(|service| service.prepare(now));
     }
 
-    #[inline]
+    #[inline(always)]
     fn fill_inputs(&mut self, now: u64) {
         for (input, reader) in self.inputs.iter_mut().zip(&self.readers) {
             let slot = &mut self.slots[input.slot];
-            let working = input.writer.as_ref().is_none_or(|health| health.condition().is_working());
+            let working = input.writer.as_ref().is_none_or(|health| health.is_working());
             let mut flags = if working { Flags::ALIVE } else { 0 };
             match reader.value() {
                 Some(loan) => {

@@ -58,7 +58,7 @@ impl Builder<'_, '_> {
             self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
         let doc = "How long its ticks took.";
         let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
-        let frame = Box::new(Frame {
+        let frame = Frame {
             ports: slots.as_ptr(),
             port_count: slots.len(),
             params: zeros.as_ptr(),
@@ -69,7 +69,7 @@ impl Builder<'_, '_> {
             number: 0,
             random: &raw const *random,
             host: &raw const *host,
-        });
+        };
         let patience = self.ground.patience(&name, supervised.is_some());
         let mut runner = Runner {
             condition: None,
@@ -145,7 +145,7 @@ impl Builder<'_, '_> {
                 Direction::Output | Direction::Debug | Direction::Command => {
                     let output = self.output(m, p, port)?;
                     // Who read it first may have made room for less.
-                    runner.slots[p].capacity = output.shape.capacity;
+                    runner.slots[p].capacity = output.writer.capacity();
                     runner.outputs.push(output);
                 }
                 Direction::Aspect => self.aspect(m, p, &mut runner)?,
@@ -235,7 +235,6 @@ impl Builder<'_, '_> {
         let wakes = self.wakes(&path);
         Some(OutputPort {
             slot: p,
-            shape: property.channel()?.shape(),
             property,
             index: self.ground.index,
             writer,
