@@ -14,14 +14,34 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut files = Vec::new();
     collect(&root, &mut files)?;
     files.sort();
-    let mut list = String::from("&[\n");
-    for file in files {
+    let named = |file: &PathBuf| -> Result<String, Box<dyn Error>> {
         let path = file.strip_prefix(&root)?.to_str().ok_or("a name in `web` is no UTF-8")?;
-        writeln!(list, "    ({:?}, include_bytes!({file:?})),", format!("/{path}"))?;
+        Ok(format!("/{path}"))
+    };
+    let paths = files.iter().map(named).collect::<Result<Vec<_>, _>>()?;
+    let mut list = String::from("&[\n");
+    for (path, mut file) in paths.iter().zip(files.iter().cloned()) {
+        if path == "/index.html" {
+            let page = announced(&fs::read_to_string(&file)?, &paths)?;
+            file = out.join("index.html");
+            fs::write(&file, page)?;
+        }
+        writeln!(list, "    ({path:?}, include_bytes!({file:?})),")?;
     }
     list.push_str("]\n");
     fs::write(out.join("pages.rs"), list)?;
     Ok(())
+}
+
+/// The first page with all modules in its head: so a browser asks for them at once, and not for each when it has read who
+/// imports it.
+fn announced(page: &str, paths: &[String]) -> Result<String, Box<dyn Error>> {
+    let (head, rest) = page.split_once("</head>").ok_or("index.html has no head")?;
+    let mut announced = head.to_owned();
+    for path in paths.iter().filter(|path| path.ends_with(".js") && !head.contains(path.as_str())) {
+        writeln!(announced, "  <link rel=\"modulepreload\" href=\"{path}\">")?;
+    }
+    Ok(format!("{announced}</head>{rest}"))
 }
 
 /// What a browser asks for; licences and notes stay in the repository.

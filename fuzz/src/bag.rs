@@ -12,6 +12,13 @@ pub fn run(bytes: &[u8]) {
     if let Err(error) = messages(bytes) {
         assert!(error.to_string().contains("fuzz.mcap"), "{error} names no file");
     }
+    let unfinished = Reader::unfinished(Cursor::new(bytes), "fuzz.mcap");
+    let unfinished = unfinished.and_then(|mut reader| Ok((reader.cut_off(), all(&mut reader)?)));
+    match (messages(bytes), unfinished) {
+        (Ok(count), other) => assert_eq!(other.ok(), Some((None, count)), "a whole file is not cut off"),
+        (Err(_), Ok((cut_off, _))) => assert!(cut_off.is_some(), "what is damaged is read"),
+        (Err(_), Err(error)) => assert!(error.to_string().contains("fuzz.mcap"), "{error} names no file"),
+    }
     let mut whole = Vec::new();
     let Ok(repaired) = repair_into(Cursor::new(bytes), &mut whole) else { return };
     let read = messages(&whole);
@@ -23,7 +30,10 @@ pub fn run(bytes: &[u8]) {
 
 /// How many messages a file has, when it is whole.
 fn messages(bytes: &[u8]) -> Result<u64, Error> {
-    let mut reader = Reader::new(Cursor::new(bytes), "fuzz.mcap")?;
+    all(&mut Reader::new(Cursor::new(bytes), "fuzz.mcap")?)
+}
+
+fn all(reader: &mut Reader<Cursor<&[u8]>>) -> Result<u64, Error> {
     let mut decoder = Decoder::default();
     let mut count = 0;
     while let Some(message) = reader.next_message()? {

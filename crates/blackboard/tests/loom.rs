@@ -80,6 +80,54 @@ fn two_readers_see_whole_values_in_order_and_in_the_end_the_last() {
     register(2, 3, 2);
 }
 
+/// A reader and a writer that take turns, while another reader does not. In the end a turn is given up: the late one still
+/// looks at its value while the writer goes on.
+#[test]
+fn what_a_reader_holds_stays_as_it_is_when_its_turn_ends_late() {
+    check(3, || {
+        let channel = Channel::new(SHAPE, 1, Budget { latest: 2, queues: 0, window: 0 });
+        let mut writer = channel.writer().unwrap();
+        let mut reader = Box::new(channel.latest().unwrap());
+        let mut other = channel.latest().unwrap();
+        // SAFETY: until the last turn all is done in this thread.
+        unsafe { writer.set_in_turn(true) };
+        let other = thread::spawn(move || {
+            let first = read(&mut other);
+            assert!(first <= read(&mut other));
+        });
+        for value in 1..=2 {
+            assert!(write(&mut writer, value));
+            // SAFETY: as above.
+            assert!(unsafe { reader.refresh_in_turn() });
+            assert_eq!(reader.value().as_ref().map(number), Some(value));
+        }
+        let place = Address(&raw mut *reader);
+        // SAFETY: the reader stays where it is; what it lends is not changed by who holds it.
+        let late = unsafe { (*place.0).value() }.unwrap();
+        let watchdog = thread::spawn(move || {
+            let place = place;
+            // SAFETY: the other thread has what it looks at, and looks at nothing else of the reader.
+            unsafe { (*place.0).hold() };
+            (3..=5).for_each(|value| assert!(write(&mut writer, value)));
+            writer
+        });
+        assert_eq!(number(&late), 2);
+        drop(late);
+        let mut writer = watchdog.join().unwrap();
+        // SAFETY: the turn is over, and the other thread has ended.
+        assert!(unsafe { reader.refresh_in_turn() });
+        assert_eq!(reader.value().as_ref().map(number), Some(5));
+        assert!(write(&mut writer, 6));
+        other.join().unwrap();
+    });
+}
+
+/// Where a reader is, for the thread that gives its turn up.
+struct Address(*mut Latest);
+
+// SAFETY: the test says who uses it when.
+unsafe impl Send for Address {}
+
 /// Memory that is lent, one place for each number; loom watches that nobody looks at what is given back.
 struct Places(Vec<(loom::cell::UnsafeCell<()>, [u64; 2])>);
 
@@ -187,6 +235,24 @@ fn what_is_lent_to_a_queue_is_given_back_when_no_reader_has_it() {
             places.adopt(&mut writer, value);
         }
         drop(thread.join().unwrap());
+    });
+}
+
+#[test]
+fn what_is_lost_may_be_asked_for_while_values_come() {
+    check(3, || {
+        let channel = Channel::new(SHAPE, 2, Budget { latest: 0, queues: 1, window: 2 });
+        let mut writer = channel.writer().unwrap();
+        let reader = channel.queue(Policy::Skip, Start::Oldest).unwrap();
+        let thread = thread::spawn(move || {
+            let lost = reader.lost();
+            assert!(lost <= 1, "two of three values are kept");
+            reader
+        });
+        for value in 1..=3 {
+            assert!(write(&mut writer, value));
+        }
+        assert_eq!(thread.join().unwrap().lost(), 1);
     });
 }
 

@@ -55,6 +55,7 @@ expect_caught loom readers \
     a_reader_sees_whole_values_in_order_and_in_the_end_the_last \
     two_readers_see_whole_values_in_order_and_in_the_end_the_last \
     an_overtaken_reader_of_a_queue_counts_what_it_lost
+expect_caught loom turns what_a_reader_holds_stays_as_it_is_when_its_turn_ends_late
 expect_caught loom commit a_snapshot_holds_values_of_one_commit
 expect_caught loom events an_observer_gets_events_whole_and_in_order_or_counts_them
 expect_caught loom mailbox a_message_stays_as_it_is_until_the_receiver_releases_it

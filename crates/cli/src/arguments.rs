@@ -243,7 +243,7 @@ pub struct RunOptions {
 
     /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs of a simulator go as
     /// fast as they can, unless they are one of several agents. A robot without a simulator goes with the wall clock.
-    #[arg(long, value_parser = parse_rate)]
+    #[arg(long, value_parser = parse_rate, allow_hyphen_values = true)]
     pub rate: Option<Rate>,
 
     /// What random numbers begin with.

@@ -280,7 +280,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             let (tables, unread) = bag::export_csv(file, &span.of(file, topics)?, out)?;
             for table in tables {
                 let (path, topic) = (printable(&table.path), table.topic);
-                let messages = show::counted(table.rows, "message", "messages");
+                let messages = output::counted(table.rows, "message", "messages");
                 output::line(format_args!("{path} has {messages} of {topic}"));
             }
             return Ok(all_read(file, &unread));
@@ -316,7 +316,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             output::line(format_args!(
                 "{} shows {}",
                 printable(out),
-                show::counted(points, "value", "values")
+                output::counted(points, "value", "values")
             ));
             return Ok(all_read(file, &unread));
         }
@@ -341,7 +341,7 @@ fn merge(
     let paths: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     target::free(out, &paths, force)?;
     if !prefixes.is_empty() && prefixes.len() != files.len() {
-        let (files, prefixes) = (files.len(), show::counted(prefixes.len() as u64, "prefix", "prefixes"));
+        let (files, prefixes) = (files.len(), output::counted(prefixes.len() as u64, "prefix", "prefixes"));
         let what = format!(
             "there are {files} files and {prefixes}: give `--prefix` once for each file, '' for none"
         );

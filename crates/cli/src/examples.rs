@@ -97,6 +97,8 @@ pub fn plugins() -> Vec<Plugin> {
         slate_wheeled::plugin(),
         slate_adaptation::plugin(),
         slate_arcos::plugin(),
+        slate_mapping::plugin(),
+        slate_vision::plugin(),
         slate_exp3::plugin(),
         slate_team::plugin(),
     ]

@@ -47,8 +47,6 @@ pub enum Failure {
     #[error("{0}")]
     Record(#[from] slate::record::RecordError),
     #[error("{0}")]
-    Recording(#[from] slate::record::replay::ReadError),
-    #[error("{0}")]
     Bag(#[from] slate::record::bag::Error),
     #[cfg(feature = "console")]
     #[error("{0}")]

@@ -73,6 +73,11 @@ pub fn has_colour(stream: &impl IsTerminal) -> bool {
     variable("NO_COLOR").is_none() && (is_forced || stream.is_terminal())
 }
 
+/// So many of something.
+pub fn counted(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 /// Prints a value as JSON, in a line.
 pub fn json(value: &impl serde::Serialize) {
     match serde_json::to_string(value) {

@@ -4,17 +4,28 @@
 
 mod common;
 
+use std::fs::Permissions;
+use std::io::{BufRead, BufReader};
+use std::net::TcpListener;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::process::{Command, Output, Stdio};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use common::Running;
 use serde_json::Value;
 
-/// One browser at a time: each wants a machine that draws and answers at once.
-fn turn() -> MutexGuard<'static, ()> {
-    static TURN: Mutex<()> = Mutex::new(());
-    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+/// A browser wants a machine that draws and answers at once; those that look at little can share it.
+static TURN: RwLock<()> = RwLock::new(());
+
+/// One browser at a time.
+fn turn() -> RwLockWriteGuard<'static, ()> {
+    TURN.write().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// One of some.
+fn shared_turn() -> RwLockReadGuard<'static, ()> {
+    TURN.read().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What drives a browser, and what finds out whether everybody can use a page.
@@ -61,13 +72,13 @@ const ENDLESS: [&str; 4] =
     ["--set", "modules.referee.params.time_limit=600.0", "--set", "modules.referee.params.tolerance=1e-9"];
 
 /// A run, and the link that it prints.
-fn open(running: &mut Running, example: &str, arguments: &[&str]) -> String {
+fn open(running: &mut Running, agent: &str, example: &str, arguments: &[&str]) -> String {
     // A panel that the project has beside its configuration.
     let panels = running.folder().join("console/panels");
     std::fs::create_dir_all(&panels).unwrap();
     std::fs::write(panels.join("clearance.js"), include_str!("browser/clearance.js")).unwrap();
     let first = ["run", example, "--headless", "--rate", "realtime", "--set", "console.port=0"];
-    running.start(example, &[&first, arguments].concat());
+    running.start(agent, &[&first, arguments].concat());
     link(running)
 }
 
@@ -86,25 +97,25 @@ fn link(running: &Running) -> String {
 
 /// Goes there with a browser.
 fn visit(script: &str, link: &str, agent: &str) {
+    run(&mut browser(script, link, agent), "the page does not do what it shall");
+}
+
+/// What goes there with a browser.
+fn browser(script: &str, link: &str, agent: &str) -> Command {
     let pictures = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-pictures");
     std::fs::create_dir_all(&pictures).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser").join(script);
-    run(
-        Command::new("node")
-            .arg(script)
-            .arg(link)
-            .args([&pictures, &chromium()])
-            .arg(agent)
-            .env("NODE_PATH", packages().join("node_modules")),
-        "the page does not do what it shall",
-    );
+    let mut command = Command::new("node");
+    command.arg(script).arg(link).args([&pictures, &chromium()]).arg(agent);
+    command.env("NODE_PATH", packages().join("node_modules"));
+    command
 }
 
 #[test]
 fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
     let _turn = turn();
     let mut running = Running::new("browser-exp1");
-    let link = open(&mut running, "exp1", &ENDLESS);
+    let link = open(&mut running, "exp1", "exp1", &ENDLESS);
     visit("exp1.cjs", &link, "exp1");
     assert!(running.folder().join("console/layouts/times-and-clearance.json").is_file());
     // That the browser is gone changes nothing.
@@ -113,23 +124,72 @@ fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
 
 #[test]
 fn exp3_shows_all_its_robots() {
-    let _turn = turn();
+    let _turn = shared_turn();
     let mut running = Running::new("browser-exp3");
-    let link = open(&mut running, "exp3", &[]);
+    let link = open(&mut running, "exp3", "exp3", &[]);
     visit("exp3.cjs", &link, "exp3");
+}
+
+/// Where an example that is configuration alone lies.
+fn example(file: &str) -> String {
+    format!("{}/../../examples/{file}", env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn what_a_robot_believes_of_the_world_is_on_the_map_and_a_person_corrects_it() {
+    let _turn = turn();
+    let mut running = Running::new("browser-mapping");
+    let link = open(&mut running, "mapping", &example("mapping/mapping.toml"), &[]);
+    visit("mapping.cjs", &link, "mapping");
+}
+
+#[test]
+fn images_are_shown_with_what_was_found_in_them() {
+    let _turn = turn();
+    let mut running = Running::new("browser-camera");
+    let link = open(&mut running, "camera", &example("camera/camera.toml"), &[]);
+    visit("camera.cjs", &link, "camera");
 }
 
 #[test]
 fn whoever_looks_back_sees_the_past_while_the_robot_goes_on_and_can_keep_it() {
     let _turn = turn();
     let mut running = Running::new("browser-past");
-    let link = open(&mut running, "exp1", &[&ENDLESS[..], &["--set", "record.flight.keep=\"60s\""]].concat());
+    let link = open(
+        &mut running,
+        "exp1",
+        "exp1",
+        &[&ENDLESS[..], &["--set", "record.flight.keep=\"60s\""]].concat(),
+    );
     visit("record.cjs", &link, "exp1");
 }
 
 #[test]
+fn a_page_that_is_open_goes_on_with_the_next_run_of_the_same_token_and_says_when_there_is_another() {
+    let _turn = shared_turn();
+    let mut running = Running::new("browser-restart");
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let (port, token) = (format!("console.port={port}"), running.folder().join("token"));
+    std::fs::write(&token, "0123456789abcdef0123456789abcdef").unwrap();
+    std::fs::set_permissions(&token, Permissions::from_mode(0o600)).unwrap();
+    let tokens = format!("console.tokens={{developer={token:?}}}");
+    let kept = [&ENDLESS[..], &["--set", &port, "--set", &tokens]].concat();
+    let link = open(&mut running, "exp1", "exp1", &kept);
+    let mut page = browser("restart.cjs", &link, "exp1").stdout(Stdio::piped()).spawn().unwrap();
+    for line in BufReader::new(page.stdout.take().unwrap()).lines() {
+        match line.unwrap().as_str() {
+            "kill" => running.kill(),
+            "again" => drop(open(&mut running, "exp1", "exp1", &kept)),
+            "other" => drop(open(&mut running, "exp1", "exp1", &[&ENDLESS[..], &["--set", &port]].concat())),
+            other => panic!("the page's test says {other}"),
+        }
+    }
+    assert!(page.wait().unwrap().success(), "the page does not do what it shall");
+}
+
+#[test]
 fn a_recording_that_is_played_is_gone_through() {
-    let _turn = turn();
+    let _turn = shared_turn();
     let mut running = Running::new("browser-replay");
     running.done(&["run", "exp1", "--headless", "--set", "record.enabled=true", "--out", "here"]);
     running.start("exp1", &["replay", "here/run.mcap", "--pause"]);

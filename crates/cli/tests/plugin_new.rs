@@ -3,23 +3,7 @@
 
 mod common;
 
-use std::path::Path;
-use std::process::Command;
-
-use common::{Running, folder, json, slate, text};
-
-/// Calls cargo in the new crate. What it builds is kept for the next time, and nothing is downloaded.
-fn cargo(folder: &Path, verb: &str) -> String {
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target");
-    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".into()))
-        .args([verb, "--offline"])
-        .current_dir(folder)
-        .env("CARGO_TARGET_DIR", &target)
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    text(&output.stdout)
-}
+use common::{Running, built_plugin, cargo, folder, json, slate, text};
 
 #[test]
 fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
@@ -32,7 +16,7 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
     assert!(crate_folder.join(".gitignore").is_file());
     assert!(cargo(&crate_folder, "test").contains("4 passed"));
     cargo(&crate_folder, "build");
-    let built = Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target/debug/libwall_follower.so");
+    let built = built_plugin("libwall_follower.so");
     let built = built.to_str().unwrap();
     let info = running.done(&["plugin", "info", built]);
     for words in ["wall-follower 0.1.0", "wall_follower (Act)", "command  wheels", "WheelSpeeds"] {

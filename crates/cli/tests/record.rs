@@ -13,6 +13,7 @@ use mcap::read::{LinearReader, Options};
 use mcap::records::{Metadata, Record};
 use mcap::{Message, MessageStream, Summary};
 use serde_json::Value;
+use slate::record::bag::{Compression, Reader, Writer};
 use slate::record::ros::Schema;
 
 const ON: [&str; 2] = ["--set", "record.enabled=true"];
@@ -33,6 +34,12 @@ fn metadata(file: &[u8]) -> BTreeMap<String, BTreeMap<String, String>> {
     let summary = Summary::read(file).unwrap().unwrap();
     let read = |index| mcap::read::metadata(file, index).unwrap();
     summary.metadata_indexes.iter().map(read).map(|Metadata { name, metadata }| (name, metadata)).collect()
+}
+
+/// Makes a recorded run again: what is said of it in JSON, and the exit code.
+fn verified(folder: &Path, file: &str) -> (Value, Option<i32>) {
+    let output = slate(folder, &["replay", "--verify", "--json", file]);
+    (common::json(&output), output.status.code())
 }
 
 /// Makes a recorded run again: what is said of it, and the exit code.
@@ -101,10 +108,24 @@ fn a_recording_changes_nothing_of_the_run_and_the_run_can_be_made_again() {
     let cycles = format!(" values in {} cycles", summary["ticks"]);
     assert!(said.starts_with("identical, ") && said.contains(&cycles), "{said}");
     assert_eq!(code, Some(0));
+    let (told, code) = verified(&folder, "here/run.mcap");
+    assert_eq!((&told["schema"], &told["outcome"]), (&"slate.verify/1".into(), &"identical".into()));
+    assert_eq!((&told["cycles"], &told["whole"]), (&summary["ticks"], &true.into()));
+    assert!(said.starts_with(&format!("identical, {} values", told["values"])) && code == Some(0), "{told}");
 }
 
 /// Writes a recording anew with another message in the place of one.
 fn changed(file: &[u8], topic: &str, number: u32, change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
+    copied(file, |message| {
+        if message.channel.topic == topic && message.sequence == number {
+            change(message.data.to_mut());
+        }
+        true
+    })
+}
+
+/// Writes a recording anew with those messages, as a program that knows nothing of runs does.
+fn copied(file: &[u8], mut keep: impl FnMut(&mut Message<'_>) -> bool) -> Vec<u8> {
     let mut out = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new().compression(None).profile("ros2").create(&mut out).unwrap();
     let summary = Summary::read(file).unwrap().unwrap();
@@ -115,10 +136,9 @@ fn changed(file: &[u8], topic: &str, number: u32, change: impl Fn(&mut Vec<u8>))
         writer.attach(&mcap::read::attachment(file, index).unwrap()).unwrap();
     }
     for mut message in messages(file) {
-        if message.channel.topic == topic && message.sequence == number {
-            change(message.data.to_mut());
+        if keep(&mut message) {
+            writer.write(&message).unwrap();
         }
-        writer.write(&message).unwrap();
     }
     writer.finish().unwrap();
     drop(writer);
@@ -139,6 +159,12 @@ fn the_first_value_that_differs_is_named_with_its_field() {
     let expected = "first difference at 0.980 s: /simulator/r2/truth/y: recorded 7.0, replayed ";
     assert!(said.starts_with(expected), "{said}");
     assert_eq!(code, Some(1));
+    let (told, code) = verified(&folder, "other.mcap");
+    assert_eq!((&told["outcome"], &told["whole"], code), (&"different".into(), &true.into(), Some(1)));
+    let first = &told["first"];
+    assert_eq!((&first["url"], &first["field"]), (&"/simulator/r2/truth".into(), &"y".into()));
+    assert_eq!((&first["time"], &first["recorded"]), (&980_000_000.into(), &"7.0".into()));
+    assert!(expected.len() < said.len() && said.contains(first["replayed"].as_str().unwrap()), "{told}");
     let same = changed(&file, "/simulator/r2/truth", 50, |_| {});
     std::fs::write(folder.join("same.mcap"), same).unwrap();
     assert_eq!(verify(&folder, "same.mcap").1, Some(0));
@@ -156,8 +182,137 @@ fn only_what_is_selected_is_recorded_and_that_is_not_enough_to_make_the_run_agai
         assert!(is_own || topic.starts_with("/r2/") && !topic.ends_with("/timing"), "{topic}");
     }
     let (said, code) = verify(&folder, "here/run.mcap");
-    assert!(said.contains("not covered: only a part of the values is recorded"), "{said}");
+    assert!(
+        said.contains("not covered: it is not a whole run: only a part of the values is recorded"),
+        "{said}"
+    );
     assert_eq!(code, Some(2));
+}
+
+#[test]
+fn a_part_of_a_recording_is_not_judged_and_what_is_missing_is_named() {
+    let folder = folder("record-part");
+    let (file, _) = recorded(&folder, &["--seed", "8"]);
+    let done = |arguments: &[&str]| assert!(slate(&folder, arguments).status.success(), "{arguments:?}");
+    done(&["bag", "filter", "here/run.mcap", "--topics", "/r2/**", "--out", "part.mcap"]);
+    let (told, code) = verified(&folder, "part.mcap");
+    assert_eq!((&told["outcome"], code), (&"not_covered".into(), Some(2)));
+    let reason = told["reason"].as_str().unwrap();
+    assert!(
+        reason.contains("nothing is in it of /simulator/") && reason.contains("slate bag filter"),
+        "{reason}"
+    );
+    done(&["bag", "filter", "here/run.mcap", "--from", "1", "--out", "late.mcap"]);
+    let (said, code) = verify(&folder, "late.mcap");
+    assert!(said.contains("not all is in it of") && code == Some(2), "{said}");
+    done(&["run", "exp1", "--headless", "--seed", "9", "--set", "record.enabled=true", "--out", "there"]);
+    done(&["bag", "merge", "here/run.mcap", "there/run.mcap", "--interleave", "--out", "both.mcap"]);
+    let (said, code) = verify(&folder, "both.mcap");
+    assert!(said.contains("recordings of several runs are merged in it") && code == Some(2), "{said}");
+    // Copies by a program that knows nothing of runs.
+    let bytes = std::fs::read(file).unwrap();
+    let is_sonar = |message: &Message<'_>| message.channel.topic == "/simulator/r2/sonar";
+    let thin = copied(&bytes, |message| !is_sonar(message) || message.sequence % 3 > 0);
+    std::fs::write(folder.join("thin.mcap"), thin).unwrap();
+    let (said, code) = verify(&folder, "thin.mcap");
+    assert!(said.contains("values that were recorded") && said.contains("/simulator/r2/sonar ("), "{said}");
+    assert_eq!(code, Some(2));
+    let without = copied(&bytes, |message| !is_sonar(message));
+    std::fs::write(folder.join("without.mcap"), without).unwrap();
+    let (said, code) = verify(&folder, "without.mcap");
+    let named = said
+        .split_once("nothing is in it of ")
+        .is_some_and(|(_, named)| named.contains("/simulator/r2/sonar"));
+    assert!(named && code == Some(2), "{said}");
+    // Nor do modules run on that, unless somebody wants it.
+    for (file, words) in
+        [("thin.mcap", "values of /simulator/r2/sonar"), ("without.mcap", "nothing of /simulator/r2/sonar")]
+    {
+        let replay =
+            ["replay", file, "--rate", "max", "--recompute", "r2/avoid_obstacle,r2/planner,r2/execute"];
+        for arguments in [&replay[..], &["try", "r2/avoid_obstacle", "--bag", file]] {
+            let output = slate(&folder, arguments);
+            let said = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{said}");
+            assert!(said.contains(words) && said.contains("--partial"), "{said}");
+        }
+        let output = slate(&folder, &[&replay[..], &["--partial"]].concat());
+        let said = text(&output.stdout) + &text(&output.stderr);
+        assert!(said.contains("not as it was: ") && said.contains(words), "{said}");
+        let is_told = said.contains("first difference") && output.status.code() == Some(2)
+            || said.contains("identical, from less than they had then");
+        assert!(is_told, "{said}");
+    }
+}
+
+#[test]
+fn a_damaged_recording_is_not_judged_and_one_that_is_cut_off_is_as_far_as_it_goes() {
+    let folder = folder("record-damaged");
+    let (file, _) = recorded(&folder, &["--seed", "10"]);
+    let bytes = std::fs::read(file).unwrap();
+    let refused = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.join(name), bytes).unwrap();
+        let (said, code) = verify(&folder, name);
+        assert!(said.contains("is damaged at byte") && said.contains("slate bag repair"), "{name}: {said}");
+        assert_eq!(code, Some(2), "{name}: {said}");
+    };
+    refused("twice.mcap", &[&bytes[..], &bytes[..]].concat());
+    refused("joined.mcap", &[&bytes[..bytes.len() / 2], &bytes[..]].concat());
+    let chunks = Summary::read(&bytes).unwrap().unwrap().chunk_indexes;
+    let begin = chunks[chunks.len() / 2].chunk_start_offset as usize;
+    // The frame of a chunk, its head, its records, and what is behind all chunks.
+    let places = [begin, begin + 1, begin + 4, begin + 12, begin + 40, begin + 500, bytes.len() - 3];
+    for (place, bit) in places.into_iter().flat_map(|place| [(place, 2), (place, 6)]) {
+        let mut flipped = bytes.clone();
+        flipped[place] ^= 1 << bit;
+        refused("flipped.mcap", &flipped);
+        // So it is when the file is cut off, too.
+        if place < bytes.len() / 4 * 3 {
+            refused("flipped.mcap", &flipped[..bytes.len() / 4 * 3]);
+        }
+    }
+    std::fs::write(folder.join("cut.mcap"), &bytes[..bytes.len() / 2]).unwrap();
+    let (said, code) = verify(&folder, "cut.mcap");
+    assert!(
+        said.starts_with("identical, ") && said.contains(", up to where the recording was cut off"),
+        "{said}"
+    );
+    assert_eq!(code, Some(0));
+    let (told, code) = verified(&folder, "cut.mcap");
+    assert_eq!((&told["outcome"], &told["whole"], code), (&"identical".into(), &false.into(), Some(0)));
+    assert!(told["values"].as_u64().unwrap() > 1000, "{told}");
+    // There is nothing in it but what is known before the run.
+    let first = chunks.iter().map(|chunk| chunk.chunk_start_offset).min().unwrap() as usize;
+    std::fs::write(folder.join("none.mcap"), &bytes[..first]).unwrap();
+    let (told, code) = verified(&folder, "none.mcap");
+    assert_eq!(
+        (&told["outcome"], &told["whole"], code),
+        (&"nothing_to_compare".into(), &false.into(), Some(2))
+    );
+    let (said, code) = verify(&folder, "none.mcap");
+    assert!(said.contains("nothing to compare: none.mcap has no value") && code == Some(2), "{said}");
+}
+
+#[test]
+fn a_compressed_copy_is_made_again_like_the_recording_itself() {
+    let folder = folder("record-compressed");
+    let (file, _) = recorded(&folder, &["--seed", "11"]);
+    let mut reader = Reader::open(&file).unwrap();
+    let mut writer = Writer::new(Vec::new(), "small.mcap", reader.header(), Compression::Lz4).unwrap();
+    while let Some(message) = reader.next_message().unwrap() {
+        message.schema.map(|schema| writer.schema(schema)).transpose().unwrap();
+        writer.channel(message.channel).unwrap();
+        let (sequence, time) = (message.sequence, message.log_time);
+        writer.message(message.channel.id, sequence, time, message.publish_time, message.data).unwrap();
+    }
+    reader.metadata().unwrap().iter().for_each(|metadata| writer.metadata(metadata).unwrap());
+    for number in 0..reader.attachments() {
+        writer.attachment(&reader.attachment(number).unwrap().unwrap()).unwrap();
+    }
+    let bytes = writer.finish().unwrap();
+    assert!(bytes.len() < std::fs::metadata(&file).unwrap().len() as usize);
+    std::fs::write(folder.join("small.mcap"), bytes).unwrap();
+    assert_eq!(verify(&folder, "small.mcap"), verify(&folder, "here/run.mcap"));
 }
 
 /// The run goes on for this long, whatever happens, and it is quick enough for a test.
@@ -354,7 +509,7 @@ fn a_file_that_is_no_recording_is_refused_in_words() {
     let folder = folder("record-none");
     std::fs::write(folder.join("none.mcap"), "no recording").unwrap();
     let (said, code) = verify(&folder, "none.mcap");
-    assert!(said.contains("the recording none.mcap can't be read: "), "{said}");
+    assert!(said.contains("`none.mcap` is no MCAP file: it begins with"), "{said}");
     assert_eq!(code, Some(2));
     let (said, code) = verify(&folder, "nowhere.mcap");
     assert!(said.contains("nowhere.mcap") && code == Some(2), "{said}");

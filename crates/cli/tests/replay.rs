@@ -5,7 +5,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{Running, exp1, folder, json, slate, text, wait_for};
+use common::{Running, built_plugin, cargo, exp1, folder, json, slate, text, wait_for};
 
 /// A recording of EXP1 in a folder.
 fn recorded(folder: &Path) -> PathBuf {
@@ -144,6 +144,95 @@ fn a_module_is_tried_on_a_recording() {
     let said =
         printed(&folder, 2, &["try", "pass_position", "--bag", "here/run.mcap", "--link", "positoin=/a/b"]);
     assert!(said.contains("positoin"), "{said}");
+}
+
+#[test]
+fn a_module_that_only_sends_messages_is_not_called_identical() {
+    let folder = folder("try-messages");
+    recorded(&folder);
+    let said = printed(&folder, 2, &["try", "r2/avoid_wall", "--bag", "here/run.mcap"]);
+    let words = "nothing of r2/avoid_wall was recorded to compare";
+    assert!(said.contains(words) && !said.contains("identical"), "{said}");
+    let replay = ["replay", "here/run.mcap", "--rate", "max", "--recompute"];
+    let said = printed(&folder, 2, &[&replay[..], &["r2/avoid_wall"]].concat());
+    assert!(said.contains(words) && !said.contains("identical"), "{said}");
+    // Beside one that writes values, it is told of which of them nothing is known.
+    let said = printed(&folder, 0, &[&replay[..], &["r2/avoid_wall,r2/pass_position"]].concat());
+    assert!(said.contains(words) && said.contains("identical"), "{said}");
+    let output = slate(&folder, &[&replay[..], &["r2/avoid_wall,r2/pass_position", "--json"]].concat());
+    assert_eq!(json(&output)["unseen"], serde_json::json!(["r2/avoid_wall"]));
+}
+
+#[test]
+fn a_rate_is_a_positive_factor() {
+    let folder = folder("replay-rate");
+    for rate in ["-1", "0", "nan", "inf", "fast"] {
+        for arguments in [
+            &["replay", "run.mcap", "--rate", rate][..],
+            &["replay", "rate", rate],
+            &["run", "exp1", "--headless", "--rate", rate],
+        ] {
+            let said = printed(&folder, 2, arguments);
+            assert!(said.contains("expected `realtime`, `max` or a positive factor such as 5"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn one_is_counted_as_one() {
+    let folder = folder("replay-one");
+    recorded(&folder);
+    let one = ["--rate", "max", "--start", "0", "--end", "0", "--select", "/simulator/r2/truth"];
+    let said = printed(&folder, 0, &[&["replay", "here/run.mcap"][..], &one].concat());
+    assert!(said.contains("1 value in 1 cycle, up to"), "{said}");
+}
+
+#[test]
+fn a_module_is_tried_with_the_code_of_a_library() {
+    let folder = folder("try-library");
+    assert!(slate(&folder, &["plugin", "new", "lane-keeper"]).status.success());
+    let project = folder.join("lane-keeper");
+    cargo(&project, "build");
+    let built = built_plugin("liblane_keeper.so");
+    // As the configuration of the project has it.
+    let (first, place) = (folder.join("first.so"), project.join("target/debug/liblane_keeper.so"));
+    std::fs::create_dir_all(place.parent().unwrap()).unwrap();
+    std::fs::copy(&built, &first).unwrap();
+    std::fs::copy(&built, &place).unwrap();
+    let run = ["run", "lane-keeper/lane-keeper.toml", "--headless", "--out", "here"];
+    slate(&folder, &[&run[..], &["--set", "record.enabled=true"]].concat());
+    let tried = ["try", "lane_keeper", "--bag", "here/run.mcap", "--library"];
+    let said = printed(&folder, 0, &[&tried[..], &["first.so"]].concat());
+    assert!(said.contains("/wheels/command") && said.contains("identical"), "{said}");
+    // The new code goes backwards.
+    let source = project.join("src/lib.rs");
+    let code = std::fs::read_to_string(&source).unwrap();
+    let changed =
+        code.replace("let wheel = |speed: f64| speed / params", "let wheel = |speed: f64| -speed / params");
+    assert_ne!(code, changed);
+    std::fs::write(&source, changed).unwrap();
+    cargo(&project, "build");
+    std::fs::copy(&built, folder.join("second.so")).unwrap();
+    let said = printed(&folder, 1, &[&tried[..], &["second.so"]].concat());
+    assert!(said.contains("first difference at ") && said.contains("/wheels/command"), "{said}");
+    // On the recording of another robot, which has no such module.
+    recorded(&folder.join("here"));
+    let other = ["try", "lane_keeper", "--bag", "here/here/run.mcap", "--library", "first.so"];
+    let links = [
+        "--link",
+        "position=/simulator/r2/position",
+        "--link",
+        "orientation=/simulator/r2/orientation",
+        "--set",
+        "modules.lane_keeper.inputs.target={x=1.0,y=0.0}",
+    ];
+    let said = printed(&folder, 0, &[&other[..], &links].concat());
+    assert!(said.contains("lane_keeper (lane_keeper) on here/here/run.mcap: "), "{said}");
+    std::fs::write(folder.join("none.so"), "no library").unwrap();
+    let said = printed(&folder, 2, &[&tried[..], &["none.so"]].concat());
+    assert!(said.contains("none.so"), "{said}");
+    let said = printed(&folder, 2, &[&tried[..], &["nowhere.so"]].concat());
+    assert!(said.contains("nowhere.so"), "{said}");
 }
 
 #[test]

@@ -1,8 +1,12 @@
 //! The files of the console's page. A browser gets them without a token: they hold no secret, and ask for what they show with one.
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use serde_json::json;
 
 use crate::context::Page;
@@ -26,11 +30,14 @@ pub(crate) struct Pages {
     /// Instead of what is built in.
     assets: Option<PathBuf>,
     project: PathBuf,
+    /// The files that are built in, made smaller when somebody asks for them first.
+    small: Vec<OnceLock<Vec<u8>>>,
 }
 
 impl Pages {
     pub fn new(given: Vec<Page>, assets: Option<PathBuf>) -> Self {
-        Self { given, assets, project: PROJECT.into() }
+        let small = BUILT_IN.iter().map(|_| OnceLock::new()).collect();
+        Self { given, assets, project: PROJECT.into(), small }
     }
 
     /// The page at a path.
@@ -52,6 +59,18 @@ impl Pages {
             BUILT_IN.iter().find(|(known, _)| *known == path)?.1.to_vec()
         };
         Some(Page { path: path.into(), kind: kind.into(), content })
+    }
+
+    /// The same page with gzip, if that is one of those which are built in and gets smaller by it.
+    pub fn smaller(&self, page: &Page) -> Option<Vec<u8>> {
+        let place =
+            BUILT_IN.iter().position(|(path, content)| *path == page.path && *content == page.content)?;
+        let small = self.small[place].get_or_init(|| {
+            let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+            let written = encoder.write_all(&page.content).and_then(|()| encoder.finish());
+            written.unwrap_or_default()
+        });
+        (!small.is_empty() && small.len() < page.content.len()).then(|| small.clone())
     }
 
     /// The panels: those of the page, and behind them those of the project, which replace others of the same name.

@@ -15,6 +15,15 @@ impl Role {
     /// All of them, the least one first.
     pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Developer];
 
+    /// With its article, as sentences call it.
+    pub fn one(self) -> &'static str {
+        match self {
+            Self::Viewer => "a viewer",
+            Self::Operator => "an operator",
+            Self::Developer => "a developer",
+        }
+    }
+
     /// As configurations and tools call it.
     pub fn name(self) -> &'static str {
         match self {

@@ -27,7 +27,15 @@ fn of_fields(descriptor: &Descriptor) -> Json {
         }
         properties.insert(field.name.into(), schema);
     }
-    json!({ "type": "object", "description": descriptor.doc, "properties": properties, "additionalProperties": false })
+    // An object has no order, and whoever shows a value wants to show it as its interface says it: x before theta.
+    let order: Vec<_> = descriptor.fields.iter().map(|field| field.name).collect();
+    json!({
+        "type": "object",
+        "description": descriptor.doc,
+        "properties": properties,
+        "x-order": order,
+        "additionalProperties": false,
+    })
 }
 
 fn of_kind(kind: &Kind) -> Json {

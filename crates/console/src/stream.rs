@@ -238,8 +238,10 @@ fn tell(watcher: &mut Watcher, what: &What) -> Vec<u8> {
             let Ok(Some(sample)) = watcher.take() else { return Vec::new() };
             let picture = Picture::of(sample.property.descriptor(), &sample.bytes, sample.items);
             let Some(Ok(jpeg)) = picture.map(|picture| picture.jpeg(*quality)) else { return Vec::new() };
-            let head =
-                format!("--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {}\r\n\r\n", jpeg.len());
+            let (length, time) = (jpeg.len(), sample.stamp.time);
+            let head = format!(
+                "--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {length}\r\nSlate-Time: {time}\r\n\r\n"
+            );
             [head.as_bytes(), &jpeg, b"\r\n"].concat()
         }
     }

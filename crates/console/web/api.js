@@ -31,8 +31,9 @@ export class Problem extends Error {
   }
 }
 
-async function ask(method, path, body, headers = {}) {
-  const options = { method, headers: { Authorization: `Bearer ${token()}`, ...headers } };
+/** An answer that is read as it comes. */
+export async function request(method, path, { body, signal } = {}) {
+  const options = { method, signal, headers: { Authorization: `Bearer ${token()}` } };
   if (body !== undefined) {
     options.body = JSON.stringify(body);
     options.headers["Content-Type"] = "application/json";
@@ -43,12 +44,17 @@ async function ask(method, path, body, headers = {}) {
   } catch {
     throw new Problem(0, "the agent does not answer", "see whether it still runs");
   }
-  const text = await response.text();
-  let value = text;
-  if ((response.headers.get("content-type") ?? "").includes("json")) value = JSON.parse(text);
-  if (!response.ok) throw new Problem(response.status, value.detail ?? text, value.help, value.report);
-  return value;
+  if (response.ok) return response;
+  const value = await read(response);
+  throw new Problem(response.status, value.detail ?? String(value), value.help, value.report);
 }
+
+async function read(response) {
+  const text = await response.text();
+  return (response.headers.get("content-type") ?? "").includes("json") ? JSON.parse(text) : text;
+}
+
+const ask = async (method, path, body) => read(await request(method, path, { body }));
 
 export const get = (path) => ask("GET", path);
 export const put = (path, body) => ask("PUT", path, body);

@@ -2,14 +2,19 @@
 import { html, render, useEffect, useMemo, useState } from "/lib/preact.js";
 import { get, giveToken, Problem, token } from "/api.js";
 import { connect, connection, onConnection } from "/live.js";
-import { BUILT_IN, isFit, read, write } from "/layouts.js";
+import { BUILT_IN, isFit, read, withPanel, write } from "/layouts.js";
 import { follow, reloadAll, useAgent } from "/store.js";
 import { Head } from "/head.js";
 import { Help } from "/help.js";
+import { Palette } from "/palette.js";
 import { Banner } from "/banner.js";
 import { Bar } from "/bar.js";
+import { openedBy } from "/open.js";
 import { Workspace } from "/workspace.js";
+import { forgetHistories } from "/history.js";
 import { keep } from "/keep.js";
+import { forget } from "/map/trails.js";
+import { isOver } from "/stop.js";
 import { select } from "/selection.js";
 
 const panels = new Map();
@@ -65,6 +70,9 @@ function App() {
   const [saved, setSaved] = useState({});
   const [view, setView] = useState(wanted);
   const [help, setHelp] = useState(false);
+  const [finds, setFinds] = useState(false);
+  const [run, setRun] = useState(null);
+  const [isOther, setIsOther] = useState(false);
   const all = useMemo(() => ({ ...BUILT_IN, ...saved }), [saved]);
   const layout = view.layout ?? all[view.name] ?? BUILT_IN.overview;
 
@@ -79,22 +87,39 @@ function App() {
     if (state === "live") reloadAll();
   }, [state]);
   useEffect(() => {
+    if (!agent?.run || agent.run === run) return;
+    setRun(agent.run);
+    if (run === null) return;
+    forget();
+    forgetHistories();
+    isOver(true);
+    setIsOther(true);
+  }, [agent?.run]);
+  useEffect(() => {
     document.title = agent ? `${agent.stopped ? "■ " : ""}${agent.name} · ${layout.title}` : "Slate";
   }, [agent?.name, agent?.stopped, layout.title]);
 
   const show = (name) => {
     history.pushState(null, "", `#view=${name}`);
     setView({ name, layout: null });
+    scrollTo(0, 0);
   };
   const change = (layout) => {
     history.replaceState(null, "", `#view=${view.name}&layout=${write(layout)}`);
     setView({ name: view.name, layout });
   };
 
+  openedBy((panel, options) => change(withPanel(layout, panel, options)));
+
   useEffect(() => {
     // `g` and a letter goes to a layout; a press inside a field is meant for that.
     let goes = 0;
     const press = (event) => {
+      if (event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey) && !event.altKey && !event.shiftKey) {
+        event.preventDefault();
+        setFinds(true);
+        return;
+      }
       const inField = event.target.closest?.("input, textarea, select, [contenteditable]");
       if (inField || event.ctrlKey || event.metaKey || event.altKey) return;
       if (performance.now() - goes < 1200) {
@@ -119,10 +144,11 @@ function App() {
   return html`
     <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Go to the panels</a>
     <${Head} agent=${agent} state=${state} view=${view} layout=${layout} layouts=${all} built=${BUILT_IN} show=${show}
-      change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} />
-    <${Banner} agent=${agent} state=${state} broken=${broken} />
+      change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} find=${() => setFinds(true)} />
+    <${Banner} agent=${agent} state=${state} broken=${broken} isOther=${isOther} seen=${() => setIsOther(false)} />
     <${Workspace} key=${view.name} layout=${layout} panels=${panels} change=${change} />
     <${Bar} agent=${agent} />
+    ${finds && html`<${Palette} agent=${agent} layouts=${all} panels=${panels} show=${show} help=${() => setHelp(true)} close=${() => setFinds(false)} />`}
     ${help && html`<${Help} layouts=${all} close=${() => setHelp(false)} />`}`;
 }
 

@@ -45,7 +45,7 @@ function Gone() {
 }
 
 /** The banners. */
-export function Banner({ agent, state, broken }) {
+export function Banner({ agent, state, broken, isOther, seen }) {
   const [problem, setProblem] = useState(null);
   const actuators = useResource("/actuators", 5) ?? [];
   const gates = useReadings(actuators.map(({ name }) => `${name}/gate`), 4);
@@ -72,6 +72,7 @@ export function Banner({ agent, state, broken }) {
   }, [stopped]);
   return html`<div class="banners">
     ${state === "lost" && html`<${Gone} />`}
+    ${isOther && html`<div class="banner other" role="status"><b>Another run has begun.</b> Trails and plots are of this one alone. <span class="grow"></span> <button onClick=${seen}>Good</button></div>`}
     ${stopped !== null && html`<div class="banner stopped" role="alert">
       <b>Stopped</b> ${stopped} <span class="grow"></span> <${Hold} done=${act("/reset")}>Hold to reset</${Hold}>
     </div>`}

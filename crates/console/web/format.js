@@ -46,7 +46,7 @@ export function brief(value, schema) {
   if (typeof value === "number") return number(value, schema?.["x-unit"]);
   if (typeof value !== "object") return String(value);
   if (Array.isArray(value)) return `${value.length} ${value.length === 1 ? "item" : "items"}`;
-  const names = Object.keys(schema?.properties ?? value).filter((name) => name in value && name !== "reserved");
+  const names = (schema?.["x-order"] ?? Object.keys(schema?.properties ?? value)).filter((name) => name in value && name !== "reserved");
   // Nobody wants to know that a value is called a value.
   if (names.length === 1) return brief(value[names[0]], schema?.properties?.[names[0]]);
   const parts = names.map((name) => `${NAMES[name] ?? name} ${brief(value[name], schema?.properties?.[name])}`);

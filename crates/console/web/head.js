@@ -1,5 +1,5 @@
 // The head of the page: which agent, how it is, which layout.
-import { html, useEffect, useState } from "/lib/preact.js";
+import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { clock, isPast, useReading } from "/live.js";
 import { time, word } from "/format.js";
 import { useProperties } from "/store.js";
@@ -64,7 +64,10 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
 
 /** The head of the page. */
 export function Head(properties) {
-  const { agent, state, view, layouts, show, help } = properties;
+  const { agent, state, view, layouts, show, help, find } = properties;
+  const bar = useRef(null);
+  // A narrow bar shows a part of itself.
+  useEffect(() => bar.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }), [view.name]);
   const verdicts = useProperties().filter(({ interface: name }) => name === "Verdict");
   const names = { live: "Live", connecting: "Connecting", lost: "No connection" };
   return html`<header class="head">
@@ -76,10 +79,11 @@ export function Head(properties) {
       ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
       <span class="grow"></span>
       <${Layouts} ...${properties} />
+      <button class="quiet" onClick=${find} title="Finds everything (Ctrl K)">Find</button>
       <button class="quiet" onClick=${toggleTheme} title="Dark or light" aria-label="Dark or light">◐</button>
       <button class="quiet" onClick=${help} title="Keys (?)" aria-label="Keys">?</button>
     </div>
-    <nav aria-label="Layouts">
+    <nav aria-label="Layouts" ref=${bar}>
       ${Object.entries(layouts).map(([name, { title }]) =>
         html`<a key=${name} href=${`#view=${name}`} aria-current=${view.name === name ? "page" : undefined}>${title}</a>`)}
     </nav>

@@ -1,8 +1,10 @@
 // The keys.
-import { html, useEffect, useRef } from "/lib/preact.js";
+import { html } from "/lib/preact.js";
+import { Dialog } from "/dialog.js";
 
 const KEYS = [
   ["Ctrl .", "stop all actuators, from anywhere"],
+  ["Ctrl K", "find layouts, panels, properties, and what can be done"],
   ["g and the first letter", "go to a layout: g o is the overview, g t is timing; again for the next one with that letter"],
   ["/", "search in the panel"],
   ["Tab, arrows", "move among panels, rows and borders"],
@@ -12,12 +14,8 @@ const KEYS = [
 ];
 
 /** A dialog with the keys. */
-export function Help({ close }) {
-  const dialog = useRef(null);
-  useEffect(() => dialog.current.showModal(), []);
-  return html`<dialog ref=${dialog} class="help" onClose=${close} onClick=${(event) => event.target === dialog.current && dialog.current.close()} aria-label="Keys">
-    <h2>Keys</h2>
-    <dl>${KEYS.map(([key, does]) => html`<div class="field" key=${key}><dt><kbd>${key}</kbd></dt><dd>${does}</dd></div>`)}</dl>
-    <form method="dialog"><button class="primary">Close</button></form>
-  </dialog>`;
-}
+export const Help = ({ close }) => html`<${Dialog} label="Keys" kind="help" close=${close}>
+  <h2>Keys</h2>
+  <dl>${KEYS.map(([key, does]) => html`<div class="field" key=${key}><dt><kbd>${key}</kbd></dt><dd>${does}</dd></div>`)}</dl>
+  <button class="primary" data-first onClick=${close}>Close</button>
+</${Dialog}>`;

@@ -49,6 +49,14 @@ export function recall(path, most, take) {
   if (rememberer) later(rememberer);
 }
 
+/** Forgets all that was, as another run has begun. */
+export function forgetHistories() {
+  for (const { times, values, listeners } of histories.values()) {
+    times.length = values.length = 0;
+    listeners.forEach((listener) => listener());
+  }
+}
+
 function prepend(history, values) {
   const first = history.times[0] ?? Infinity;
   const before = values.filter(({ time }) => time / 1e9 < first);

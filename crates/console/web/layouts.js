@@ -21,6 +21,20 @@ export const BUILT_IN = {
 /** A copy that can be changed. */
 export const copy = (layout) => structuredClone(layout);
 
+/** With one more panel: below the last, or beside a single one. Numbers go into a plot that is there. */
+export function withPanel(layout, panel, options) {
+  const { columns } = layout;
+  const plot = panel === "plot" && options.series && columns.flatMap(({ tiles }) => tiles).find((tile) => tile.panel === panel && tile.options?.series);
+  const map = (change) => ({ ...layout, columns: columns.map(change) });
+  if (plot) {
+    const joined = { ...plot, options: { ...plot.options, series: [...new Set([...plot.options.series, ...options.series])] } };
+    return map((column) => ({ ...column, tiles: column.tiles.map((tile) => (tile === plot ? joined : tile)) }));
+  }
+  const fresh = tile(panel, 1, options);
+  if (columns.length === 1) return { ...layout, columns: [...columns, column(columns[0].share, fresh)] };
+  return map((own, place) => (place === columns.length - 1 ? { ...own, tiles: [...own.tiles, fresh] } : own));
+}
+
 /** As text that fits behind the # of a link. */
 export const write = (layout) => btoa(unescape(encodeURIComponent(JSON.stringify(layout)))).replaceAll("+", "-").replaceAll("/", "_");
 

@@ -7,6 +7,9 @@ const typeOf = (schema) => {
   return types.find((type) => type !== "null") ?? "any";
 };
 
+/** The names of the fields, as the interface has them. */
+export const order = (schema) => schema["x-order"] ?? Object.keys(schema.properties);
+
 /** The leaves of a value: `{pointer, name, type, unit, doc, schema}`; lists are one leaf. */
 export function leaves(schema, pointer = "") {
   if (!schema) return [];
@@ -15,9 +18,9 @@ export function leaves(schema, pointer = "") {
     const name = pointer.slice(1).replaceAll("/", ".");
     return [{ pointer, name, type, unit: schema["x-unit"] ?? "", doc: schema.description ?? "", schema }];
   }
-  return Object.entries(schema.properties)
-    .filter(([name]) => name !== "reserved")
-    .flatMap(([name, part]) => leaves(part, `${pointer}/${name}`));
+  return order(schema)
+    .filter((name) => name !== "reserved")
+    .flatMap((name) => leaves(schema.properties[name], `${pointer}/${name}`));
 }
 
 /** The leaves that can be drawn over time. */

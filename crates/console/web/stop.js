@@ -35,9 +35,9 @@ function say(text, state) {
   button.dataset.state = state;
 }
 
-/** Takes back what was said of the last stop, when that is over. */
-export function isOver() {
-  if (button.dataset.state === "done") say("Ctrl .", "");
+/** Takes back what was said of the last stop, when that is over; one that has failed is said until another run begins. */
+export function isOver(isOtherRun = false) {
+  if (button.dataset.state === "done" || isOtherRun) say("Ctrl .", "");
 }
 
 button.addEventListener("click", stop);

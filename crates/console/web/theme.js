@@ -24,7 +24,7 @@ let cache = null;
 export function colors() {
   if (cache) return cache;
   const style = getComputedStyle(document.documentElement);
-  const names = ["surface", "raised", "line", "text", "muted", "accent", "deliberative", "reactive", "idle", "amber", "red", "wall"];
+  const names = ["surface", "raised", "line", "text", "muted", "accent", "deliberative", "reactive", "idle", "amber", "red", "wall", "free", "occupied", "path", "estimate"];
   cache = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
   cache.series = [1, 2, 3, 4, 5, 6].map((place) => style.getPropertyValue(`--series-${place}`).trim());
   return cache;

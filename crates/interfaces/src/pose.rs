@@ -29,6 +29,16 @@ pub struct Pose2 {
     pub theta: f64,
 }
 
+/// Where something is believed to be, and how sure that is.
+#[interface]
+#[derive(PartialEq)]
+pub struct PoseEstimate {
+    /// The most likely place and heading.
+    pub pose: Pose2,
+    /// Covariance of x, y and theta, row after row: squares and products of metres and radians.
+    pub covariance: [f64; 9],
+}
+
 /// A place in space, as a positioning system gives it.
 #[interface(ros = "geometry_msgs/msg/Point")]
 #[derive(PartialEq)]

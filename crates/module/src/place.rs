@@ -44,6 +44,7 @@ pub(crate) fn remember() {
 }
 
 /// Runs a call whose panics are caught and told by the log.
+#[inline]
 pub(crate) fn catch<R>(call: impl FnOnce() -> R) -> std::thread::Result<R> {
     run(true, call)
 }
@@ -55,6 +56,7 @@ pub(crate) fn catch_aside<R>(call: impl FnOnce() -> R) -> std::thread::Result<R>
     result
 }
 
+#[inline]
 fn run<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
     let before = IS_CAUGHT.replace(is_caught);
     let result = catch_unwind(AssertUnwindSafe(call));

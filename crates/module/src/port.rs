@@ -81,22 +81,22 @@ impl PortCursor {
     ///
     /// # Safety
     /// The frame's slots outlive the cursor and what is bound with it.
+    #[inline]
     pub unsafe fn new(frame: &Frame) -> Self {
         Self { next: frame.ports, left: frame.port_count }
     }
 
     /// The next slot, which must be a port of that schema and direction.
+    #[inline]
     pub(crate) fn take(&mut self, schema: u64, direction: Direction) -> *const PortSlot {
-        assert!(self.left > 0, "the host fills a frame with a slot for every port that was described");
+        let Some(left) = self.left.checked_sub(1) else { no_slot() };
         let slot = self.next;
-        self.left -= 1;
         // SAFETY: `new` requires the slots to be valid; at least this one is left.
         let (found, after) = unsafe { (&*slot, slot.add(1)) };
-        assert!(
-            found.schema == schema && found.direction == direction as u32,
-            "ports are bound in the order in which they were described"
-        );
-        self.next = after;
+        if found.schema != schema || found.direction != direction as u32 {
+            wrong_slot();
+        }
+        (self.next, self.left) = (after, left);
         slot
     }
 
@@ -106,6 +106,18 @@ impl PortCursor {
         let ports = unsafe { P::bind(self) };
         work(&ports)
     }
+}
+
+#[cold]
+#[allow(clippy::panic, reason = "a host that is not the one that asked for the description")]
+fn no_slot() -> ! {
+    panic!("the host fills a frame with a slot for every port that was described")
+}
+
+#[cold]
+#[allow(clippy::panic, reason = "as above")]
+fn wrong_slot() -> ! {
+    panic!("ports are bound in the order in which they were described")
 }
 
 /// What every port's description begins with.
@@ -314,13 +326,18 @@ struct Busy<'a>(&'a PortSlot);
 
 impl<'a> Busy<'a> {
     fn new(slot: &'a PortSlot) -> Self {
-        assert!(
-            slot.flags.get() & Flags::BUSY == 0,
-            "an output can't be written while it is being written in place"
-        );
+        refuse_busy(slot);
         slot.flags.set(slot.flags.get() | Flags::BUSY);
         Self(slot)
     }
+}
+
+#[inline]
+fn refuse_busy(slot: &PortSlot) {
+    assert!(
+        slot.flags.get() & Flags::BUSY == 0,
+        "an output can't be written while it is being written in place"
+    );
 }
 
 impl Drop for Busy<'_> {
@@ -330,8 +347,9 @@ impl Drop for Busy<'_> {
 }
 
 fn put<T: Interface>(slot: &PortSlot, value: T) {
-    let _busy = Busy::new(slot);
-    // SAFETY: the host lends the working slot to this tick alone, and it fits the interface.
+    refuse_busy(slot);
+    // SAFETY: the host lends the working slot to this tick alone, and it fits the interface. Nothing of the author's runs
+    // meanwhile: what was there is not dropped.
     unsafe { slot.data.cast::<T>().write(value) };
     slot.flags.set(slot.flags.get() | Flags::SET);
 }

@@ -292,6 +292,16 @@ impl<M: Module> Fixture<M> {
         memory.set.then(|| unsafe { memory.words.as_ptr().cast::<T>().read() })
     }
 
+    /// Looks at what the last tick wrote to an output whose value has a tail, or does nothing if it left it alone.
+    ///
+    /// # Panics
+    /// As [`set`](Fixture::set).
+    pub fn read<T: Interface + ?Sized, R>(&self, port: &str, look: impl FnOnce(&T) -> R) -> Option<R> {
+        let memory = &self.memory[self.checked::<T>(port)];
+        // SAFETY: the memory holds a value of this interface, with that many items.
+        memory.set.then(|| look(unsafe { T::from_raw(memory.words.as_ptr().cast(), memory.items) }))
+    }
+
     /// Whether the last tick wrote an output.
     ///
     /// # Panics

@@ -17,6 +17,7 @@ impl Tick {
     ///
     /// # Safety
     /// The frame's pointers stay valid while the result lives.
+    #[inline]
     pub unsafe fn new(frame: &Frame) -> Self {
         Self {
             now: frame.now,

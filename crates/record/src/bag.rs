@@ -27,6 +27,7 @@ mod selection;
 mod source;
 mod summary;
 mod table;
+mod tail;
 mod together;
 mod value;
 pub(crate) mod whole;

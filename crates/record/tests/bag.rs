@@ -113,11 +113,25 @@ fn references() -> [(&'static str, Vec<u8>); 4] {
 
 /// All messages until the end, or until the error.
 fn read(bytes: &[u8]) -> (Vec<Owned>, Option<Error>) {
+    match Reader::new(Cursor::new(bytes), "test.mcap") {
+        Ok(mut reader) => messages_of(&mut reader),
+        Err(error) => (Vec::new(), Some(error)),
+    }
+}
+
+/// As [`read`], of what may be cut off; also where it is.
+fn read_unfinished(bytes: &[u8]) -> (Vec<Owned>, Option<u64>, Option<Error>) {
+    match Reader::unfinished(Cursor::new(bytes), "test.mcap") {
+        Ok(mut reader) => {
+            let (messages, error) = messages_of(&mut reader);
+            (messages, reader.cut_off(), error)
+        }
+        Err(error) => (Vec::new(), None, Some(error)),
+    }
+}
+
+fn messages_of(reader: &mut Reader<Cursor<&[u8]>>) -> (Vec<Owned>, Option<Error>) {
     let mut messages = Vec::new();
-    let mut reader = match Reader::new(Cursor::new(bytes), "test.mcap") {
-        Ok(reader) => reader,
-        Err(error) => return (messages, Some(error)),
-    };
     loop {
         match reader.next_message() {
             Ok(None) => return (messages, None),
@@ -235,6 +249,66 @@ fn every_truncation_is_an_error_and_is_repaired_to_all_that_was_whole() {
             if length % 50 == 0 && name != "ours with LZ4" {
                 assert_eq!(read_by_them(&mended), kept, "{what}");
             }
+        }
+    }
+}
+
+#[test]
+fn a_file_that_is_cut_off_anywhere_is_read_as_far_as_it_goes_by_who_asks_for_that() {
+    for (name, bytes) in references() {
+        let ends = chunk_ends(&bytes);
+        // Before its first records nothing says what it is.
+        let begin = 8 + 9 + u64::from_le_bytes(bytes[9..17].try_into().unwrap()) as usize;
+        for length in 0..bytes.len() {
+            let what = format!("{name} cut at {length}");
+            let (messages, cut_off, error) = read_unfinished(&bytes[..length]);
+            assert_eq!(error.is_some(), length < begin, "{what}: {error:?}");
+            assert_eq!(cut_off.is_some(), length >= begin, "{what}");
+            assert!(cut_off.is_none_or(|place| place <= length as u64), "{what}: {cut_off:?}");
+            assert_eq!(messages, originals()[..messages.len()], "{what}");
+            if !ends.is_empty() {
+                let whole_chunks = ends.iter().filter(|end| **end <= length).count();
+                assert_eq!(messages.len(), whole_chunks * PER_CHUNK, "{what}");
+            }
+        }
+        assert_eq!(read_unfinished(&bytes).1, None, "{name} is whole");
+        assert_eq!(read_unfinished(&bytes).0, originals(), "{name}");
+    }
+}
+
+#[test]
+fn what_is_damaged_is_not_taken_for_cut_off() {
+    for (name, bytes) in references() {
+        for place in 0..bytes.len() {
+            // One bit of each byte, another one from byte to byte.
+            let mut flipped = bytes.clone();
+            flipped[place] ^= 1 << ((place * 3 + 6) % 8);
+            let (messages, _, error) = read_unfinished(&flipped);
+            let count = messages.len();
+            assert!(error.is_some(), "{name} with a bit of byte {place} flipped is read: {count} messages");
+        }
+        for second in [&bytes[..], &bytes[..bytes.len() / 2]] {
+            for first in [&bytes[..], &bytes[..bytes.len() / 2], &bytes[..bytes.len() - 5]] {
+                let joined = [first, second].concat();
+                assert!(read_unfinished(&joined).2.is_some(), "{name}: two files in one are read");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_reader_that_goes_back_reads_the_same_again() {
+    for (name, bytes) in references() {
+        let mut reader = Reader::new(Cursor::new(&bytes[..]), "test.mcap").unwrap();
+        for _ in 0..3 {
+            assert!(reader.next_message().unwrap().is_some());
+        }
+        reader.rewind();
+        for _ in 0..2 {
+            let (messages, error) = messages_of(&mut reader);
+            assert!(error.is_none(), "{name}: {error:?}");
+            assert_eq!(messages, originals(), "{name}");
+            reader.rewind();
         }
     }
 }
@@ -371,6 +445,9 @@ proptest! {
         }
         let (messages, error) = read(&bytes);
         prop_assert!(error.is_some() || (messages == originals() && bytes == whole_file));
+        let (messages, _, error) = read_unfinished(&bytes);
+        // Without chunks, no checksum tells of a part of a file whether it is right.
+        prop_assert!(error.is_some() || which == 3 || messages == originals()[..messages.len()]);
         let mut out = Vec::new();
         if repair_into(Cursor::new(&bytes), &mut out).is_ok() {
             whole(&out, name);

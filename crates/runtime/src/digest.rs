@@ -33,6 +33,13 @@ impl Digest {
             self.chain = xxh3_64_with_seed(value, seed);
             return;
         }
+        // The most frequent size, for which a copy needs no call.
+        if let Ok(value) = <[u8; 8]>::try_from(value) {
+            let mut both = [0; 12];
+            both[..4].copy_from_slice(&property.to_le_bytes());
+            both[4..].copy_from_slice(&value);
+            return self.waiting.extend_from_slice(&both);
+        }
         self.waiting.extend_from_slice(&property.to_le_bytes());
         self.waiting.extend_from_slice(value);
     }

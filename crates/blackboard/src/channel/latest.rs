@@ -1,14 +1,18 @@
 use std::sync::Arc;
 
-use super::pool::{Held, Loan};
+use super::pool::{self, Held, Loan};
 use super::{Channel, Link};
 use crate::Stamp;
+use crate::sync::{Ordering, order};
 
-/// A reader of the newest value. It pins the value that it has seen last, and at times a candidate for the next.
+/// A reader of the newest value. It pins the value that it has seen last, and at times a candidate for the next; but for
+/// one that [takes turns](Latest::refresh_in_turn) with the writer.
 #[derive(Debug)]
 pub struct Latest {
     channel: Arc<Channel>,
     held: Option<Held>,
+    /// Whether that is not pinned, and stays only until the writer's next turn.
+    is_loose: bool,
     sequence: u64,
     candidate: Option<Held>,
     /// Whether it is not counted.
@@ -17,7 +21,7 @@ pub struct Latest {
 
 impl Latest {
     pub(super) fn new(channel: Arc<Channel>, probe: bool) -> Self {
-        Self { channel, held: None, sequence: 0, candidate: None, probe }
+        Self { channel, held: None, is_loose: false, sequence: 0, candidate: None, probe }
     }
 
     /// Whether a newer value is there than the one held.
@@ -35,7 +39,7 @@ impl Latest {
     /// The value held; nothing before the first write.
     #[inline]
     pub fn value(&self) -> Option<Loan<'_>> {
-        // SAFETY: the pin is not given back until `self` is used mutably.
+        // SAFETY: the pin is not given back until `self` is used mutably. Who has none keeps to `refresh_in_turn`.
         self.held.map(|held| unsafe { held.lend() })
     }
 
@@ -48,9 +52,7 @@ impl Latest {
     /// none before it is refreshed.
     pub fn resume(&mut self, cursor: u64) {
         self.reject();
-        if let Some(held) = self.held.take() {
-            held.give_back();
-        }
+        self.replace(None);
         self.sequence = 0;
         if cursor < self.channel.published() {
             self.sequence = cursor;
@@ -71,6 +73,8 @@ impl Latest {
     /// Pins the newest value beside the one held; false when that is the newest.
     #[inline]
     pub fn propose(&mut self) -> bool {
+        // It may not be this reader's turn any more.
+        self.hold();
         let tail = self.channel.published();
         if tail <= self.sequence {
             return false;
@@ -86,11 +90,65 @@ impl Latest {
     #[inline]
     pub fn accept(&mut self) -> bool {
         let Some(candidate) = self.candidate.take() else { return false };
-        if let Some(old) = self.held.replace(candidate) {
-            old.give_back();
-        }
+        self.replace(Some(candidate));
         self.sequence = candidate.sequence();
         true
+    }
+
+    /// Goes on with a value that is pinned, or none.
+    #[inline]
+    fn replace(&mut self, held: Option<Held>) {
+        let is_loose = std::mem::take(&mut self.is_loose);
+        if let Some(old) = std::mem::replace(&mut self.held, held).filter(|_| !is_loose) {
+            old.give_back();
+        }
+    }
+
+    /// Whether the writer takes turns with its readers now.
+    #[inline]
+    pub fn is_in_turn(&self) -> bool {
+        self.channel.ring[0].in_turn.load(Ordering::Relaxed) != 0
+    }
+
+    /// As [`refresh`](Latest::refresh), without a pin while the writer [takes turns](super::Writer::set_in_turn) with its readers:
+    /// what the writer published last stays in the ring until its next turn. So neither of them pays for what could only
+    /// happen if both were at work at a time.
+    ///
+    /// # Safety
+    /// It is this reader's turn, and it looks at what it holds in this turn alone, or after it was told to
+    /// [`hold`](Latest::hold) that in this turn.
+    #[inline]
+    pub unsafe fn refresh_in_turn(&mut self) -> bool {
+        if !self.is_in_turn() {
+            return self.refresh();
+        }
+        let (tail, before) = (self.channel.published(), self.sequence);
+        if tail == before && !self.is_loose {
+            return false;
+        }
+        self.replace(None);
+        self.sequence = 0;
+        if tail > 0 {
+            // The writer, who alone exchanges it, is not at work.
+            let slot = pool::slot_of(self.channel.cell(tail).load(order::ACQUIRE));
+            let held = Held::new(self.channel.pool.place(slot));
+            (self.held, self.is_loose) = (Some(held), true);
+            self.sequence = held.sequence();
+        }
+        self.sequence != before
+    }
+
+    /// Pins what it holds, if it does not yet. So it stays as it is when this turn ends late, and the writer does not wait
+    /// for that.
+    #[inline]
+    pub fn hold(&mut self) {
+        if self.is_loose && !cfg!(feature = "mutant-turns") {
+            // It is in the ring, as nothing was written since; else this is a newer one.
+            let tail = self.channel.published();
+            let held = (tail > 0).then(|| self.channel.pool.pin(self.channel.cell(tail)));
+            self.replace(held);
+            self.sequence = held.map_or(0, Held::sequence);
+        }
     }
 
     /// The candidate is given back.
@@ -105,9 +163,7 @@ impl Latest {
 impl Drop for Latest {
     fn drop(&mut self) {
         self.reject();
-        if let Some(held) = self.held.take() {
-            held.give_back();
-        }
+        self.replace(None);
         let mut desk = self.channel.desk();
         desk.latest -= 1;
         desk.probes -= u16::from(self.probe);

@@ -11,6 +11,10 @@
 //! ([`ValueMemory`]). So a process that maps them too, and runs a module over values that the host pinned and drafts
 //! that the host publishes, can spoil nothing but what it writes. And a value may be published where it is
 //! ([`LentBytes`]): then its slot names other bytes than its own, until nobody sees them any more.
+//!
+//! A pin costs two locked instructions, and the writer a search. Where reader and writer are steps of one loop, which are
+//! never at work at a time, the loop can say so ([`Writer::set_in_turn`]), and its readers look at the newest value
+//! without a pin ([`Latest::refresh_in_turn`]). All others pin as ever.
 
 mod deeper;
 mod error;
@@ -100,6 +104,8 @@ struct Cell {
     word: AtomicU64,
     /// How many values were published; only that of the first cell is used.
     tail: AtomicU64,
+    /// 1 while the writer takes turns with its readers; as above.
+    in_turn: AtomicU32,
 }
 
 /// Whether a value was ever put into a cell.
@@ -129,7 +135,11 @@ impl Channel {
         memory: Option<Arc<dyn ValueMemory>>,
     ) -> Arc<Self> {
         let depth = depth.clamp(1, MAXIMUM_DEPTH);
-        let cell = || Cell { word: AtomicU64::new(pool::word(NO_SLOT)), tail: AtomicU64::new(0) };
+        let cell = || Cell {
+            word: AtomicU64::new(pool::word(NO_SLOT)),
+            tail: AtomicU64::new(0),
+            in_turn: AtomicU32::new(0),
+        };
         // A budget beyond what an index can name is met by refusing the handles that don't fit. One more for a snapshot.
         let slots = slots(depth, budget, budget.latest.into(), budget.queues.into()) + 1;
         let slots = slots.min(NO_SLOT.into());

@@ -226,8 +226,11 @@ impl Pool {
     /// As [`slot`](Pool::slot) and [`data`](Pool::data) together.
     #[inline]
     pub fn place(&self, index: u16) -> Place {
-        // SAFETY: the bytes were set with the slot.
-        Place { slot: self.slot(index).into(), data: unsafe { NonNull::new_unchecked(self.data(index)) } }
+        let entry = &self.table[usize::from(index)];
+        let (slot, data) = (entry.slot.load(Ordering::Relaxed), entry.data.load(Ordering::Relaxed));
+        debug_assert!(!slot.is_null(), "slot {index} is not ready");
+        // SAFETY: as for `slot`; the bytes were set with it.
+        unsafe { Place { slot: NonNull::new_unchecked(slot), data: NonNull::new_unchecked(data) } }
     }
 
     /// Pins the slot that is in the cell, whichever that is.

@@ -174,12 +174,18 @@ impl QueueReader {
 
     /// How many values wait for it: no more than are kept, and none for one that reads no more.
     pub fn waiting(&self) -> u64 {
-        if self.evicted { 0 } else { self.lag().min(self.channel.ring.len() as u64) }
+        self.waiting_of(self.lag())
+    }
+
+    fn waiting_of(&self, lag: u64) -> u64 {
+        if self.evicted { 0 } else { lag.min(self.channel.ring.len() as u64) }
     }
 
     /// How many values it never saw, and never will.
     pub fn lost(&self) -> u64 {
-        self.skipped + self.lag() - self.waiting()
+        // Looked at once, as the writer goes on meanwhile.
+        let lag = self.lag();
+        self.skipped + lag - self.waiting_of(lag)
     }
 
     /// How many values wait for it, or were lost to it since the last pull.

@@ -72,6 +72,8 @@ pub struct Writer {
     pub(super) channel: Arc<Channel>,
     pub(super) ledger: Ledger,
     generation: u64,
+    /// Bytes of a value without tail items, which most are.
+    head: usize,
     /// The writer of a channel that gets the same values.
     pub(super) deeper: Option<Box<Writer>>,
 }
@@ -116,7 +118,14 @@ impl Writer {
         let ledger = desk.ledger.take().ok_or(taken)?;
         let generation = generation + 1;
         channel.writer.store(generation << 1 | 1, Ordering::Release);
-        Ok(Self { channel: Arc::clone(channel), ledger, generation, deeper: deeper.map(Box::new) })
+        let head = channel.shape.bytes(0);
+        Ok(Self { channel: Arc::clone(channel), ledger, generation, head, deeper: deeper.map(Box::new) })
+    }
+
+    /// The bytes of a value with so many tail items.
+    #[inline]
+    pub fn bytes(&self, items: usize) -> usize {
+        if items == 0 { self.head } else { self.channel.shape.bytes(items) }
     }
 
     /// The slot for the next value; the same one until that is published.
@@ -178,9 +187,8 @@ impl Writer {
     /// When a reader that must not be overtaken is behind; the draft stays as it is.
     #[inline(always)] // A call costs a quarter of the whole.
     pub fn publish(&mut self, items: usize, time: u64) -> Result<Stamp, Blocked> {
-        let shape = self.channel.shape;
-        let items = items.min(shape.capacity);
-        self.commit(items, shape.bytes(items), time, 0)
+        let items = items.min(self.channel.shape.capacity);
+        self.commit(items, self.bytes(items), time, 0)
     }
 
     /// Publishes the draft, on which the writer itself has so many pins from then on.
@@ -282,9 +290,8 @@ impl Writer {
     /// As [`publish`](Writer::publish).
     #[inline(always)] // So that a copy of known size is no call either.
     pub fn write(&mut self, bytes: &[u8], items: usize, time: u64) -> Result<Stamp, Blocked> {
-        let shape = self.channel.shape;
-        let items = items.min(shape.capacity);
-        let size = shape.bytes(items);
+        let items = items.min(self.channel.shape.capacity);
+        let size = self.bytes(items);
         let length = bytes.len().min(size);
         let data = self.draft_ptr();
         // SAFETY: the draft has room for that many items, and nobody else has it.
@@ -332,6 +339,16 @@ impl Writer {
         Some(SetAside { channel: Arc::clone(&self.channel), held })
     }
 
+    /// Whether it takes turns with those readers that [say so](super::Latest::refresh_in_turn), which then need no pin. It
+    /// does not at first.
+    ///
+    /// # Safety
+    /// From the time at which it does to that at which it does not any more, or is dropped, it writes only while no such
+    /// reader has its turn; to the draft, too. Each turn happens before the next one, and both these calls are in none.
+    pub unsafe fn set_in_turn(&self, in_turn: bool) {
+        self.channel.ring[0].in_turn.store(in_turn.into(), Ordering::Relaxed);
+    }
+
     /// Which of the channel's writers this is, from 1.
     pub fn generation(&self) -> u64 {
         self.generation
@@ -363,6 +380,7 @@ fn would_overtake(channel: &Channel, sequence: u64) -> bool {
 impl Drop for Writer {
     fn drop(&mut self) {
         self.give_back();
+        self.channel.ring[0].in_turn.store(0, Ordering::Relaxed);
         // First, as the next writer takes both.
         drop(self.deeper.take());
         let mut desk = self.channel.desk();

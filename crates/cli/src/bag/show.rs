@@ -6,14 +6,10 @@ use slate::record::bag::{Diff, Info, Repaired, seconds};
 use slate::record::logs::{CarmenLog, Imported};
 use slate::runtime::printable;
 
-use crate::output;
+use crate::output::{self, counted};
 
 /// Long texts of metadata, such as configurations, are not for a terminal.
 const LONGEST: usize = 100;
-
-pub fn counted(count: u64, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
-}
 
 pub fn written(file: &Path, messages: u64) {
     output::line(format_args!("{} has {}", printable(file), counted(messages, "message", "messages")));

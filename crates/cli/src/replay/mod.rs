@@ -27,11 +27,11 @@ pub struct ReplayOptions {
     file: Option<PathBuf>,
 
     /// Makes a run in lockstep again and compares every value that it writes with the recorded one.
-    #[arg(long, conflicts_with_all = ["rate", "start", "end", "repeat", "pause", "select", "exclude", "map", "recompute", "set", "json"])]
+    #[arg(long, conflicts_with_all = ["rate", "start", "end", "repeat", "pause", "select", "exclude", "map", "recompute", "partial", "set"])]
     verify: bool,
 
     /// How fast: `realtime`, a factor, or `max`.
-    #[arg(long, value_parser = parse_factor, default_value = "realtime")]
+    #[arg(long, value_parser = parse_factor, default_value = "realtime", allow_hyphen_values = true)]
     rate: Factor,
 
     /// Where it begins, seconds after the first value.
@@ -65,6 +65,10 @@ pub struct ReplayOptions {
     /// Modules of the recorded agent that run on what is played; what they write is compared with what is recorded.
     #[arg(long, value_name = "MODULE", value_delimiter = ',')]
     recompute: Vec<String>,
+
+    /// Runs them also when not all is recorded that they read then; what came of it says so.
+    #[arg(long, requires = "recompute")]
+    partial: bool,
 
     /// Sets a value of the recorded configuration; may be given several times.
     #[arg(long, value_name = "PATH=VALUE", requires = "recompute")]
@@ -103,7 +107,7 @@ pub fn replay(options: &ReplayOptions) -> Result<u8, Failure> {
     }
     let Some(file) = &options.file else { return Ok(2) };
     if options.verify {
-        return verify::verify(file);
+        return verify::verify(file, options.json);
     }
     let plan = Plan {
         choice: Choice {
@@ -121,6 +125,7 @@ pub fn replay(options: &ReplayOptions) -> Result<u8, Failure> {
             .iter()
             .map(|name| name.trim_start_matches('/').to_owned())
             .collect::<BTreeSet<_>>(),
+        is_partial: options.partial,
         sets: options.set.clone(),
     };
     play::play(file, plan, options.json)

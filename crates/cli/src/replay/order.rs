@@ -42,7 +42,7 @@ pub enum OrderVerb {
     /// Goes at another rate.
     Rate {
         /// `realtime`, a factor, or `max`.
-        #[arg(value_parser = parse_factor)]
+        #[arg(value_parser = parse_factor, allow_hyphen_values = true)]
         rate: Factor,
         #[command(flatten)]
         agent: AgentOption,

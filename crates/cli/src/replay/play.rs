@@ -14,7 +14,7 @@ use slate::runtime::{Agent, Mode, Options, printable};
 use crate::console::open_playback;
 use crate::examples;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, counted};
 
 /// Plays it: 0 at its end.
 pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
@@ -85,21 +85,20 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
             "recording": recorded.as_ref().map(|recorded| &recorded.file),
             "misses": player.misses(),
             "properties": outcome.as_ref().map(|outcome| &outcome.properties),
-            "first": outcome.as_ref().and_then(|outcome| outcome.first.as_ref()).map(first),
+            "unseen": outcome.as_ref().map(|outcome| &outcome.unseen),
+            "first": outcome.as_ref().and_then(|outcome| outcome.first.as_ref()).map(|own| first(own, "recomputed")),
         })),
         false => {
-            let (values, cycles, seconds) = (played.values, played.cycles, played.time as f64 * 1e-9);
-            let end = if played.is_whole { "" } else { ", stopped" };
-            output::line(format_args!("{values} values in {cycles} cycles, up to {seconds:.3} s{end}"));
+            let (values, cycles) =
+                (counted(played.values, "value", "values"), counted(played.cycles, "cycle", "cycles"));
+            let (seconds, end) = (played.time as f64 * 1e-9, if played.is_whole { "" } else { ", stopped" });
+            output::line(format_args!("{values} in {cycles}, up to {seconds:.3} s{end}"));
             if let Some(recorded) = &recorded {
-                output::line(format_args!(
-                    "recording: {} ({} values)",
-                    printable(&recorded.file),
-                    recorded.values
-                ));
+                let values = counted(recorded.values, "value", "values");
+                output::line(format_args!("recording: {} ({values})", printable(&recorded.file)));
             }
             if let Some(outcome) = &outcome {
-                show(outcome);
+                show(outcome, player.misses());
             }
         }
     }
@@ -107,17 +106,18 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
 }
 
 /// 0 when what was recomputed is what is recorded, 1 when it is not, and 2 when that says nothing, as the modules had not all
-/// that they had then.
+/// that they had then, or nothing of them is recorded.
 pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
     match outcome.first {
-        None => 0,
+        None if outcome.has_compared() => 0,
+        None => 2,
         Some(_) if misses.is_empty() => 1,
         Some(_) => 2,
     }
 }
 
 /// Says how what was recomputed compares.
-pub fn show(outcome: &Recomputation) {
+pub fn show(outcome: &Recomputation, misses: &[String]) {
     let count = |count: u64, what: &str| if count > 0 { format!("{count} {what}") } else { String::new() };
     let rows = outcome.properties.iter().map(|own| {
         let cells = [
@@ -132,17 +132,24 @@ pub fn show(outcome: &Recomputation) {
     output::columns(rows);
     match &outcome.first {
         Some(first) => output::line(first),
-        None if outcome.properties.iter().all(|own| own.same == 0) => {
-            output::line("nothing that the modules write is recorded");
+        None if outcome.has_compared() => {
+            let from = if misses.is_empty() { "" } else { ", from less than they had then" };
+            output::line(format_args!("identical{from}"));
         }
-        None => output::line("identical"),
+        None => {}
+    }
+    if !outcome.unseen.is_empty() {
+        output::line(format_args!(
+            "nothing of {} was recorded to compare: values of outputs are compared, messages that are sent are not",
+            outcome.unseen.join(", ")
+        ));
     }
 }
 
-/// The first difference, for JSON.
-pub fn first(first: &Difference) -> serde_json::Value {
+/// The first difference, for JSON; `other` is what the value is called that is not recorded.
+pub fn first(first: &Difference, other: &str) -> serde_json::Value {
     let Difference { time, url, field, recorded, replayed } = first;
-    json!({ "time": time, "url": url, "field": field, "recorded": recorded, "recomputed": replayed })
+    json!({ "time": time, "url": url, "field": field, "recorded": recorded, other: replayed })
 }
 
 /// Says what is not played as it was.

@@ -16,7 +16,7 @@ use super::play;
 use crate::bag::nanoseconds;
 use crate::examples;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, counted};
 
 #[derive(Debug, Args)]
 pub struct TryOptions {
@@ -35,6 +35,10 @@ pub struct TryOptions {
     /// given. May be given several times.
     #[arg(long, value_name = "INPUT=URL", value_parser = parse_link)]
     link: Vec<(String, String)>,
+
+    /// Runs it also when not all is recorded that it reads; what came of it says so.
+    #[arg(long)]
+    partial: bool,
 
     /// Sets a value of the recorded configuration; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
@@ -102,6 +106,7 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
         start: options.start,
         end: options.end,
         modules: BTreeSet::from([name.clone()]),
+        is_partial: options.partial,
         sets,
         ..Plan::default()
     };
@@ -141,20 +146,23 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             "misses": player.misses(),
             "properties": outcome.properties,
             "values": values,
-            "first": outcome.first.as_ref().filter(|_| *is_recorded).map(play::first),
+            "unseen": if *is_recorded { &outcome.unseen[..] } else { &[] },
+            "first": outcome.first.as_ref().filter(|_| *is_recorded).map(|own| play::first(own, "recomputed")),
         }));
         return Ok(code);
     }
     let (cycles, seconds) = (played.cycles, played.time as f64 * 1e-9);
     let file = printable(&options.bag);
-    output::line(format_args!("{name} ({kind}) on {file}: {cycles} cycles, up to {seconds:.3} s"));
+    let cycles = counted(cycles, "cycle", "cycles");
+    output::line(format_args!("{name} ({kind}) on {file}: {cycles}, up to {seconds:.3} s"));
     output::line(&ticks);
     if *is_recorded {
-        play::show(&outcome);
+        play::show(&outcome, player.misses());
     } else {
         for own in &outcome.properties {
             let last = values.get(&own.url).map(Value::to_string).unwrap_or_default();
-            output::line(format_args!("{}  {} values, at last {last}", own.url, own.only_recomputed));
+            let values = counted(own.only_recomputed, "value", "values");
+            output::line(format_args!("{}  {values}, at last {last}", own.url));
         }
         if outcome.properties.is_empty() {
             output::line("it wrote nothing");
@@ -194,7 +202,7 @@ impl Ticks {
 
 impl std::fmt::Display for Ticks {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} ticks", self.ticks)?;
+        write!(f, "{}", counted(self.ticks, "tick", "ticks"))?;
         for (name, duration) in &self.timing {
             write!(f, ", {name} {:.1} us", *duration as f64 * 1e-3)?;
         }

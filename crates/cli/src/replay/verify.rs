@@ -2,27 +2,54 @@
 
 use std::path::Path;
 
+use serde_json::json;
 use slate::record::replay::{Comparison, Verdict};
-use slate::runtime::{Agent, Mode, Options, Rate};
+use slate::runtime::{Agent, Mode, Options, Rate, printable};
 
+use super::play::first;
 use crate::examples;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, counted};
 
 /// Makes a run again: 0 when it is identical, 1 when it is not, and 2 when that can't be said.
-pub fn verify(file: &Path) -> Result<u8, Failure> {
+pub fn verify(file: &Path, json: bool) -> Result<u8, Failure> {
+    let (verdict, whole) = made_again(file)?;
+    let code = match verdict {
+        Verdict::Identical { .. } => 0,
+        Verdict::Different(_) => 1,
+        Verdict::Nothing | Verdict::NotCovered(_) => 2,
+    };
+    if json {
+        output::document("slate.verify/1", &document(file, &verdict, whole));
+        return Ok(code);
+    }
+    match verdict {
+        Verdict::Identical { values, cycles, whole } => {
+            let (values, cycles) = (counted(values, "value", "values"), counted(cycles, "cycle", "cycles"));
+            let end = if whole { "" } else { ", up to where the recording was cut off" };
+            output::line(format_args!("identical, {values} in {cycles}{end}"));
+        }
+        Verdict::Different(difference) => output::line(difference),
+        Verdict::Nothing => output::line(format_args!(
+            "nothing to compare: {} has no value that a run of the same writes again, as when it ended before its first cycle",
+            printable(file)
+        )),
+        Verdict::NotCovered(reason) => output::line(format_args!("not covered: {reason}")),
+    }
+    Ok(code)
+}
+
+/// What came of it, and whether the recording goes to the end of its run.
+fn made_again(file: &Path) -> Result<(Verdict, bool), Failure> {
     let comparison = Comparison::open(file)?;
     let run = comparison.run();
-    let not_covered = |reason: &str| {
-        output::line(format_args!("not covered: {reason}"));
-        Ok(2)
-    };
+    let has_ended = run.has_ended();
     if let Some(obstacle) = run.obstacle() {
-        return not_covered(&obstacle);
+        return Ok((Verdict::NotCovered(obstacle), has_ended));
     }
     let database = run.configuration(vec!["log.targets.console=false".into()])?;
     if let Some(obstacle) = run.obstacle_in(&database.current()) {
-        return not_covered(&obstacle);
+        return Ok((Verdict::NotCovered(obstacle), has_ended));
     }
     let how = Options {
         mode: Mode::Staged,
@@ -33,16 +60,34 @@ pub fn verify(file: &Path) -> Result<u8, Failure> {
         ..Options::default()
     };
     let agent = Agent::load_with(&database, &examples::plugins(), how)?;
-    match comparison.compare(agent)? {
-        Verdict::Identical { values, cycles, whole } => {
-            let end = if whole { "" } else { ", up to where the recording was cut off" };
-            output::line(format_args!("identical, {values} values in {cycles} cycles{end}"));
-            Ok(0)
+    Ok((comparison.compare(agent)?, has_ended))
+}
+
+/// What is told in JSON.
+fn document(file: &Path, verdict: &Verdict, whole: bool) -> serde_json::Value {
+    let (mut counts, mut difference, mut reason) = (None, None, None);
+    let outcome = match verdict {
+        Verdict::Identical { values, cycles, .. } => {
+            counts = Some((values, cycles));
+            "identical"
         }
-        Verdict::Different(difference) => {
-            output::line(difference);
-            Ok(1)
+        Verdict::Different(own) => {
+            difference = Some(first(own, "replayed"));
+            "different"
         }
-        Verdict::NotCovered(reason) => not_covered(&reason),
-    }
+        Verdict::Nothing => "nothing_to_compare",
+        Verdict::NotCovered(own) => {
+            reason = Some(own);
+            "not_covered"
+        }
+    };
+    json!({
+        "file": printable(file).to_string(),
+        "outcome": outcome,
+        "whole": whole,
+        "values": counts.map(|(values, _)| values),
+        "cycles": counts.map(|(_, cycles)| cycles),
+        "first": difference,
+        "reason": reason,
+    })
 }

@@ -54,6 +54,9 @@ visit(async () => {
   await until("a value", async () => / (m|rad)$/.test(await inspected.innerText()));
   const seen = await inspected.innerText();
   await until("the value changes", async () => (await inspected.innerText()) !== seen);
+  assert((await page.locator(".inspector tbody th").allInnerTexts()).join(" ") === "x y theta", "fields are not as their interface has them");
+  await page.click("button[aria-label='Plot theta']");
+  await until("it is plotted", async () => /rad$/.test(await page.innerText(".tile[data-panel=plot] .series b")));
   await page.fill("input[aria-label='Search for properties']", "r2");
   await page.focus("[role=row][tabindex='0']");
   await page.keyboard.press("ArrowDown");
@@ -99,6 +102,16 @@ visit(async () => {
   await add.fill("simulator/r2/clearance/distance");
   await add.press("Enter");
   await until("another line", async () => /\d m$/.test(await page.locator(".tile").nth(1).locator(".series b").first().innerText()));
+  // What is computed of others, and what is wrong with it.
+  await add.fill("=2 * {simulator/r2/clearance/distance");
+  await add.press("Enter");
+  await until("it is said what is wrong", async () => (await page.locator(".tile .trouble").count()) === 1);
+  await add.fill("=2 * {simulator/r2/clearance/distance}");
+  await add.press("Enter");
+  await until("it is computed", async () => {
+    const [single, twice] = (await page.locator(".tile").nth(1).locator(".series b").allInnerTexts()).map((text) => Number.parseFloat(text));
+    return Math.abs(twice - 2 * single) < 0.1;
+  });
   await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));
   await page.waitForTimeout(2000);
   await browser.accessible(page, "the plots");
@@ -181,7 +194,54 @@ visit(async () => {
   await browser.picture(page, "drive");
   await page.keyboard.up("a");
   await until("nobody drives any more", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
+
+  // A gamepad drives while its left shoulder button is held: the stick alone does nothing, and letting go of the button ends it.
+  const pad = (held, axes) => page.evaluate(([held, axes]) => {
+    const buttons = Array.from({ length: 17 }, (_, place) => ({ pressed: place === 4 && held, touched: false, value: 0 }));
+    navigator.getGamepads = () => [null, { id: "Pad", index: 1, connected: true, mapping: "standard", axes, buttons }];
+  }, [held, axes]);
+  await pad(false, [0, -1, 0, 0]);
+  await until("the gamepad is known", async () => (await page.innerText(".drive")).includes("Gamepad"));
+  await page.waitForTimeout(300);
+  assert((await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION", "a stick alone drives");
+  await pad(true, [0, -0.5, 0, 0]);
+  await until("half of the stick is half of the speed", async () => {
+    const { left, right } = await value(`${AGENT}/r2/wheels/command`);
+    return Math.abs(left - right) < 1e-9 && Math.abs(left * 0.0975 - 0.15) < 0.03;
+  });
+  await pad(false, [0, -0.5, 0, 0]);
+  await until("the button is let go", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
+  // One that is pulled out is let go, too.
+  await pad(true, [0, 0, 0, 0]);
+  await pad(true, [-0.6, 0, 0, 0]);
+  await until("it turns", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority === "TELEOPERATION");
+  await page.evaluate(() => (navigator.getGamepads = () => []));
+  await until("nobody drives", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
   await page.click("button:has-text('Give the controls back')");
+
+  // Everything is found by a few letters: a number to plot, a module to be switched on; and the stop stays in reach.
+  await page.keyboard.press("Control+k");
+  const find = page.locator(".palette input");
+  await find.fill("plot clear r2 dist");
+  await until("it is found", async () => (await page.locator("[role=option]").first().innerText()).includes("simulator/r2/clearance/distance"));
+  await browser.accessible(page, "what is found");
+  await browser.picture(page, "find");
+  const covers = await page.evaluate(() => {
+    const { left, top, width, height } = document.getElementById("stop").getBoundingClientRect();
+    return document.elementFromPoint(left + width / 2, top + height / 2).closest("button")?.id;
+  });
+  assert(covers === "stop", "a dialog is over the stop");
+  await page.keyboard.press("Enter");
+  await until("its plot is there", async () => (await page.innerText(".tile[data-panel=plot] .series")).includes("simulator/r2/clearance/distance"));
+  await page.keyboard.press("Control+k");
+  await find.fill("switch avoid_obs on");
+  await page.keyboard.press("Enter");
+  await until("it is switched on", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_obstacle" && condition === "WORKING"));
+  await until("the palette is closed", async () => (await page.locator("[role=dialog]").count()) === 0);
+  await page.keyboard.press("?");
+  await page.waitForSelector("[role=dialog][aria-label=Keys]");
+  await page.keyboard.press("Escape");
+  await until("the keys are closed", async () => (await page.locator("[role=dialog]").count()) === 0);
 
   // Layouts: changed, shared by a link, saved in the project. A panel of the project is there like any other.
   await browser.view(page, "timing");

@@ -28,6 +28,13 @@ visit(async () => {
   await page.click("button:has-text('Go live')");
   await until("the present again", async () => (await now()) > 6);
 
+  // The time of a line of the log is looked back at.
+  await api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { goal_x: 0.5 });
+  await page.locator(".log tr", { hasText: "knowledge/params" }).first().click({ timeout: 5000 });
+  await page.click("button:has-text('Look back at')");
+  await until("the past of the line", async () => (await page.locator(".foot[data-past=true]").count()) === 1);
+  await page.click("button:has-text('Go live')");
+
   // A recording, begun and ended, and the last seconds.
   await page.click(".record");
   await until("it records", async () => /recording-1: .* values/.test(await page.innerText(".foot")));

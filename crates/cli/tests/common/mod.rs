@@ -183,6 +183,27 @@ impl Drop for Running {
     }
 }
 
+/// Calls cargo in the folder of a plugin. What it builds is kept for the next time, and nothing is downloaded.
+pub fn cargo(folder: &Path, verb: &str) -> String {
+    let output = Command::new(std::env::var("CARGO").unwrap_or("cargo".into()))
+        .args([verb, "--offline"])
+        .current_dir(folder)
+        .env("CARGO_TARGET_DIR", plugin_target())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Where a library is that [`cargo`] has built.
+pub fn built_plugin(library: &str) -> PathBuf {
+    plugin_target().join("debug").join(library)
+}
+
+fn plugin_target() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("plugin-target")
+}
+
 /// A library that was built with the command.
 pub fn library(name: &str) -> String {
     let folder = Path::new(env!("CARGO_BIN_EXE_slate")).parent().unwrap();

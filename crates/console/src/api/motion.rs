@@ -41,7 +41,7 @@ struct Stop {
 pub(super) fn stop(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
     // What comes with it is no reason not to stop.
     let stop: Stop = asked.body_or_default().unwrap_or_default();
-    let reason = if stop.reason.is_empty() { format!("by a {}", asked.who) } else { stop.reason };
+    let reason = if stop.reason.is_empty() { format!("by the {}", asked.who) } else { stop.reason };
     made(context, Call::Stop { reason })?;
     let stopped: Vec<_> = context.desk.composer().actuators().into_iter().map(|(name, _)| name).collect();
     Ok(Answer::json(json!({ "stopped": stopped })))

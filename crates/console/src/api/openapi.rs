@@ -99,7 +99,7 @@ fn of(operation: &Operation, context: &Context) -> Json {
     let mut document = json!({
         "operationId": operation.name,
         "summary": operation.summary,
-        "description": format!("For a {} and whoever may more.", operation.role),
+        "description": format!("For {} and whoever may more.", operation.role.one()),
         "parameters": parameters,
         "responses": {
             "200": { "description": "It is done.", "content": content },

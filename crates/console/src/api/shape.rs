@@ -53,6 +53,10 @@ pub(super) fn agent() -> Json {
     object(&[
         ("name", text()),
         ("version", text()),
+        (
+            "run",
+            json!({ "type": "string", "description": "Another one whenever the agent was started again." }),
+        ),
         ("role", json!({ "enum": ["viewer", "operator", "developer"] })),
         ("time", count()),
         ("lockstep", flag()),

@@ -23,6 +23,7 @@ pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
     Ok(Answer::json(json!({
         "name": context.agent(),
         "version": env!("CARGO_PKG_VERSION"),
+        "run": context.session,
         "role": ask.role.name(),
         "time": context.now(),
         "lockstep": context.is_lockstep,

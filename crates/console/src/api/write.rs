@@ -49,8 +49,11 @@ pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> 
         && fields.is_empty()
     {
         // What is put is the whole.
-        let entries = body.as_object();
-        let named = |name: &str| entries.is_some_and(|entries| entries.contains_key(name));
+        let entries = body.as_object().ok_or_else(|| {
+            let message = format!("/{} is an object of fields", target.property.path());
+            Problem::unfit(message, "GET /api/v1/interfaces/NAME tells what values are made of")
+        })?;
+        let named = |name: &str| entries.contains_key(name);
         let missing: Vec<_> = target
             .property
             .descriptor()
@@ -118,7 +121,7 @@ fn target(context: &Context, ask: &Ask) -> Result<Target, Problem> {
     };
     let developer = !matches!(what, What::Setting { is_parameter: false, .. });
     if developer && ask.role < Role::Developer {
-        let message = format!("a {} may not change parameters", ask.role);
+        let message = format!("{} may not change parameters", ask.role.one());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of a developer"));
     }
     Ok(Target { property, module, what })

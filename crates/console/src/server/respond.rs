@@ -6,7 +6,8 @@ use std::sync::Arc;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::header::{
-    ACCEPT, CACHE_CONTROL, CONTENT_TYPE, ETAG, HeaderMap, HeaderValue, IF_MATCH, IF_NONE_MATCH, UPGRADE,
+    ACCEPT, ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, ETAG, HeaderMap, HeaderValue,
+    IF_MATCH, IF_NONE_MATCH, UPGRADE, VARY,
 };
 use hyper::{Method, Request, Response, StatusCode};
 use serde_json::{Value as Json, json};
@@ -71,8 +72,8 @@ async fn answer(
         hall.guard.check_rate()?;
     }
     if role < operation.role {
-        let message = format!("a {role} may not do this");
-        let help = format!("ask with the token of a {}", operation.role);
+        let message = format!("{} may not do this", role.one());
+        let help = format!("ask with the token of {}", operation.role.one());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
     }
     check_query(operation, &query)?;
@@ -122,18 +123,36 @@ fn page(hall: &Hall, method: &Method, path: &str, headers: &HeaderMap) -> Option
         let index = json!({ "api": BASE, "openapi": format!("{BASE}/openapi.json") });
         return (path == "/").then(|| json_response(StatusCode::OK, &index));
     };
-    let version = format!("\"{:08x}-{:x}\"", crc32fast::hash(&page.content), page.content.len());
+    let small = if takes_gzip(headers) { hall.pages.smaller(&page) } else { None };
+    let form = if small.is_some() { "-gzip" } else { "" };
+    let version = format!("\"{:08x}-{:x}{form}\"", crc32fast::hash(&page.content), page.content.len());
     let is_known = text(headers, IF_NONE_MATCH.as_str()).is_some_and(|known| known.contains(&version));
+    let is_small = small.is_some();
     let mut answer = match is_known {
         true => response(StatusCode::NOT_MODIFIED, &page.kind, Body::Whole(None)),
-        false => response(StatusCode::OK, &page.kind, Body::of(page.content)),
+        false => response(StatusCode::OK, &page.kind, Body::of(small.unwrap_or(page.content))),
     };
+    answer.headers_mut().insert(VARY, HeaderValue::from_static("accept-encoding"));
+    if is_small && !is_known {
+        answer.headers_mut().insert(CONTENT_ENCODING, HeaderValue::from_static("gzip"));
+    }
     // It may be kept, and is asked for again each time.
     answer.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
     if let Ok(version) = HeaderValue::from_str(&version) {
         answer.headers_mut().insert(ETAG, version);
     }
     Some(answer)
+}
+
+/// Whether whoever asks can read gzip.
+fn takes_gzip(headers: &HeaderMap) -> bool {
+    let accepted = text(headers, ACCEPT_ENCODING.as_str()).unwrap_or_default();
+    accepted.split(',').any(|coding| {
+        let (name, weight) = coding.split_once(';').unwrap_or((coding, ""));
+        let weight = weight.trim().strip_prefix("q=").map(str::trim);
+        name.trim().eq_ignore_ascii_case("gzip")
+            && weight.is_none_or(|weight| weight.parse::<f64>().ok() != Some(0.0))
+    })
 }
 
 fn text(headers: &HeaderMap, name: &str) -> Option<String> {
@@ -158,6 +177,10 @@ async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Opt
     }
     if !is_taken {
         return Err(Problem::bad("this takes no body", "send none"));
+    }
+    if let Some(coding) = text(headers, CONTENT_ENCODING.as_str()).filter(|coding| coding != "identity") {
+        let message = format!("the body is coded as `{coding}`");
+        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send it as it is"));
     }
     let kind = text(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
     let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();

@@ -152,7 +152,7 @@ pub(crate) fn open<B>(
         return Err(Problem::bad(message, format!("offer {}", kind.protocols().join(" or "))));
     }
     if kind == Kind::Teleoperation && role < Role::Operator {
-        let message = format!("a {role} may not drive");
+        let message = format!("{} may not drive", role.one());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of an operator"));
     }
     if !place.becomes_socket() {

@@ -63,7 +63,7 @@ fn take(
     let sequence = request.sequence;
     let wrong = |problem| (sequence, problem);
     if let Some(reason) = request.stop {
-        let reason = if reason.is_empty() { format!("by a {}", visitor.who) } else { reason };
+        let reason = if reason.is_empty() { format!("by the {}", visitor.who) } else { reason };
         if let Some(controls) = controls {
             controls.release();
         }

@@ -1,5 +1,6 @@
 //! The page: files for browsers, of the program, of a folder, and of a project.
 
+use std::io::Read;
 use std::path::Path;
 
 use serde_json::{Value as Json, json};
@@ -36,6 +37,37 @@ fn a_browser_gets_the_page_without_a_token_and_what_it_has_kept_is_not_sent_agai
     // Licences stay in the repository, and what is no page needs a token as ever.
     for path in ["/lib/VENDOR.md", "/lib/LICENSE-htm", "/nothing.js", "/app.js/", "//app.js", "/web/app.js"] {
         assert_eq!(browse(&run, path, "").status, 401, "{path}");
+    }
+}
+
+#[test]
+fn who_reads_gzip_gets_the_same_files_smaller() {
+    let run = Running::start("gzip");
+    let plain = browse(&run, "/theme.css", "");
+    assert_eq!((plain.header("content-encoding"), plain.header("vary")), ("", "accept-encoding"));
+    let small = browse(&run, "/theme.css", "Accept-Encoding: deflate, gzip;q=0.8, br\r\n");
+    assert_eq!((small.status, small.header("content-encoding")), (200, "gzip"));
+    assert!(small.body.len() * 3 < plain.body.len(), "{} of {}", small.body.len(), plain.body.len());
+    let mut unpacked = Vec::new();
+    flate2::read::GzDecoder::new(&small.body[..]).read_to_end(&mut unpacked).unwrap();
+    assert_eq!(unpacked, plain.body);
+    // What is kept of one form is not taken for the other.
+    assert_ne!(small.header("etag"), plain.header("etag"));
+    let known = format!("If-None-Match: {}\r\nAccept-Encoding: gzip\r\n", small.header("etag"));
+    assert_eq!(browse(&run, "/theme.css", &known).status, 304);
+    for refused in ["identity", "gzip;q=0", "gzip; q=0.0", "xgzip"] {
+        let reply = browse(&run, "/theme.css", &format!("Accept-Encoding: {refused}\r\n"));
+        assert_eq!((reply.header("content-encoding"), &reply.body), ("", &plain.body), "{refused}");
+    }
+}
+
+#[test]
+fn the_first_page_names_all_files_that_it_takes_to_show_it() {
+    let run = Running::start("announced");
+    let page = browse(&run, "/", "Accept: text/html\r\n").text();
+    let panels: Vec<String> = serde_json::from_slice(&browse(&run, "/panels.json", "").body).unwrap();
+    for path in panels.iter().map(String::as_str).chain(["/slate.js", "/map/draw.js", "/lib/uplot.js"]) {
+        assert!(page.contains(&format!("href=\"{path}\"")), "{path} is asked for late");
     }
 }
 

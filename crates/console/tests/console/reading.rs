@@ -69,8 +69,17 @@ fn an_image_is_a_picture() {
         run.client("viewer").head("GET", &format!("/api/v1{}", run.at("sensor/image?format=mjpeg&rate=50")));
     stream.write_all(format!("{head}\r\n").as_bytes()).unwrap();
     let pictures = BufReader::new(stream).split(b'\n').map_while(Result::ok);
-    let count = pictures.filter(|line| line.starts_with(b"--slate-picture")).take(3).count();
-    assert_eq!(count, 3);
+    let mut times = Vec::new();
+    let mut count = 0;
+    for line in pictures {
+        count += u32::from(line.starts_with(b"--slate-picture"));
+        let text = String::from_utf8_lossy(&line);
+        times.extend(text.strip_prefix("Slate-Time: ").and_then(|time| time.trim().parse::<u64>().ok()));
+        if count == 4 {
+            break;
+        }
+    }
+    assert!(times.len() == 3 && times.is_sorted_by(|a, b| a < b), "each says when it was written: {times:?}");
 }
 
 #[test]

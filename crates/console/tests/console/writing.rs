@@ -29,6 +29,27 @@ fn a_parameter_is_set_checked_and_taken_back() {
 }
 
 #[test]
+fn a_body_that_is_no_object_or_comes_packed_is_refused_as_what_it_is() {
+    let run = Running::start("bodies");
+    let developer = run.client("developer");
+    let at = run.at("sensor/params");
+    for body in [json!([1, 2]), json!("step"), json!(null), json!(3)] {
+        let text = developer.send("PUT", &at, Some(&body)).problem(422);
+        assert!(text.contains("sensor/params is an object of fields"), "{body}: {text}");
+    }
+    let packed = developer.with("Content-Encoding", "gzip");
+    let text = packed.send("PATCH", &at, Some(&json!({ "step": 2.0 }))).problem(415);
+    assert!(text.contains("gzip"), "{text}");
+    assert_eq!(run.get(&run.at("sensor/params/step?bare")).json(), json!(1.0));
+    assert!(
+        run.client("viewer")
+            .send("PATCH", &at, Some(&json!({ "step": 2.0 })))
+            .problem(403)
+            .contains("an operator")
+    );
+}
+
+#[test]
 fn a_dry_run_changes_nothing_and_says_whether_it_could() {
     let run = Running::start("dry");
     let developer = run.client("developer");

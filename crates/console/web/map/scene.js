@@ -30,23 +30,9 @@ export function find(properties, world) {
     poses: [...poses.filter(({ robot }) => !robot), ...of("Odometry").filter(({ path }) => !robotOf(path, names))].map(({ path }) => ({ path })),
     scans: anchored("SonarScan", "LaserScan"),
     sightings: anchored("Sightings"),
+    grids: of("OccupancyGrid").map(({ path }) => ({ path })),
+    paths: of("Path").map(({ path }) => ({ path })),
+    estimates: of("PoseEstimate").map(({ path }) => ({ path, robot: robotOf(path, names) })),
     goals: where(of("Point2").filter(({ path }) => path.endsWith("/goal")).map(({ path }) => ({ path, robot: robotOf(path, names) }))),
   };
 }
-
-/** What a click on the map can set: inputs without a link, mailboxes, and parameters that are a goal. */
-export function targets(properties, links) {
-  const linked = new Set(links.map(({ to }) => to));
-  return properties.flatMap(({ path, interface: name, access }) => {
-    const isPlace = ["Point2", "Pose2"].includes(name);
-    if (isPlace && access === "messages") return [{ path, how: "send", turned: name === "Pose2" }];
-    if (isPlace && access === "setting" && !linked.has(path)) return [{ path, how: "set", turned: name === "Pose2" }];
-    return [];
-  });
-}
-
-/** The same of parameters, after what these are made of. */
-export const parameterTargets = (properties, interfaces) =>
-  properties
-    .filter(({ access, interface: name }) => access === "setting" && interfaces[name]?.properties?.goal_x && interfaces[name].properties.goal_y)
-    .map(({ path }) => ({ path, how: "parameters", turned: false }));

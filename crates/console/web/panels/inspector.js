@@ -1,5 +1,5 @@
 // One property: what it is made of, who writes and reads it, its value as it comes.
-import { Age, at, brief, Empty, Field, html, leaves, number, part, patch, post, Problem, put, reload, Trouble, useAgent, useEffect, useInterfaces, useProperties, useReading, useResource, useSelected, useState } from "/slate.js";
+import { Age, at, brief, Empty, Field, html, leaves, number, openPanel, part, patch, post, Problem, put, reload, Trouble, useAgent, useEffect, useInterfaces, useProperties, useReading, useResource, useSelected, useState } from "/slate.js";
 
 /** One value in one line, with the unit that its schema says. */
 function written(value, { type, unit, schema }) {
@@ -63,9 +63,10 @@ function Panel() {
       <${Field} name="Read by">${readers.length ? readers.join(", ") : "no link"}</${Field}>
       ${reading && html`<${Field} name="Number, age">${reading.sequence}, <${Age} time=${reading.time} /></${Field}>`}
     </dl>
-    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th></tr></thead><tbody>
+    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th><th></th></tr></thead><tbody>
       ${leaves(schema).map((leaf) => html`<tr key=${leaf.pointer}><th scope="row">${leaf.name || "value"}</th>
-        <td class="number">${written(part(reading.value, leaf.pointer), leaf)}</td><td class="muted wrap">${leaf.doc}</td></tr>`)}</tbody></table>`}
+        <td class="number">${written(part(reading.value, leaf.pointer), leaf)}</td><td class="muted wrap">${leaf.doc}</td>
+        <td>${["number", "integer", "boolean"].includes(leaf.type) && html`<button class="quiet" title="Over time, in a panel beside this" aria-label=${`Plot ${leaf.name || "value"}`} onClick=${() => openPanel("plot", { series: [path + leaf.pointer] })}>Plot</button>`}</td></tr>`)}</tbody></table>`}
     ${!reading && property.access !== "messages" && html`<p class="doc muted">It has no value yet.</p>`}
     ${(property.access === "messages" || (property.access === "setting" && !isLinked)) && html`<${Editor} property=${property} value=${reading?.value} />`}
     ${reading && html`<details class="raw"><summary>As JSON</summary><pre>${JSON.stringify(reading.value, null, 1)}</pre></details>`}

@@ -1,11 +1,19 @@
 // The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
-import { at, clock, colors, Empty, html, onTheme, patch, post, Problem, put, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
+import { clock, colors, Empty, html, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
 import * as draw from "/map/draw.js";
-import { find, parameterTargets, targets } from "/map/scene.js";
+import { paint as paintStroke, setPlace, targets } from "/map/edit.js";
+import * as layers from "/map/layers.js";
+import { find } from "/map/scene.js";
 import { forget, trail } from "/map/trails.js";
-import { fit, toWorld, zoom } from "/map/view.js";
+import { fit, toPixel, toWorld, zoom } from "/map/view.js";
 
-const LAYERS = { world: "World", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
+const LAYERS = { world: "World", grids: "Grid maps", paths: "Planned ways", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
+
+const MARKS = { OCCUPIED: "Occupied", FREE: "Free", MEASURED: "As measured" };
+const BRUSHES = [0.1, 0.2, 0.4, 0.8];
+
+// So near to a pose it is taken hold of, pixels.
+const GRASP = 24;
 
 // Nothing says how large the world of a robot without a simulator is.
 const SOMEWHERE = { minimum: [-3, -3], maximum: [3, 3] };
@@ -22,36 +30,51 @@ function Panel({ options, setOptions }) {
   const world = useResource(documents.includes("world") ? "/documents/world" : null);
   const before = useResource(documents.includes("trails") ? "/documents/trails" : null)?.robots;
   const scene = useMemo(() => find(properties, world), [properties, world]);
-  const goals = useMemo(() => [...parameterTargets(properties, interfaces), ...targets(properties, links)], [properties, interfaces, links]);
+  const able = useMemo(() => targets(properties, links, interfaces), [properties, links, interfaces]);
   const [box, size] = useSize();
   const canvas = useRef(null);
-  const state = useRef({ view: null, readings: new Map(), pointers: new Map(), ruler: null, aim: null, dirty: true }).current;
+  const state = useRef({ view: null, readings: new Map(), pointers: new Map(), ruler: null, aim: null, stroke: null, dirty: true }).current;
   const [tool, setTool] = useState("move");
   const [target, setTarget] = useState("");
+  const [mark, setMark] = useState("OCCUPIED");
+  const [brush, setBrush] = useState(BRUSHES[1]);
+  const [undone, setUndone] = useState([]);
   const [hover, setHover] = useState(null);
   const [problem, setProblem] = useState(null);
   const [said, setSaid] = useState("");
   const [summary, setSummary] = useState([]);
   const isShown = (layer) => options[layer] !== false;
-  const bounds = world?.bounds?.maximum ? world.bounds : SOMEWHERE;
-  const chosen = goals.find(({ path }) => path === target) ?? goals[0];
+  const [gridBounds, setGridBounds] = useState(null);
+  const bounds = world?.bounds?.maximum ? world.bounds : (gridBounds ?? SOMEWHERE);
+  const choices = able[tool] ?? [];
+  const chosen = choices.find(({ path }) => path === target) ?? choices[0];
 
   // What is drawn is watched, each at the rate of a picture.
   const watched = useMemo(() => {
-    const { robots, poses, scans, sightings, goals } = scene;
+    const { robots, poses, scans, sightings, goals, grids, paths: ways, estimates } = scene;
     const paths = [...robots.flatMap(({ pose, status }) => [pose, status]), ...poses.map(({ path }) => path)];
     if (isShown("scans")) paths.push(...firstScans(scans).map(({ path }) => path));
     if (isShown("sightings")) paths.push(...sightings.map(({ path }) => path));
     if (isShown("goals")) paths.push(...goals.map(({ path }) => path));
+    if (isShown("grids")) paths.push(...grids.map(({ path }) => path));
+    if (isShown("paths")) paths.push(...ways.map(({ path }) => path));
+    if (isShown("estimates")) paths.push(...estimates.map(({ path }) => path));
+    // What is dragged is seen, whatever else is.
+    if (tool === "pose" || tool === "goal") paths.push(...able[tool].map(({ shows, path, how }) => shows ?? (how === "send" ? null : path)));
     return [...new Set(paths.filter(Boolean))];
-  }, [scene, options.scans, options.sightings, options.goals]);
+  }, [scene, able, tool, options.scans, options.sightings, options.goals, options.grids, options.paths, options.estimates]);
   useEffect(() => {
     state.readings.clear();
     const ends = watched.map((path) =>
       watch(path, (reading) => {
         state.readings.set(path, reading);
         state.dirty = true;
-      }, { rate: 20 }),
+        // Without a world, the first grid map says how large it is.
+        if (reading.value.resolution > 0 && !state.isBound) {
+          state.isBound = true;
+          setGridBounds(layers.boundsOf(reading.value));
+        }
+      }, { rate: scene.grids.some((grid) => grid.path === path) ? 5 : 20 }),
     );
     return () => ends.forEach((end) => end());
   }, [watched.join(" ")]);
@@ -111,6 +134,9 @@ function Panel({ options, setOptions }) {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, size.width, size.height);
     draw.grid(context, scheme, view, size);
+    if (isShown("grids")) {
+      for (const { path } of scene.grids) if (value(path)) layers.gridMap(context, scheme, view, size, path, state.readings.get(path));
+    }
     if (isShown("world") && world) draw.world(context, scheme, view, size, world);
     const drawGoals = () => {
       const live = scene.goals.filter(({ path }) => value(path));
@@ -135,6 +161,15 @@ function Panel({ options, setOptions }) {
       const color = route === "REACTIVE" ? scheme.reactive : route === "DELIBERATIVE" ? scheme.deliberative : scheme.idle;
       draw.robot(context, scheme, view, size, body, value(body.pose) ?? body, color);
     }
+    if (isShown("paths")) {
+      for (const { path } of scene.paths) if (value(path)) layers.plannedPath(context, scheme, view, size, value(path).points);
+    }
+    if (isShown("estimates")) {
+      for (const { path, robot } of scene.estimates) {
+        const isHeld = state.aim && chosen?.shows === path;
+        if (value(path) && !isHeld) layers.estimate(context, scheme, view, size, value(path), `${robot ?? path}, believed`);
+      }
+    }
     if (isShown("poses")) {
       for (const { path } of scene.poses) {
         const pose = value(path)?.pose ?? value(path);
@@ -145,25 +180,47 @@ function Panel({ options, setOptions }) {
     if (isShown("goals")) drawGoals();
     if (state.ruler) draw.ruler(context, scheme, view, size, state.ruler);
     if (state.aim) {
-      if (chosen?.turned) draw.arrow(context, scheme, view, size, state.aim, "", scheme.text);
+      if (tool === "pose") layers.estimate(context, scheme, view, size, { pose: state.aim }, "", true);
+      else if (chosen?.turned) draw.arrow(context, scheme, view, size, state.aim, "", scheme.text);
       else draw.goal(context, scheme, view, size, state.aim.x, state.aim.y, "", scheme.text);
     }
+    if (state.stroke) layers.brushStroke(context, scheme, view, size, state.stroke, brush, mark);
     draw.scaleBar(context, scheme, view, size);
   }
 
-  async function send({ x, y, theta }) {
-    const [place, turned] = [{ x, y }, { x, y, theta }];
-    const path = at(agent.name, chosen.path);
+  // Whatever is changed can be taken back, the last first.
+  async function change(words, work) {
     try {
       setProblem(null);
-      if (chosen.how === "parameters") await patch(path, { goal_x: x, goal_y: y });
-      else await (chosen.how === "send" ? post : put)(path, chosen.turned ? turned : place);
-      setSaid(`Goal: x ${x.toFixed(2)} m, y ${y.toFixed(2)} m`);
+      const undo = await work();
+      if (undo) setUndone((all) => [...all, { words, undo }]);
+      setSaid(words);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       setProblem(error);
     }
   }
+  const send = (place) => {
+    const shown = chosen.shows ?? (chosen.how === "send" ? null : chosen.path);
+    const before = shown && (value(shown)?.pose ?? value(shown));
+    const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${place.x.toFixed(2)} m, y ${place.y.toFixed(2)} m${chosen.turned ? `, ${place.theta.toFixed(2)} rad` : ""}`;
+    return change(words, () => setPlace(agent.name, chosen, place, before));
+  };
+  const undo = async () => {
+    const last = undone.at(-1);
+    setUndone(undone.slice(0, -1));
+    await change(`Taken back: ${last.words}`, async () => {
+      await last.undo();
+    });
+  };
+  // The pose that is under a pointer and can be taken hold of.
+  const grasped = (left, top) => {
+    const shown = chosen?.shows && value(chosen.shows);
+    const pose = shown?.pose ?? shown;
+    if (!pose) return null;
+    const [x, y] = toPixel(state.view, size, pose.x, pose.y);
+    return Math.hypot(x - left, y - top) < GRASP ? pose : null;
+  };
 
   const local = (event) => {
     const { left, top } = canvas.current.getBoundingClientRect();
@@ -177,6 +234,11 @@ function Panel({ options, setOptions }) {
     state.pointers.set(event.pointerId, local(event));
     const [x, y] = world2(event).map(round);
     if (tool === "goal" && chosen) state.aim = { x, y, theta: 0 };
+    if (tool === "pose" && chosen) {
+      const held = grasped(...local(event));
+      state.aim = held ? { ...held, from: [x, y], start: held } : { x, y, theta: 0 };
+    }
+    if (tool === "paint" && chosen) state.stroke = [{ x, y }];
     if (tool === "measure") state.ruler = [[x, y], [x, y]];
     state.dirty = true;
   };
@@ -191,11 +253,19 @@ function Panel({ options, setOptions }) {
       const distance = (one) => Math.hypot(one[0] - other[0], one[1] - other[1]);
       state.view = zoom(state.view, size, other[0], other[1], distance(now) / (distance(before) || 1));
       state.moved = true;
-      state.aim = null;
+      state.aim = state.stroke = null;
     } else if (tool === "move") {
       state.view = { ...state.view, x: state.view.x - (now[0] - before[0]) / state.view.scale, y: state.view.y + (now[1] - before[1]) / state.view.scale };
       state.moved = true;
       if (options.follow) setOptions({ follow: "" });
+    } else if (state.aim?.from) {
+      // Taken hold of, it keeps its heading.
+      const [x, y] = world2(event);
+      const { from, start } = state.aim;
+      Object.assign(state.aim, { x: round(start.x + x - from[0]), y: round(start.y + y - from[1]) });
+    } else if (state.stroke) {
+      const [x, y] = world2(event).map(round);
+      if (Math.hypot(x - state.stroke.at(-1).x, y - state.stroke.at(-1).y) * state.view.scale > 2) state.stroke.push({ x, y });
     } else if (state.aim) {
       const [x, y] = world2(event);
       if (Math.hypot(x - state.aim.x, y - state.aim.y) * state.view.scale > 6) state.aim.theta = round(Math.atan2(y - state.aim.y, x - state.aim.x));
@@ -205,8 +275,10 @@ function Panel({ options, setOptions }) {
   };
   const up = (event) => {
     state.pointers.delete(event.pointerId);
-    if (state.aim) send(state.aim);
-    state.aim = null;
+    const { aim, stroke } = state;
+    if (aim) send({ x: aim.x, y: aim.y, theta: round(aim.theta) });
+    if (stroke) change(`Painted: ${MARKS[mark].toLowerCase()}`, () => paintStroke(agent.name, chosen, stroke, brush, mark));
+    state.aim = state.stroke = null;
     state.dirty = true;
   };
   const wheel = (event) => {
@@ -232,7 +304,11 @@ function Panel({ options, setOptions }) {
     if (factor) state.view = zoom(state.view, size, size.width / 2, size.height / 2, factor);
     else if (across || upwards) state.view = { ...state.view, x: state.view.x + (across * 40) / state.view.scale, y: state.view.y + (upwards * 40) / state.view.scale };
     else if (event.key === "f") whole();
-    else if (event.key === "Enter" && tool === "goal" && chosen) send({ x: round(state.view.x), y: round(state.view.y), theta: 0 });
+    else if (event.key === "Enter" && ["goal", "pose"].includes(tool) && chosen) send({ x: round(state.view.x), y: round(state.view.y), theta: 0 });
+    else if (event.key === "Enter" && tool === "paint" && chosen) {
+      const here = [{ x: round(state.view.x), y: round(state.view.y) }];
+      change(`Painted: ${MARKS[mark].toLowerCase()}`, () => paintStroke(agent.name, chosen, here, brush, mark));
+    }
     else return;
     event.preventDefault();
     state.moved = event.key !== "f";
@@ -245,10 +321,17 @@ function Panel({ options, setOptions }) {
   return html`<div class="map">
     <div class="bar-of-tools">
       ${button("move", "Drag the map; the wheel zooms")}
-      ${button("goal", goals.length ? "A click sets the goal; dragging turns it" : "No input, parameter or mailbox here takes a place", !goals.length)}
+      ${button("goal", able.goal.length ? "A click sets the goal; dragging turns it" : "No input, parameter or mailbox here takes a place", !able.goal.length)}
+      ${able.pose.length > 0 && button("pose", "Drag the pose to where the robot is; beside it, a click says where and dragging turns it")}
+      ${able.paint.length > 0 && button("paint", "Drag to paint what is where")}
       ${button("measure", "Drag to measure")}
-      ${tool === "goal" && goals.length > 1 && html`<select aria-label="What is set" value=${chosen?.path} onChange=${(event) => setTarget(event.target.value)}>
-        ${goals.map(({ path }) => html`<option key=${path} value=${path}>${path}</option>`)}</select>`}
+      ${choices.length > 1 && html`<select aria-label="What is set" value=${chosen?.path} onChange=${(event) => setTarget(event.target.value)}>
+        ${choices.map(({ path }) => html`<option key=${path} value=${path}>${path}</option>`)}</select>`}
+      ${tool === "paint" && html`<select aria-label="What is painted" value=${mark} onChange=${(event) => setMark(event.target.value)}>
+          ${Object.entries(MARKS).map(([name, title]) => html`<option key=${name} value=${name}>${title}</option>`)}</select>
+        <select aria-label="Width of the brush" value=${brush} onChange=${(event) => setBrush(Number(event.target.value))}>
+          ${BRUSHES.map((width) => html`<option key=${width} value=${width}>${width} m</option>`)}</select>`}
+      ${tool in able && html`<button class="tool" disabled=${!undone.length} title=${undone.length ? `Takes back: ${undone.at(-1).words}` : "Nothing to take back"} onClick=${undo}>Undo</button>`}
       <button class="tool" onClick=${whole} title="All of the world (f)">Fit</button>
       ${scene.robots.length > 0 && html`<select aria-label="Follow" value=${options.follow ?? ""} onChange=${(event) => setOptions({ follow: event.target.value })}>
         <option value="">Follow none</option>${scene.robots.map(({ name }) => html`<option key=${name} value=${name}>Follow ${name}</option>`)}</select>`}
@@ -260,7 +343,7 @@ function Panel({ options, setOptions }) {
     </div>
     <div class="canvas-box" ref=${box}>
       <canvas ref=${canvas} tabindex="0" role="img" data-tool=${tool} aria-label=${`Map. ${summary.map(({ name, place, route }) => place ? `${name} at ${place.x.toFixed(1)}, ${place.y.toFixed(1)} ${word(route)}` : name).join("; ")}`}
-        onPointerDown=${down} onPointerMove=${move} onPointerUp=${up} onPointerCancel=${() => { state.pointers.clear(); state.aim = null; }} onPointerLeave=${() => setHover(null)} onKeyDown=${press}></canvas>
+        onPointerDown=${down} onPointerMove=${move} onPointerUp=${up} onPointerCancel=${() => { state.pointers.clear(); state.aim = state.stroke = null; }} onPointerLeave=${() => setHover(null)} onKeyDown=${press}></canvas>
       <table class="readout">
         <caption class="hidden">Robots</caption>
         <tbody>${summary.map(({ name, place, route }) => html`<tr key=${name} data-route=${route}>

@@ -1,11 +1,54 @@
 // Numbers over time.
-import { clock, colors, Empty, html, number, numbers, onTheme, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState } from "/slate.js";
+import { clock, colors, Empty, html, number, numbers, onTheme, Trouble, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState } from "/slate.js";
+import { functions, parse } from "/expression.js";
 import { history } from "/history.js";
 import uPlot from "/lib/uplot.js";
 
 const WINDOWS = { 10: "10 s", 30: "30 s", 60: "1 min", 300: "5 min", 600: "10 min" };
 
-const title = ({ path, pointer }) => `${path}${pointer}`;
+const title = ({ name, path, pointer }) => name ?? `${path}${pointer}`;
+
+/** The histories that a line is made of. */
+const sources = ({ path, pointer, inputs }) => (inputs ?? [{ path, pointer }]).map((input) => history(input.path, input.pointer));
+
+/** From a time on, with the value before it: times and values. */
+function since({ times, values }, begin) {
+  let last = times.length;
+  while (last > 0 && times[last - 1] > clock.now / 1e9 + 0.1) last -= 1;
+  let place = last;
+  while (place > 0 && times[place - 1] >= begin) place -= 1;
+  return [times.slice(Math.max(0, place - 1), last), values.slice(Math.max(0, place - 1), last)];
+}
+
+/** The same of a line; what is computed has a value whenever one of its parts has, and the others hold. */
+function table(line, begin) {
+  const parts = sources(line).map((source) => since(source, begin));
+  if (!line.compute) return parts[0];
+  const [times, values, next] = [[], [], parts.map(() => 0)];
+  const now = parts.map(() => undefined);
+  for (;;) {
+    const time = Math.min(...parts.map(([times], part) => times[next[part]] ?? Infinity));
+    if (time === Infinity) return [times, values];
+    parts.forEach(([times, values], part) => {
+      if (times[next[part]] === time) now[part] = values[next[part]++];
+    });
+    if (now.includes(undefined)) continue;
+    const value = line.compute(now);
+    times.push(time);
+    values.push(Number.isFinite(value) ? value : null);
+  }
+}
+
+/** What a name means: a number, or after “=” one that is computed; throws what is wrong with it. */
+function lineOf(name, known) {
+  if (!name.startsWith("=")) return known.get(name);
+  const { inputs, compute } = parse(name.slice(1));
+  const found = inputs.map((input) => known.get(input));
+  const missing = inputs.filter((_, place) => !found[place]);
+  if (missing.length) throw new Error(`There is no number ${missing.join(", ")}`);
+  if (!inputs.length) throw new Error("It has no number of the agent; names stand in braces");
+  return { name, inputs: found, compute, unit: "" };
+}
 
 /** What is plotted before anybody has chosen: what the first actuator gets. */
 const usual = (choices) => choices.filter(({ path }) => path.endsWith("/command")).slice(0, 2);
@@ -72,17 +115,10 @@ function Chart({ series, seconds, paused, size }) {
     };
   }, [key, seconds, size.width, size.height, document.documentElement.dataset.theme]);
 
-  // The newest part of each history, on one axis of time.
+  // The newest part of each line, on one axis of time.
   function histories() {
-    const all = series.map(({ path, pointer }) => history(path, pointer));
-    const since = ({ times, values }, begin) => {
-      let last = times.length;
-      while (last > 0 && times[last - 1] > clock.now / 1e9 + 0.1) last -= 1;
-      let place = last;
-      while (place > 0 && times[place - 1] >= begin) place -= 1;
-      return [times.slice(Math.max(0, place - 1), last), values.slice(Math.max(0, place - 1), last)];
-    };
-    return { all, data: (begin) => (all.length ? uPlot.join(all.map((history) => since(history, begin))) : [[]]) };
+    const all = series.flatMap(sources);
+    return { all, data: (begin) => (all.length ? uPlot.join(series.map((line) => table(line, begin))) : [[]]) };
   }
   return html`<div class="chart" ref=${box} role="img" aria-label=${`Plot of ${series.map(title).join(", ")}`}></div>`;
 }
@@ -95,9 +131,11 @@ function Legend({ series, remove }) {
     return () => clearInterval(timer);
   }, []);
   const scheme = colors();
+  const newest = (line) => table(line, clock.now / 1e9 - 1)[1].at(-1);
+  const written = (line) => (newest(line) === undefined ? "–" : number(newest(line), line.unit));
   return html`<ul class="series">${series.map((line, place) => html`<li key=${title(line)}>
     <span class="swatch" style=${{ background: scheme.series[place % scheme.series.length] }}></span>
-    <span>${title(line)}</span><b class="number">${history(line.path, line.pointer).values.length ? number(history(line.path, line.pointer).values.at(-1), line.unit) : "–"}</b>
+    <span>${title(line)}</span><b class="number">${written(line)}</b>
     <button class="quiet" aria-label=${`Take ${title(line)} out`} onClick=${() => remove(line)}>✕</button></li>`)}</ul>`;
 }
 
@@ -108,6 +146,7 @@ function Panel({ options, setOptions }) {
   const [paused, setPaused] = useState(false);
   const [, redraw] = useState(0);
   const [text, setText] = useState("");
+  const [problem, setProblem] = useState(null);
   useEffect(() => onTheme(() => redraw((count) => count + 1)), []);
   const choices = useMemo(
     () => properties.filter(({ access }) => access !== "messages").flatMap(({ path, interface: name }) => numbers(interfaces[name]).map(({ pointer, unit }) => ({ path, pointer, unit }))),
@@ -115,24 +154,41 @@ function Panel({ options, setOptions }) {
   );
   const byTitle = useMemo(() => new Map(choices.map((choice) => [title(choice), choice])), [choices]);
   const chosen = options.series ?? usual(choices).map(title);
-  const series = useMemo(() => chosen.map((name) => byTitle.get(name)).filter(Boolean), [chosen.join(" "), byTitle]);
+  const series = useMemo(() => chosen.map((name) => {
+    try {
+      return lineOf(name, byTitle);
+    } catch {
+      // One of another run, or of a link that somebody wrote.
+      return undefined;
+    }
+  }).filter(Boolean), [chosen.join(" "), byTitle]);
   const seconds = options.seconds ?? 30;
   const add = (event) => {
     event.preventDefault();
-    if (!byTitle.has(text)) return;
-    setOptions({ series: [...new Set([...chosen, text])] });
-    setText("");
+    // While a name is chosen from the list, each of its letters is a change; a whole expression is entered.
+    const isEntered = event.type === "submit";
+    try {
+      const found = text.startsWith("=") && !isEntered ? undefined : lineOf(text, byTitle);
+      if (!found && isEntered && text) throw new Error(`There is no number ${text}`);
+      if (!found) return;
+      setProblem(null);
+      setOptions({ series: [...new Set([...chosen, text])] });
+      setText("");
+    } catch (error) {
+      setProblem({ message: error.message, help: "such as r2/wheels/command/left, or ={r2/wheels/command/left} - {r2/wheels/command/right}" });
+    }
   };
   const remove = (line) => setOptions({ series: chosen.filter((name) => name !== title(line)) });
   return html`
     <div class="bar-of-tools">
-      <form class="grow" onSubmit=${add}><input list="numbers" placeholder="Add a number, such as r2/wheels/command/left" aria-label="Add a number" autocomplete="off" value=${text}
+      <form class="grow" onSubmit=${add}><input list="numbers" placeholder="Add a number, or ={one} - {other}" title=${`A number of the agent, or after = one that is computed: names stand in braces, functions are ${functions}`} aria-label="Add a number" autocomplete="off" value=${text}
         onInput=${(event) => setText(event.target.value)} onChange=${add} /></form>
       <datalist id="numbers">${choices.map((choice) => html`<option key=${title(choice)} value=${title(choice)}>${choice.unit}</option>`)}</datalist>
       <select aria-label="How long back" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>
         ${Object.entries(WINDOWS).map(([value, name]) => html`<option key=${value} value=${value}>${name}</option>`)}</select>
       <button class="tool" aria-pressed=${paused} onClick=${() => setPaused(!paused)}>${paused ? "Go on" : "Pause"}</button>
     </div>
+    <${Trouble} problem=${problem} />
     <${Legend} series=${series} remove=${remove} />
     <div class="canvas-box" ref=${box}>
       ${!series.length ? html`<${Empty}>Add a number to see it over time.</${Empty}>` : size && size.height > 60 && html`<${Chart} series=${series} seconds=${seconds} paused=${paused} size=${size} />`}

@@ -79,7 +79,7 @@ function Panel({ options, setOptions }) {
   return html`
     <div class="bar-of-tools">
       <input type="search" placeholder="Path or interface" aria-label="Search for properties" value=${text} onInput=${(event) => setText(event.target.value)} />
-      <label><input type="checkbox" checked=${options.usual === true} onChange=${(event) => setOptions({ usual: event.target.checked })} /> What every module has</label>
+      <label><input type="checkbox" checked=${options.usual === true} onChange=${(event) => setOptions({ usual: event.target.checked })} /> With state and timing of modules</label>
       <span class="muted">${shown.length} of ${properties.length}</span>
     </div>
     <div class="scroll"><table role="treegrid" aria-label="Properties" class="tree">

@@ -189,9 +189,6 @@ impl<W: Write> Merger<'_, W> {
                 let texts = &mut metadata.metadata;
                 // What is made again from a run, and compared with it, has all that the run wrote and nothing else.
                 texts.get_mut("whole").into_iter().for_each(|whole| *whole = "false".into());
-                if self.selection.from.is_some() {
-                    texts.get_mut("begins").into_iter().for_each(|begins| *begins = "in the run".into());
-                }
             }
             let kept = if is_counted { input.recount.keep(metadata) } else { Some(metadata) };
             if let Some(metadata) = kept.filter(|own| !self.heads.metadata.contains(own)) {

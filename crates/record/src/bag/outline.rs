@@ -9,6 +9,7 @@ use super::record::{
 };
 use super::source::{Frame, Source};
 use super::summary::Summary;
+use super::tail::{is_cut_behind_data, next_or_cut};
 use super::{Error, MAXIMUM_RECORD};
 
 /// What a file has, but for what is in its chunks.
@@ -26,10 +27,15 @@ pub(super) struct Outline {
     pub summary: Summary,
     /// What is covered by no checksum, in words.
     pub unchecked: Vec<&'static str>,
+    /// Whether there are messages or definitions outside of chunks.
+    pub is_loose: bool,
+    /// Where the first record is that the end of the file cuts off, or should be, if that is so.
+    pub cut: Option<u64>,
 }
 
 impl Outline {
-    pub fn read<R: Read + Seek>(source: &mut Source<R>) -> Result<Self, Error> {
+    /// Of a file that may be cut off, if that is said.
+    pub fn read<R: Read + Seek>(source: &mut Source<R>, may_be_cut: bool) -> Result<Self, Error> {
         let mut outline = Self::default();
         let mut body = Vec::new();
         magic(source)?;
@@ -40,23 +46,54 @@ impl Outline {
         source.body(frame, &mut body)?;
         outline.header = parse(source, frame, &body)?;
         outline.data = source.position();
-        outline.read_data(source, &mut body)?;
-        outline.summary = Summary::read(source, &mut body)?;
+        outline.read_data(source, &mut body, may_be_cut)?;
+        let behind = source.position();
+        if let Some(start) = outline.cut {
+            outline.summary.start = start;
+            return Ok(outline);
+        }
+        match Summary::read(source, &mut body) {
+            Ok(summary) => outline.summary = summary,
+            Err(Error::Damaged { .. }) if may_be_cut && is_cut_behind_data(source, behind)? => {
+                outline.cut = Some(behind);
+                outline.summary.start = behind;
+            }
+            Err(error) => return Err(error),
+        }
         outline.check_summary(source)?;
         Ok(outline)
     }
 
     /// Reads until the data end.
-    fn read_data<R: Read + Seek>(&mut self, source: &mut Source<R>, body: &mut Vec<u8>) -> Result<(), Error> {
+    fn read_data<R: Read + Seek>(
+        &mut self,
+        source: &mut Source<R>,
+        body: &mut Vec<u8>,
+        may_be_cut: bool,
+    ) -> Result<(), Error> {
         let mut previous = Header::OPCODE;
-        let (mut chunk_crcs, mut attachment_crcs, mut loose) = (true, true, false);
+        let (mut chunk_crcs, mut attachment_crcs) = (true, true);
         loop {
             let crc = source.crc.clone().finalize();
-            let frame = source.frame()?;
-            source.body(frame, body)?;
+            let offset = source.position();
+            let frame = match may_be_cut {
+                true => next_or_cut(source, body)?,
+                false => {
+                    let frame = source.frame()?;
+                    source.body(frame, body)?;
+                    Some(frame)
+                }
+            };
+            let Some(frame) = frame else {
+                self.cut = Some(offset);
+                self.doubt(chunk_crcs, attachment_crcs);
+                return Ok(());
+            };
             let damaged = |what: String| source.damaged(frame.offset, what);
             match frame.opcode {
-                Schema::OPCODE | Channel::OPCODE | MessageRecord::OPCODE => loose = true,
+                Schema::OPCODE | Channel::OPCODE | MessageRecord::OPCODE => {
+                    self.is_loose = true;
+                }
                 Chunk::OPCODE => {
                     let chunk: Chunk = parse(source, frame, body)?;
                     chunk_crcs &= chunk.uncompressed_crc != 0;
@@ -92,10 +129,7 @@ impl Outline {
                 DataEnd::OPCODE => {
                     let end: DataEnd = parse(source, frame, body)?;
                     if end.data_section_crc == 0 {
-                        self.unchecked.extend((!chunk_crcs).then_some("chunks"));
-                        self.unchecked.extend((!attachment_crcs).then_some("attachments"));
-                        self.unchecked.extend(loose.then_some("records outside of chunks"));
-                        self.unchecked.extend((!self.metadata.is_empty()).then_some("metadata"));
+                        self.doubt(chunk_crcs, attachment_crcs);
                         return Ok(());
                     }
                     return match crc == end.data_section_crc {
@@ -113,6 +147,14 @@ impl Outline {
             }
             previous = frame.opcode;
         }
+    }
+
+    /// Takes note of what no checksum covers when there is none of all data.
+    fn doubt(&mut self, has_chunk_crcs: bool, has_attachment_crcs: bool) {
+        self.unchecked.extend((!has_chunk_crcs).then_some("chunks"));
+        self.unchecked.extend((!has_attachment_crcs).then_some("attachments"));
+        self.unchecked.extend(self.is_loose.then_some("records outside of chunks"));
+        self.unchecked.extend((!self.metadata.is_empty()).then_some("metadata"));
     }
 
     /// What the summary says is what was found.

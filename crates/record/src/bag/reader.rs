@@ -45,6 +45,37 @@ pub struct Reader<R> {
     counts: BTreeMap<u16, u64>,
     times: Option<(u64, u64)>,
     is_done: bool,
+    kept: Kept,
+}
+
+/// Chunks that were read by the places of their messages, each with when it was wanted last.
+#[derive(Default)]
+struct Kept {
+    chunks: BTreeMap<u64, (u64, Vec<u8>)>,
+    bytes: usize,
+    wanted: u64,
+}
+
+/// So many bytes of chunks are kept, besides the last one.
+const KEPT: usize = 32 << 20;
+
+impl Kept {
+    fn put(&mut self, at: u64, records: Vec<u8>) {
+        self.bytes += records.len();
+        self.chunks.insert(at, (self.wanted, records));
+        while self.bytes > KEPT && self.chunks.len() > 1 {
+            let oldest = self.chunks.iter().min_by_key(|(_, (wanted, _))| *wanted).map(|(at, _)| *at);
+            let Some((_, records)) = oldest.and_then(|oldest| self.chunks.remove(&oldest)) else { break };
+            self.bytes -= records.len();
+        }
+    }
+
+    /// Whether it is there; it is wanted now.
+    fn has(&mut self, at: u64) -> bool {
+        self.wanted += 1;
+        let found = self.chunks.get_mut(&at);
+        found.map(|(wanted, _)| *wanted = self.wanted).is_some()
+    }
 }
 
 /// A message as it stands in a file.
@@ -104,10 +135,22 @@ impl Reader<BufReader<File>> {
     /// # Errors
     /// When it can't be read, or is no whole MCAP file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let file = File::open(path).map_err(|source| Error::Read { path: path.into(), source })?;
-        Self::new(BufReader::with_capacity(1 << 16, file), path)
+        Self::new(buffered(path.as_ref())?, path)
     }
+
+    /// Opens a file that may be cut off, as that of a writer that was killed: it is read as far as its records are whole, and
+    /// [`cut_off`](Reader::cut_off) says where that ends. What is damaged is an error as ever.
+    ///
+    /// # Errors
+    /// When it can't be read, or is neither a whole MCAP file nor the beginning of one.
+    pub fn open_unfinished(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::unfinished(buffered(path.as_ref())?, path)
+    }
+}
+
+fn buffered(path: &Path) -> Result<BufReader<File>, Error> {
+    let file = File::open(path).map_err(|source| Error::Read { path: path.into(), source })?;
+    Ok(BufReader::with_capacity(1 << 16, file))
 }
 
 impl<R: Read + Seek> Reader<R> {
@@ -116,8 +159,20 @@ impl<R: Read + Seek> Reader<R> {
     /// # Errors
     /// When it can't be read, or is no whole MCAP file.
     pub fn new(input: R, path: impl AsRef<Path>) -> Result<Self, Error> {
-        let mut source = Source::new(input, path.as_ref())?;
-        let outline = Outline::read(&mut source)?;
+        Self::read(input, path.as_ref(), false)
+    }
+
+    /// As [`new`](Reader::new), of what may be cut off.
+    ///
+    /// # Errors
+    /// When it can't be read, or is neither a whole MCAP file nor the beginning of one.
+    pub fn unfinished(input: R, path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read(input, path.as_ref(), true)
+    }
+
+    fn read(input: R, path: &Path, may_be_cut: bool) -> Result<Self, Error> {
+        let mut source = Source::new(input, path)?;
+        let outline = Outline::read(&mut source, may_be_cut)?;
         Ok(Self {
             source,
             next: outline.data,
@@ -130,12 +185,27 @@ impl<R: Read + Seek> Reader<R> {
             counts: BTreeMap::new(),
             times: None,
             is_done: false,
+            kept: Kept::default(),
         })
     }
 
     /// Where the file is.
     pub fn path(&self) -> &Path {
         self.source.path()
+    }
+
+    /// The byte at which the first record begins that is not all there; nothing of a whole file.
+    pub fn cut_off(&self) -> Option<u64> {
+        self.outline.cut
+    }
+
+    /// Goes back to the first message.
+    pub fn rewind(&mut self) {
+        self.next = self.outline.data;
+        self.definitions = Definitions::default();
+        self.records.clear();
+        self.counts.clear();
+        (self.place, self.times, self.is_done) = (0, None, false);
     }
 
     /// Who wrote it, and by which rules.
@@ -197,13 +267,13 @@ impl<R: Read + Seek> Reader<R> {
     /// When the file is damaged, or can't be read.
     pub fn next_message(&mut self) -> Result<Option<Message<'_>>, Error> {
         let Some((start, end)) = self.find()? else { return Ok(None) };
-        self.message(start, end).map(Some)
+        self.message(&self.records[start..end]).map(Some)
     }
 
-    fn message(&self, start: usize, end: usize) -> Result<Message<'_>, Error> {
+    fn message<'a>(&'a self, record: &'a [u8]) -> Result<Message<'a>, Error> {
         // All of it was checked when it was read.
         let wrong = |what: String| self.source.damaged(self.next, what);
-        let message = MessageRecord::parse(&self.records[start..end]).map_err(wrong)?;
+        let message = MessageRecord::parse(record).map_err(wrong)?;
         let Some(channel) = self.definitions.channels.get(&message.channel_id) else {
             return Err(wrong("a message has no channel".into()));
         };
@@ -222,43 +292,77 @@ impl<R: Read + Seek> Reader<R> {
         let Some((start, end)) = self.find()? else { return Ok(None) };
         // A chunk is not longer than that.
         let spot = Spot { at: self.at, start: start as u32, end: end as u32 };
-        Ok(Some((spot, self.message(start, end)?)))
+        Ok(Some((spot, self.message(&self.records[start..end])?)))
     }
 
     /// A message that was read before, once all of the file was read.
     pub(crate) fn message_at(&mut self, spot: Spot) -> Result<Message<'_>, Error> {
-        if self.at != spot.at || self.records.is_empty() {
+        if !self.kept.has(spot.at) {
             self.records.clear();
             self.source.seek(spot.at)?;
             let frame = self.source.frame()?;
             self.source.body(frame, &mut self.body)?;
-            self.at = frame.offset;
             if frame.opcode == Chunk::OPCODE {
                 self.unpack(frame)?;
             } else {
                 self.records.extend(frame.bytes());
                 self.records.extend(&self.body);
             }
+            self.kept.put(spot.at, std::mem::take(&mut self.records));
         }
-        let (start, end) = (spot.start as usize, spot.end as usize);
-        if end > self.records.len() {
-            return Err(self.source.damaged(spot.at, "the file has become another one while it was read"));
+        let records = self.kept.chunks.get(&spot.at).map(|(_, records)| records);
+        let record = records.and_then(|records| records.get(spot.start as usize..spot.end as usize));
+        let changed = || self.source.damaged(spot.at, "the file has become another one while it was read");
+        self.message(record.ok_or_else(changed)?)
+    }
+
+    /// How many messages the summary says that there are of each channel; nothing when it does not say it.
+    pub(crate) fn said(&self) -> Option<impl Iterator<Item = (&Arc<Channel>, u64)>> {
+        let summary = &self.outline.summary;
+        let counts = &summary.statistics.as_ref()?.channel_message_counts;
+        let channels = summary.definitions.channels.iter();
+        Some(channels.map(|(id, channel)| (channel, counts.get(id).copied().unwrap_or(0))))
+    }
+
+    /// Calls `take` for each message of these topics and reads nothing but the chunks that have some; then it is at the first
+    /// message. False, and nothing is read, when the file does not say which chunks these are.
+    pub(crate) fn each_of(
+        &mut self,
+        topics: &[&str],
+        mut take: impl FnMut(&Message<'_>) -> Result<(), Error>,
+    ) -> Result<bool, Error> {
+        let known = &self.outline.summary.definitions;
+        let counted: u64 = self.said().map_or(0, |said| said.map(|(_, count)| count).sum());
+        let is_indexed = self.outline.chunks.iter().all(|chunk| !chunk.message_index_offsets.is_empty());
+        if counted == 0 || !is_indexed || self.outline.is_loose {
+            return Ok(false);
         }
-        self.message(start, end)
+        let is_meant =
+            |id: &u16| known.channels.get(id).is_none_or(|own| topics.contains(&own.topic.as_str()));
+        let chunks = self.outline.chunks.iter();
+        let chunks = chunks.filter(|chunk| chunk.message_index_offsets.keys().any(is_meant));
+        let chunks: Vec<_> = chunks.map(|chunk| chunk.chunk_start_offset).collect();
+        for start in chunks {
+            // What is defined before the chunk is right if it is what the data say, which is checked when all are read.
+            self.definitions = self.outline.summary.definitions.clone();
+            self.next = start;
+            self.advance()?;
+            while let Some((start, end)) = self.next_record() {
+                let message = self.message(&self.records[start..end])?;
+                if topics.contains(&message.channel.topic.as_str()) {
+                    take(&message)?;
+                }
+            }
+        }
+        self.rewind();
+        Ok(true)
     }
 
     /// Where the next message is.
     fn find(&mut self) -> Result<Option<(usize, usize)>, Error> {
         loop {
-            while self.place < self.records.len() {
-                let mut rest = Input(&self.records[self.place..]);
-                let opcode = u8::read(&mut rest);
-                let body: Result<&[u8], _> = Field::read(&mut rest);
-                let (Ok(opcode), Ok(body)) = (opcode, body) else { break };
-                self.place = self.records.len() - rest.0.len();
-                if opcode == MessageRecord::OPCODE {
-                    return Ok(Some((self.place - body.len(), self.place)));
-                }
+            if let Some(found) = self.next_record() {
+                return Ok(Some(found));
             }
             if self.is_done {
                 return Ok(None);
@@ -267,11 +371,28 @@ impl<R: Read + Seek> Reader<R> {
         }
     }
 
+    /// Where the next message is among the records that were read.
+    fn next_record(&mut self) -> Option<(usize, usize)> {
+        while self.place < self.records.len() {
+            let mut rest = Input(&self.records[self.place..]);
+            let opcode = u8::read(&mut rest).ok()?;
+            let body: &[u8] = Field::read(&mut rest).ok()?;
+            self.place = self.records.len() - rest.0.len();
+            if opcode == MessageRecord::OPCODE {
+                return Some((self.place - body.len(), self.place));
+            }
+        }
+        None
+    }
+
     /// Reads until there are more records; false at the end of the data.
     fn advance(&mut self) -> Result<bool, Error> {
         self.records.clear();
         self.place = 0;
         loop {
+            if self.outline.cut == Some(self.next) {
+                return Ok(false);
+            }
             self.source.seek(self.next)?;
             let frame = self.source.frame()?;
             self.next = frame.end();
@@ -347,6 +468,10 @@ impl<R: Read + Seek> Reader<R> {
     fn read_indexes(&mut self, chunk: Frame, mut content: Content) -> Result<(), Error> {
         let mut is_indexed = false;
         loop {
+            if self.outline.cut == Some(self.next) {
+                // The chunk is whole, and what was to follow it is not there.
+                return Ok(());
+            }
             let frame = self.source.frame()?;
             if frame.opcode != MessageIndex::OPCODE {
                 break;

@@ -67,7 +67,8 @@ impl Channel {
     }
 }
 
-fn repeats(path: &str) -> bool {
+/// Whether the values of the property at a path do.
+pub(crate) fn repeats(path: &str) -> bool {
     let name = path.rsplit('/').next().unwrap_or_default();
     let is_host = ["agents", "peers", "team", "loop", "log", "record"]
         .iter()

@@ -1,7 +1,7 @@
 //! The last seconds, in memory: values as they were written, in pieces of which the oldest makes room for the newest.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::Arc;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, OnceLock};
 
 use slate_blackboard::Stamp;
 use slate_blackboard::channel::FrozenValue;
@@ -35,6 +35,8 @@ struct Piece {
     /// The times of the first and the last value.
     from: u64,
     to: u64,
+    /// By property, where its values begin; made when the past of any is asked for, once no more values come.
+    index: OnceLock<BTreeMap<u32, Vec<u32>>>,
 }
 
 /// A value that was written.
@@ -129,6 +131,7 @@ impl Flight {
         });
         if let Some(mut piece) = Arc::into_inner(piece) {
             piece.bytes.clear();
+            piece.index = OnceLock::new();
             self.spare = Some(piece);
         }
     }
@@ -169,6 +172,27 @@ impl Piece {
             rest = behind;
         }
     }
+
+    /// Where the values of a property begin.
+    fn places(&self, id: u32) -> &[u32] {
+        let index = self.index.get_or_init(|| {
+            let (mut index, mut place) = (BTreeMap::<u32, Vec<u32>>::new(), 0);
+            self.each(|head, bytes| {
+                // A piece is not longer than that.
+                index.entry(head.id).or_default().push(place as u32);
+                place += HEAD + bytes.len();
+            });
+            index
+        });
+        index.get(&id).map_or(&[], Vec::as_slice)
+    }
+
+    /// The value that begins at a place.
+    fn at(&self, place: u32) -> Option<(Head, &[u8])> {
+        let (head, behind) = self.bytes.get(place as usize..)?.split_first_chunk::<HEAD>()?;
+        let head = Head::from_bytes(head);
+        Some((head, behind.get(..head.length as usize)?))
+    }
 }
 
 impl Captured {
@@ -177,27 +201,25 @@ impl Captured {
         let own = self.channels.iter().rev().find(|channel| channel.path == wish.path)?;
         // A module that was loaded anew writes the same property, as long as it has the same interface.
         let descriptor = own.descriptor;
-        let is_meant = |head: &Head| {
-            let channel = self.channels.get(head.id as usize);
-            let is_own =
-                |channel: &Channel| channel.path == wish.path && channel.descriptor.hash == descriptor.hash;
-            (wish.from..=wish.to).contains(&head.time) && channel.is_some_and(is_own)
-        };
-        let mut found = Vec::new();
-        self.each(|_, head, _| {
-            if is_meant(&head) {
-                found.push((head.time, head.id, head.sequence));
+        let is_own =
+            |channel: &Channel| channel.path == wish.path && channel.descriptor.hash == descriptor.hash;
+        let ids = (0..).zip(&self.channels).filter(|(_, channel)| is_own(channel)).map(|(id, _)| id);
+        let mut found: Vec<(Head, &[u8])> = Vec::new();
+        for id in ids {
+            found.extend(self.before.get(&id).map(|value| (value.head, value.bytes.as_slice())));
+            for piece in &self.pieces {
+                found.extend(piece.places(id).iter().filter_map(|place| piece.at(*place)));
             }
-        });
-        found.sort_unstable();
-        let told: BTreeSet<_> = wish.places(found.len()).map(|place| found[place]).collect();
-        let mut values = Vec::with_capacity(told.len());
-        self.each(|_, head, bytes| {
-            if told.contains(&(head.time, head.id, head.sequence)) {
+        }
+        found.retain(|(head, _)| (wish.from..=wish.to).contains(&head.time));
+        found.sort_by_key(|(head, _)| (head.time, head.id, head.sequence));
+        let told = wish.places(found.len()).filter_map(|place| found.get(place));
+        let mut values: Vec<_> = told
+            .map(|(head, bytes)| {
                 let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
-                values.push(FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp });
-            }
-        });
+                FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp }
+            })
+            .collect();
         values.sort_by_key(|value| (value.stamp.time, value.stamp.sequence));
         Some(History { descriptor, values, count: found.len(), from: self.from, to: self.to })
     }
@@ -214,6 +236,20 @@ impl Captured {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use slate_blackboard::channel::Budget;
+    use slate_blackboard::interface::Descriptor;
+    use slate_blackboard::{Access, Board, Store};
+
+    static BYTES: Descriptor =
+        Descriptor { name: "bytes", doc: "", ros: "", fields: &[], size: 8, align: 8, hash: 7 };
+
+    /// Channels at `/0` to `/3`.
+    fn channels() -> Vec<Channel> {
+        let board = Board::new("robot");
+        let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 1, queues: 0, window: 0 } };
+        let add = |id: usize| board.add_channel(&format!("p{id}"), "", &BYTES, store, Access::Output);
+        (0..4).map(|id| Channel::of(&add(id).unwrap())).collect()
+    }
 
     fn flight(keep: u64, memory: u64) -> Flight {
         Flight::new(&Settings { enabled: true, keep, memory, ..Settings::default() }).unwrap()
@@ -257,6 +293,26 @@ mod tests {
             }
             prop_assert!(flight.extent().2 <= memory);
             let whole = flight.extent().2 < memory / 2;
+            let captured = flight.capture(&channels());
+            for (id, own) in &written {
+                // Asked twice, as the first one makes the index.
+                for (from, to, most) in [(0, u64::MAX, 10_000), (now / 3, now / 2, 7)] {
+                    let wish = HistoryWish { path: format!("p{id}"), from, to, most };
+                    let mut all = Vec::new();
+                    captured.each(|_, head, bytes| {
+                        if head.id == *id && (from..=to).contains(&head.time) {
+                            all.push((head.time, head.sequence, bytes.len()));
+                        }
+                    });
+                    prop_assert!(all.len() <= own.len());
+                    let told = captured.history(&wish).unwrap();
+                    prop_assert_eq!(told.count, all.len());
+                    let values = told.values.iter();
+                    let values: Vec<_> = values.map(|own| (own.stamp.time, own.stamp.sequence, own.bytes.len())).collect();
+                    let wanted: Vec<_> = wish.places(all.len()).map(|place| all[place]).collect();
+                    prop_assert_eq!(values, wanted);
+                }
+            }
             let (before, after) = numbers(&mut flight);
             for (id, own) in written {
                 let kept = after.get(&id).cloned().unwrap_or_default();

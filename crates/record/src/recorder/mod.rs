@@ -31,10 +31,11 @@ use slate_runtime::configuration::Record;
 use slate_runtime::log::LogTarget;
 use slate_runtime::recording::{Change, Recording, RecordingControl};
 
-pub(crate) use channels::Channel;
+pub(crate) use channels::{Channel, repeats};
 pub(crate) use lines::{Drain, Hub, Sink};
 pub(crate) use messages::{CHANGE, DROPPED, TOPICS, read_change};
 pub use run::CONFIGURATION;
+pub(crate) use selection::thins;
 pub use state::RecordState;
 
 use file::{File, Limits};

@@ -12,6 +12,12 @@ pub(super) fn selects(selection: &RecordSelection, path: &str) -> bool {
     is_among(&selection.select, path) && !is_among(&selection.exclude, path)
 }
 
+/// Whether a rule leaves values of the property out.
+pub(crate) fn thins(selection: &RecordSelection, path: &str) -> bool {
+    let rule = selection.rules.iter().find(|rule| is_among(&rule.select, path));
+    rule.is_some_and(|rule| rule.period > 0 || rule.on_change)
+}
+
 /// Whether each value of each property is.
 pub(super) fn is_whole(selection: &RecordSelection) -> bool {
     let all = |pattern: &Pattern| pattern.to_string() == "**";

@@ -16,8 +16,8 @@ use super::changes;
 use super::comparer::{Comparer, Course, mark};
 use super::difference::Difference;
 use super::expected::Expected;
-use super::file::{ReadError, Source};
 use super::run::Run;
+use crate::bag::{Error, Reader};
 use crate::recorder::Hub;
 
 /// A recorded run that is made once more, value by value.
@@ -47,18 +47,22 @@ pub enum Verdict {
     },
     /// A value is another one.
     Different(Difference),
+    /// The recording has no value that could be compared.
+    Nothing,
     /// It can't be said.
     NotCovered(String),
 }
 
 impl Comparison {
-    /// Opens a recording.
+    /// Opens a recording. That of a run which was killed is compared as far as it goes.
     ///
     /// # Errors
-    /// When it can't be read, or is damaged.
-    pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let run = Run::read(path)?;
-        let expected = Expected::new(Source::open(path)?);
+    /// When it can't be read, is damaged, or is no recording of an agent.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let mut reader = Reader::open_unfinished(path)?;
+        let run = Run::read_all(&mut reader)?;
+        reader.rewind();
+        let expected = Expected::new(reader);
         let hub = Hub::new(Record::default().buffer);
         hub.want(0, Box::new(|_| true));
         Ok(Self { run, hub, expected })
@@ -80,9 +84,12 @@ impl Comparison {
     ///
     /// # Errors
     /// When the recording can't be read to its end.
-    pub fn compare(self, mut agent: Agent) -> Result<Verdict, ReadError> {
+    pub fn compare(self, mut agent: Agent) -> Result<Verdict, Error> {
         if let Some(obstacle) = self.run.obstacle().or_else(|| other_code(&self.run, &agent)) {
             return Ok(Verdict::NotCovered(obstacle));
+        }
+        if self.run.is_empty() {
+            return Ok(Verdict::Nothing);
         }
         let Self { run, hub, expected } = self;
         let comparer = Comparer::new(expected, Arc::clone(&hub), &run);

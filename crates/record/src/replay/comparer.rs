@@ -10,8 +10,8 @@ use slate_runtime::Agent;
 use super::compare::Verdict;
 use super::difference::{self, Difference};
 use super::expected::{Expected, Wanted};
-use super::file::ReadError;
 use super::run::Run;
+use crate::bag::Error;
 use crate::recorder::{Channel, Drain, Hub, Sink};
 
 /// How far the run and its comparison are, each for the other.
@@ -50,7 +50,7 @@ pub(super) struct Comparer {
     /// The times of the cycles until now, and the latest of a value.
     times: Vec<u64>,
     latest: u64,
-    pub found: Option<Result<Verdict, ReadError>>,
+    pub found: Option<Result<Verdict, Error>>,
     scratch: Vec<u8>,
 }
 
@@ -107,7 +107,7 @@ impl Comparer {
     }
 
     /// What was written before that time and did not come, if there is anything.
-    fn look_for_missed(&mut self, time: u64) -> Result<Option<Verdict>, ReadError> {
+    fn look_for_missed(&mut self, time: u64) -> Result<Option<Verdict>, Error> {
         self.expected.read_to(time)?;
         // What was written at that very time may still come.
         Ok(self.expected.missed(time).map(missed))
@@ -119,7 +119,7 @@ impl Comparer {
     }
 
     /// What came of it at the end of the run.
-    pub fn end(mut self, run: &Run, agent: &mut Agent) -> Result<Verdict, ReadError> {
+    pub fn end(mut self, run: &Run, agent: &mut Agent) -> Result<Verdict, Error> {
         self.expected.read_to(u64::MAX)?;
         if let Some(wanted) = self.expected.missed(u64::MAX) {
             return Ok(missed(wanted));
@@ -142,7 +142,7 @@ impl Comparer {
         }
     }
 
-    fn look(&mut self, channel: &Channel, id: u32, stamp: Stamp) -> Result<Option<Verdict>, ReadError> {
+    fn look(&mut self, channel: &Channel, id: u32, stamp: Stamp) -> Result<Option<Verdict>, Error> {
         let path = channel.path.as_str();
         let different = |field: String, recorded: String, replayed: String| {
             let url = format!("/{path}");

@@ -1,8 +1,10 @@
 //! The values that a run has to write when it is made again.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::BufReader;
 
-use super::file::{Item, ReadError, Source};
+use crate::bag::{Channel, Error, Reader};
 
 /// A value that is recorded.
 pub(super) struct Wanted {
@@ -24,72 +26,71 @@ struct Track {
 
 /// The values of a recording, property by property.
 pub(super) struct Expected {
-    source: Source,
-    tracks: Vec<Track>,
-    /// The places of properties among the tracks, by their paths.
-    places: BTreeMap<String, usize>,
-    /// And by the channels of the file.
-    channels: Vec<Option<usize>>,
+    reader: Reader<BufReader<File>>,
+    tracks: Tracks,
     /// The time of the last value that was read.
     read_to: u64,
     is_over: bool,
+}
+
+#[derive(Default)]
+struct Tracks {
+    all: Vec<Track>,
+    /// Their places, by their paths.
+    places: BTreeMap<String, usize>,
+    /// And by the channels of the file; nothing for those that are not compared.
+    channels: BTreeMap<u16, Option<usize>>,
 }
 
 /// Values of several threads stand in the file somewhat out of order, by less than this, nanoseconds. A value that was not
 /// found until then is not there.
 const SLACK: u64 = 60_000_000_000;
 
-impl Expected {
-    pub fn new(source: Source) -> Self {
-        Self {
-            source,
-            tracks: Vec::new(),
-            places: BTreeMap::new(),
-            channels: Vec::new(),
-            read_to: 0,
-            is_over: false,
+impl Tracks {
+    /// The track of a channel, if a second run writes its values again.
+    fn place(&mut self, channel: &Channel) -> Option<usize> {
+        if let Some(known) = self.channels.get(&channel.id) {
+            return *known;
         }
+        let says = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
+        let place = (says("repeats") == "true").then(|| {
+            let path = channel.topic.trim_start_matches('/');
+            let place = *self.places.entry(path.to_owned()).or_insert(self.all.len());
+            if place == self.all.len() {
+                self.all.push(Track { path: path.to_owned(), hash: None, waiting: VecDeque::new() });
+            }
+            self.all[place].hash = u64::from_str_radix(says("hash"), 16).ok();
+            place
+        });
+        self.channels.insert(channel.id, place);
+        place
+    }
+}
+
+impl Expected {
+    /// Those that are still to be read.
+    pub fn new(reader: Reader<BufReader<File>>) -> Self {
+        Self { reader, tracks: Tracks::default(), read_to: 0, is_over: false }
     }
 
     /// Reads one more value; false at the end.
-    fn read(&mut self) -> Result<bool, ReadError> {
+    fn read(&mut self) -> Result<bool, Error> {
         while !self.is_over {
-            let channels = &self.channels;
-            let place = |channel: u16| channels.get(usize::from(channel)).copied().flatten();
-            match self.source.next(|channel| place(channel).is_some())? {
-                None => self.is_over = true,
-                Some(Item::Channel(channel)) => {
-                    let says = |key: &str| channel.metadata.get(key).map_or("", String::as_str);
-                    if says("repeats") == "true" {
-                        let hash = u64::from_str_radix(says("hash"), 16).ok();
-                        self.add(channel.id, channel.topic.trim_start_matches('/'), hash);
-                    }
-                }
-                Some(Item::Message(header, message)) => {
-                    let Some(place) = place(header.channel_id) else { continue };
-                    let (sequence, time) = (header.sequence, header.log_time);
-                    self.read_to = self.read_to.max(time);
-                    let wanted = Wanted { sequence, time, message, until: self.read_to };
-                    self.tracks[place].waiting.push_back(wanted);
-                    return Ok(true);
-                }
-                Some(_) => {}
-            }
+            let Some(message) = self.reader.next_message()? else {
+                self.is_over = true;
+                break;
+            };
+            let Some(place) = self.tracks.place(message.channel) else { continue };
+            self.read_to = self.read_to.max(message.log_time);
+            self.tracks.all[place].waiting.push_back(Wanted {
+                sequence: message.sequence,
+                time: message.log_time,
+                message: message.data.to_vec(),
+                until: self.read_to,
+            });
+            return Ok(true);
         }
         Ok(false)
-    }
-
-    fn add(&mut self, channel: u16, path: &str, hash: Option<u64>) {
-        let place = *self.places.entry(path.to_owned()).or_insert(self.tracks.len());
-        if place == self.tracks.len() {
-            self.tracks.push(Track { path: path.to_owned(), hash, waiting: VecDeque::new() });
-        }
-        self.tracks[place].hash = hash;
-        let channel = usize::from(channel);
-        if channel >= self.channels.len() {
-            self.channels.resize(channel + 1, None);
-        }
-        self.channels[channel] = Some(place);
     }
 
     /// The value of that number of a property, which was written at that time; if there is none, the next one, and
@@ -103,14 +104,14 @@ impl Expected {
         place: &mut Option<usize>,
         time: u64,
         sequence: u32,
-    ) -> Result<Option<Wanted>, ReadError> {
+    ) -> Result<Option<Wanted>, Error> {
         let mut looked = 0;
         loop {
             if place.is_none() {
-                *place = self.places.get(path).copied();
+                *place = self.tracks.places.get(path).copied();
             }
             if let Some(place) = *place {
-                let waiting = &mut self.tracks[place].waiting;
+                let waiting = &mut self.tracks.all[place].waiting;
                 let mut news = waiting.iter().skip(looked);
                 if let Some(found) = news.position(|own| own.sequence == sequence && own.time == time) {
                     return Ok(waiting.remove(looked + found));
@@ -118,18 +119,18 @@ impl Expected {
                 looked = waiting.len();
             }
             if self.read_to > time.saturating_add(SLACK) || !self.read()? {
-                return Ok(place.and_then(|place| self.tracks[place].waiting.pop_front()));
+                return Ok(place.and_then(|place| self.tracks.all[place].waiting.pop_front()));
             }
         }
     }
 
     /// The schema of the property at a place that [`next`](Expected::next) gave.
     pub fn hash(&self, place: Option<usize>) -> Option<u64> {
-        self.tracks[place?].hash
+        self.tracks.all[place?].hash
     }
 
     /// Reads all that was written until a time.
-    pub fn read_to(&mut self, time: u64) -> Result<(), ReadError> {
+    pub fn read_to(&mut self, time: u64) -> Result<(), Error> {
         while self.read_to <= time && self.read()? {}
         Ok(())
     }
@@ -137,12 +138,12 @@ impl Expected {
     /// The earliest value that nobody has asked for, and that was written before that time.
     pub fn missed(&self, before: u64) -> Option<(&str, &Wanted)> {
         let fronts =
-            self.tracks.iter().filter_map(|track| Some((track.path.as_str(), track.waiting.front()?)));
+            self.tracks.all.iter().filter_map(|track| Some((track.path.as_str(), track.waiting.front()?)));
         fronts.filter(|(_, wanted)| wanted.until < before).min_by_key(|(_, wanted)| wanted.until)
     }
 
     /// Whether every recorded value was asked for.
     pub fn is_done(&self) -> bool {
-        self.is_over && self.tracks.iter().all(|track| track.waiting.is_empty())
+        self.is_over && self.tracks.all.iter().all(|track| track.waiting.is_empty())
     }
 }

@@ -10,11 +10,12 @@
 mod changes;
 mod compare;
 mod comparer;
+mod coverage;
 mod difference;
 mod expected;
 mod fate;
-mod file;
 mod form;
+mod lacks;
 mod orders;
 mod plan;
 mod play;
@@ -26,7 +27,6 @@ mod timeline;
 
 pub use compare::{Comparison, Verdict};
 pub use difference::Difference;
-pub use file::ReadError;
 pub use plan::{Plan, PlayError, PlayedRun};
 pub use player::{Player, recorded_modules};
 pub use recompute::{Recomputation, Recomputed};

@@ -25,6 +25,8 @@ pub struct Plan {
     pub rate: Option<f64>,
     /// The modules that run on what is played; what is recorded of them is not.
     pub modules: BTreeSet<String>,
+    /// Whether they run also when not all is recorded that they read then; [`misses`](super::Player::misses) says what.
+    pub is_partial: bool,
     /// Settings that go over those of the recording.
     pub sets: Vec<String>,
 }

@@ -15,6 +15,8 @@ use super::player::{Player, rate};
 struct Turn {
     time: u64,
     cycles: u64,
+    /// Whether it is at a time of the recording: there was a cycle, or it was sent there.
+    has_begun: bool,
     is_paused: bool,
     rate: Option<f64>,
     section: Option<LoopSection>,
@@ -53,6 +55,7 @@ impl Player {
         let mut turn = Turn {
             time: self.bounds.0,
             cycles: 0,
+            has_begun: false,
             is_paused: self.plan.is_paused,
             rate: self.plan.rate,
             section: self.plan.repeats.then_some(LoopSection { from: self.bounds.0, to: self.bounds.1 }),
@@ -95,7 +98,7 @@ impl Player {
     /// Whether nothing is left before the end.
     fn is_over(&self, turn: &Turn) -> bool {
         let end = turn.section.map_or(self.bounds.1, |section| section.to);
-        turn.cycles > 0 && self.reel.get().following(turn.time).is_none_or(|next| next > end)
+        turn.has_begun && self.reel.get().following(turn.time).is_none_or(|next| next > end)
     }
 
     fn cycle(
@@ -110,7 +113,7 @@ impl Player {
         if !agent.step() {
             return Err(PlayError::Hung);
         }
-        turn.cycles += 1;
+        (turn.cycles, turn.has_begun) = (turn.cycles + 1, true);
         turn.time = agent.now();
         self.reached = turn.time;
         if let Some(witness) = &mut self.witness {
@@ -128,16 +131,13 @@ impl Player {
     }
 
     fn jump(&mut self, time: u64, agent: &mut Agent, turn: &mut Turn) -> Result<bool, PlayError> {
-        if turn.cycles == 0 {
-            // The first cycle is that of the beginning.
-            self.reel.get().begin = time;
-        } else if !agent.jump(time) {
+        if !agent.jump(time) {
             return Ok(false);
         }
         let mut reel = self.reel.get();
         reel.jump(time)?;
         self.line = reel.timeline.lines.partition_point(|line| line.time <= time);
-        turn.time = time;
+        (turn.time, turn.has_begun) = (time, true);
         Ok(true)
     }
 

@@ -13,11 +13,13 @@ use slate_runtime::plugin::load;
 use slate_runtime::recording::{Change, Recording, configuration};
 
 use super::changes::concerns;
+use super::coverage::some;
+use super::lacks::Lacks;
 use super::orders::{Counter, Orders, orders};
 use super::plan::{Plan, PlayError};
 use super::recompute::{Both, Recomputation, Witness};
 use super::reel::{Reel, SharedReel};
-use super::run::Run;
+use super::run::{Run, Written};
 use super::timeline::Timeline;
 use crate::bag::Error;
 
@@ -42,6 +44,8 @@ pub struct Player {
     /// What was changed in the modules that run, while it was recorded.
     pub(super) changes: VecDeque<(u64, Change)>,
     pub(super) witness: Option<Witness>,
+    /// What is recorded of the modules that run.
+    written: Written,
 }
 
 impl std::fmt::Debug for Player {
@@ -97,7 +101,8 @@ impl Player {
             return Err(unfit(what.into()));
         }
         let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();
-        let is_whole = run.as_ref().is_some_and(Run::is_whole) && plan.choice.is_all();
+        let has_all = |run: &Run| run.has_all_of(&reel.timeline.coverage);
+        let is_whole = run.as_ref().is_some_and(has_all) && plan.choice.is_all();
         let excerpt = {
             // Where all of what is recorded is there, an inbox without messages took none.
             let knows = run.as_ref().is_some_and(Run::has_messages);
@@ -106,11 +111,23 @@ impl Player {
                 |path: &str| knows && (is_whole || mailboxes.iter().any(|mailbox| mailbox.path == path));
             excerpt(&full, plugins, &plan.modules, &recorded, has_messages).map_err(unfit)?
         };
-        (reel.silent, reel.inboxes) = (excerpt.silent, excerpt.inboxes);
-        let (text, misses) = (excerpt.text, excerpt.misses);
+        let mut misses = excerpt.misses;
+        let mut thin = BTreeSet::new();
         if let Some(run) = &run {
-            run.replace(&mut reel, &full, &plan.modules);
+            let lacks = Lacks::new(run, &reel.timeline);
+            misses.extend(lacks.told(&excerpt.reads, &excerpt.inboxes));
+            thin = lacks.thin();
         }
+        if !misses.is_empty() && !plan.modules.is_empty() && !plan.is_partial {
+            let what = some(&misses);
+            return Err(unfit(format!(
+                "the modules would not have all that they had then: {what}; record all that they read, or let them run all the \
+                 same with --partial"
+            )));
+        }
+        (reel.silent, reel.inboxes) = (excerpt.silent, excerpt.inboxes);
+        let text = excerpt.text;
+        let written = run.as_ref().map(|run| run.replace(&mut reel, &full, &plan.modules));
         let mut changes = VecDeque::new();
         // Cycles are counted from the beginning.
         if is_lockstep && bounds.0 == span.0 {
@@ -119,7 +136,7 @@ impl Player {
             changes.extend(reel.timeline.changes.drain(..).filter(of_modules));
         }
         let reel = SharedReel::new(reel);
-        let witness = (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole));
+        let witness = (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole, thin));
         let (counter, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),
@@ -136,6 +153,7 @@ impl Player {
             reached: bounds.0,
             changes,
             witness,
+            written: written.unwrap_or_default(),
         })
     }
 
@@ -171,7 +189,11 @@ impl Player {
     /// When the file has become another one.
     pub fn outcome(&mut self) -> Result<Option<Recomputation>, PlayError> {
         let end = self.reached;
-        Ok(self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?)
+        let mut outcome = self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?;
+        if let Some(outcome) = &mut outcome {
+            outcome.note_unseen(&self.plan.modules, &self.written);
+        }
+        Ok(outcome)
     }
 
     /// What controls it from other threads.

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use serde::Serialize;
 use slate_blackboard::channel::Tap;
 use slate_blackboard::message::Message;
-use slate_blackboard::{Access, Property, Stamp, Taps};
+use slate_blackboard::{Access, Property, Stamp, Taps, is_within};
 use slate_runtime::configuration::Record;
 use slate_runtime::recording::{Change, Recording};
 
 use super::difference::{self, Difference};
 use super::reel::{Reel, SharedReel};
+use super::run::Written;
 use crate::bag::Error;
 use crate::recorder::{Channel, Drain, Hub, Sink};
 
@@ -31,6 +32,12 @@ pub struct Recomputed {
 }
 
 impl Recomputed {
+    /// Whether there was a value that a module computes; its state is what the host says of it.
+    fn is_computed(&self) -> bool {
+        let values = self.same + self.different + self.only_recorded + self.only_recomputed;
+        values > 0 && !self.url.ends_with("/state")
+    }
+
     /// Whether nothing differs.
     pub fn is_same(&self) -> bool {
         self.different + self.only_recorded + self.only_recomputed == 0
@@ -44,6 +51,27 @@ pub struct Recomputation {
     pub properties: Vec<Recomputed>,
     /// The earliest difference.
     pub first: Option<Difference>,
+    /// Modules of which there was nothing to compare, as they send messages alone, or nothing that they write is recorded.
+    pub unseen: Vec<String>,
+}
+
+impl Recomputation {
+    /// Whether anything was compared that the modules themselves write.
+    pub fn has_compared(&self) -> bool {
+        self.properties.iter().any(Recomputed::is_computed)
+    }
+
+    /// Those of the modules of which nothing was compared.
+    pub(super) fn note_unseen(&mut self, modules: &BTreeSet<String>, written: &Written) {
+        let is_seen = |module: &&String| {
+            let writes = |own: &Recomputed| {
+                let path = own.url.trim_start_matches('/');
+                is_within(path, module) || written.get(path).is_some_and(|writers| writers.contains(*module))
+            };
+            self.properties.iter().any(|own| own.is_computed() && writes(own))
+        };
+        self.unseen = modules.iter().filter(|module| !is_seen(module)).cloned().collect();
+    }
 }
 
 /// Sees what the modules of an agent write, and compares it.
@@ -59,6 +87,8 @@ struct Comparer {
     has_times: bool,
     /// Whether everything that was written is recorded.
     is_whole: bool,
+    /// The properties of which not every value is.
+    thin: BTreeSet<String>,
     /// The properties that are played.
     played: BTreeSet<String>,
     /// The track of each property that is compared, and its next value.
@@ -69,10 +99,14 @@ struct Comparer {
 }
 
 impl Witness {
-    pub fn new(reel: &SharedReel, is_whole: bool) -> Self {
+    /// `thin` are properties of which not every value is recorded; on the wall clock nothing says which those are that are there.
+    pub fn new(reel: &SharedReel, is_whole: bool, thin: BTreeSet<String>) -> Self {
         let mut tracks = BTreeMap::new();
         let own = reel.get();
         for (track, _) in own.played.iter().enumerate().filter(|(_, played)| played.is_none()) {
+            if !own.has_cycles && thin.contains(&own.timeline.tracks[track].path) {
+                continue;
+            }
             let next = own.timeline.place_after(track, own.begin.checked_sub(1));
             tracks.insert(own.timeline.tracks[track].path.clone(), (track, next));
         }
@@ -82,6 +116,7 @@ impl Witness {
             reel: reel.clone(),
             has_times: own.has_cycles,
             is_whole,
+            thin,
             tracks,
             found: BTreeMap::new(),
             first: None,
@@ -120,6 +155,7 @@ impl Witness {
         Ok(Recomputation {
             properties: comparer.found.values().cloned().collect(),
             first: comparer.first.clone(),
+            unseen: Vec::new(),
         })
     }
 }
@@ -178,7 +214,7 @@ impl Comparer {
     fn compare(&mut self, channel: &Channel, items: usize, stamp: Stamp, bytes: &[u8]) -> Result<(), Error> {
         let path = channel.path.as_str();
         let Some((track, next)) = self.tracks.get(path).copied() else {
-            if self.is_whole {
+            if self.is_whole && !self.thin.contains(path) {
                 self.of(path).only_recomputed += 1;
                 self.differs(extra(path, stamp));
             }
@@ -225,7 +261,7 @@ impl Comparer {
                     replayed,
                 });
             }
-        } else {
+        } else if !self.thin.contains(path) {
             self.of(path).only_recomputed += 1;
             self.differs(extra(path, stamp));
         }

@@ -1,18 +1,22 @@
 //! What a recording says of its run.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use slate_blackboard::is_within;
-use slate_runtime::configuration::{Configuration, Database, Link, Report};
+use slate_runtime::configuration::{Configuration, Database, Link, RecordSelection, Report};
 use slate_runtime::recording::{Change, configuration};
 
-use super::file::{Item, ReadError, Source};
+use super::coverage::{Coverage, some};
 use super::reel::Reel;
-use crate::bag::{Error, Metadata, Reader};
+use crate::bag::{Error, Message, Metadata, Reader};
 use crate::recorder::{CHANGE, CONFIGURATION, DROPPED, read_change};
 
 type Texts = BTreeMap<String, String>;
+
+/// Modules by the paths of what they write.
+pub(super) type Written = BTreeMap<String, BTreeSet<String>>;
 
 /// A run, as a recording has it.
 #[derive(Clone, Debug, Default)]
@@ -24,62 +28,78 @@ pub struct Run {
     pub(super) modules: Texts,
     /// The order in which they ran, stage by stage.
     stages: Texts,
+    /// What its inputs read.
+    links: Texts,
     text: Option<String>,
     /// What was changed from outside, each after the cycle of that number.
     pub(super) changes: Vec<(u64, Change)>,
     end: Option<Texts>,
     drops: bool,
+    /// Whether there is another one in the file.
+    has_others: bool,
+    coverage: Coverage,
 }
 
 impl Run {
-    /// Reads what a recording says of its run.
+    /// Reads what a recording says of its run; it may be cut off. What the run wrote is not all read where that need not be.
     ///
     /// # Errors
-    /// When it can't be read, or is damaged.
-    pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let mut source = Source::open(path)?;
-        let (mut run, mut changes, mut dropped) = (Self::default(), None::<u16>, None::<u16>);
-        while let Some(item) = source.next(|channel| [changes, dropped].contains(&Some(channel)))? {
-            match item {
-                Item::Metadata(name, texts) => match name.as_str() {
-                    "run" => run.about = texts,
-                    "plugins" => run.plugins = texts,
-                    "memories" => run.memories = texts,
-                    "end" => run.end = Some(texts),
-                    _ => {}
-                },
-                Item::Attachment(name, bytes) if name == CONFIGURATION => {
-                    let text = String::from_utf8(bytes);
-                    run.text = Some(text.map_err(|_| source.error("its configuration is no text"))?);
+    /// When it can't be read, is damaged, or is no recording of an agent.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::read_all(&mut Reader::open_unfinished(path)?)
+    }
+
+    /// As [`read`](Run::read), of what is at its beginning.
+    pub(super) fn read_all<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Self, Error> {
+        let path = reader.path().to_owned();
+        let unfit = |what: &str| Error::Unfit { path: path.clone(), what: what.into() };
+        let mut run = Self::head(reader)?;
+        if run.about.is_empty() {
+            return Err(unfit(
+                "it says nothing of its run, so it is no recording of an agent; `slate bag info` says what it is",
+            ));
+        }
+        let unread = || unfit("a change in it can't be read: another version of Slate has written it");
+        let (mut changes, mut drops) = (Vec::new(), false);
+        let mut note = |message: &Message<'_>| {
+            match message.channel.topic.as_str() {
+                topic if topic == CHANGE.name => {
+                    changes.push(read_change(message.data).ok_or_else(unread)?);
                 }
-                Item::Channel(channel) if channel.topic == CHANGE.name => changes = Some(channel.id),
-                Item::Channel(channel) if channel.topic == DROPPED.name => dropped = Some(channel.id),
-                Item::Message(header, bytes) if Some(header.channel_id) == changes => {
-                    let change = read_change(&bytes);
-                    let change = change.ok_or_else(|| source.error("a change in it can't be read"))?;
-                    run.changes.push(change);
+                topic => drops |= topic == DROPPED.name,
+            }
+            Ok(())
+        };
+        // Of a file that has as much as it should, only what came from outside is looked at here.
+        let said = Coverage::said(reader).filter(|said| run.has_all_of(said) && run.end("values").is_some());
+        let is_known = said.is_some() && reader.each_of(&[CHANGE.name, DROPPED.name], &mut note)?;
+        match said.filter(|_| is_known) {
+            Some(said) => run.coverage = said,
+            None => {
+                while let Some(message) = reader.next_message()? {
+                    run.coverage.note(&message);
+                    note(&message)?;
                 }
-                Item::Message(header, _) if Some(header.channel_id) == dropped => run.drops = true,
-                _ => {}
             }
         }
-        if run.about.is_empty() {
-            return Err(source.error("it says nothing of its run, so it is no recording of an agent"));
-        }
+        (run.changes, run.drops) = (changes, drops);
         // Those of one cycle stay in their order.
         run.changes.sort_by_key(|(cycle, _)| *cycle);
         Ok(run)
     }
 
-    /// As [`read`](Run::read), strictly; nothing when it is no recording of an agent.
-    pub(super) fn of(path: &Path) -> Result<Option<Self>, Error> {
-        let mut reader = Reader::open(path)?;
+    /// What stands beside the values.
+    fn head<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Self, Error> {
         let mut run = Self::default();
         for Metadata { name, metadata } in reader.metadata()? {
             match name.as_str() {
-                "run" => run.about = metadata,
+                "run" => {
+                    run.has_others |= !run.about.is_empty() && run.about != metadata;
+                    run.about = metadata;
+                }
                 "modules" => run.modules = metadata,
                 "stages" => run.stages = metadata,
+                "links" => run.links = metadata,
                 "plugins" => run.plugins = metadata,
                 "memories" => run.memories = metadata,
                 "end" => run.end = Some(metadata),
@@ -91,6 +111,12 @@ impl Run {
             let text = attachment.and_then(|attachment| String::from_utf8(attachment.data).ok());
             run.text = text.or(run.text);
         }
+        Ok(run)
+    }
+
+    /// What stands beside the values of a whole file; nothing when it is no recording of an agent.
+    pub(super) fn of(path: &Path) -> Result<Option<Self>, Error> {
+        let run = Self::head(&mut Reader::open(path)?)?;
         Ok((!run.about.is_empty() && run.text.is_some()).then_some(run))
     }
 
@@ -105,12 +131,45 @@ impl Run {
     }
 
     /// Whether everything that was written is recorded, from the beginning.
-    pub(super) fn is_whole(&self) -> bool {
+    fn is_whole(&self) -> bool {
         self.about("whole") == "true" && self.about("from_cycle") == "0"
     }
 
-    /// Has modules run in the place of what is recorded of them, and see of the others what they saw then.
-    pub(super) fn replace(&self, reel: &mut Reel, configuration: &Configuration, modules: &BTreeSet<String>) {
+    /// As [`is_whole`](Run::is_whole), and nobody has left out anything since, as far as what the file has tells it.
+    pub(super) fn has_all_of(&self, coverage: &Coverage) -> bool {
+        let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
+        self.is_whole() && said.is_none_or(|said| said == coverage.values)
+    }
+
+    /// What was recorded, as the configuration says, if that is what the recording was made by.
+    pub(super) fn selection(&self) -> Option<RecordSelection> {
+        let text = self.text.as_deref().filter(|_| self.is_first() && !self.is_whole())?;
+        let database = configuration("the recording", text, Vec::new()).ok()?;
+        Some(database.current().record().selection.clone())
+    }
+
+    /// Whether it is the recording that began with the run, as its configuration says.
+    pub(super) fn is_first(&self) -> bool {
+        self.about("begins") != "in the run"
+    }
+
+    /// What is missing, in words, when the recording was begun while the agent ran.
+    pub(super) fn late_begin(&self) -> Option<String> {
+        let cycle = self.about("from_cycle");
+        // Those of before say nothing of it.
+        (!["", "0"].contains(&cycle))
+            .then(|| format!("the recording begins after cycle {cycle} of the run, and not with it"))
+    }
+
+    /// Has modules run in the place of what is recorded of them, and see of the others what they saw then. Returns the paths of
+    /// what they write, each with who does.
+    pub(super) fn replace(
+        &self,
+        reel: &mut Reel,
+        configuration: &Configuration,
+        modules: &BTreeSet<String>,
+    ) -> Written {
+        let mut written = Written::new();
         let order: Vec<&str> = self.stages.values().flat_map(|stage| stage.split_whitespace()).collect();
         let place = |module: &str| order.iter().position(|own| *own == module);
         let owner = |path: &str| {
@@ -131,12 +190,15 @@ impl Run {
             }
             if writers.iter().any(|writer| modules.contains(*writer)) {
                 *played = None;
+                let writers = writers.into_iter().map(str::to_owned).collect();
+                written.insert(track.path.clone(), writers);
                 continue;
             }
             let Some(last) = writers.iter().filter_map(|writer| place(writer)).max() else { continue };
             let before = modules.iter().filter(|module| place(module).is_some_and(|own| own < last));
             *played = Some(before.cloned().collect());
         }
+        written
     }
 
     /// The agent.
@@ -184,9 +246,66 @@ impl Run {
         self.end.as_ref()?.get(key).map(String::as_str)
     }
 
+    /// Whether the recording goes to the end of the run; else it was cut off.
+    pub fn has_ended(&self) -> bool {
+        self.cycles().is_some()
+    }
+
     /// How many cycles it had, if it has an end.
     pub(super) fn cycles(&self) -> Option<u64> {
         self.end("cycles")?.parse().ok()
+    }
+
+    /// Whether nothing in it could be compared with a second run.
+    pub(super) fn is_empty(&self) -> bool {
+        self.coverage.repeating == 0 || self.cycles() == Some(0)
+    }
+
+    /// What of the run is not there, in words; nothing when nothing is known to be missing.
+    fn missing(&self) -> String {
+        let read: BTreeSet<&str> = self.links.values().map(|from| from.trim_start_matches('/')).collect();
+        // What is on the wall clock, or another agent's, is none that is made again.
+        let read = read.into_iter().filter(|path| !path.contains("://") && crate::recorder::repeats(path));
+        let absent = read.filter(|path| self.coverage.of(path).is_none());
+        let absent: Vec<_> = absent.map(|path| format!("/{path}")).collect();
+        let thin = self.coverage.gaps();
+        let thin = thin.map(|(path, own)| format!("/{path} ({} of {} values)", own.count, own.written));
+        let thin: Vec<_> = thin.collect();
+        let mut told = String::new();
+        if !absent.is_empty() {
+            told += &format!("; of what modules read, nothing is in it of {}", some(&absent));
+        }
+        if !thin.is_empty() {
+            told += &format!("; not all is in it of {}", some(&thin));
+        }
+        told
+    }
+
+    /// Why the file has not all of a run, if it has not.
+    fn lack(&self) -> Option<String> {
+        let found = self.coverage.values;
+        let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
+        let what = match said {
+            _ if self.has_others => return Some("recordings of several runs are merged in it".into()),
+            _ if self.about("whole") != "true" => {
+                "only a part of the values is recorded (`record.select`, `record.exclude`, `record.rules`), or the file is a part \
+                 of a recording (`slate bag filter`, `slate bag merge`)"
+                    .into()
+            }
+            Some(said) if found > said => {
+                return Some(format!(
+                    "it has {found} values, and {said} were recorded: the same run is in it more than once"
+                ));
+            }
+            Some(said) if found < said => {
+                format!(
+                    "it has {found} of the {said} values that were recorded, so it is a part or a repaired copy of that file"
+                )
+            }
+            _ if self.coverage.gaps().next().is_some() => "values are missing between those that it has".into(),
+            _ => return None,
+        };
+        Some(format!("it is not a whole run: {what}{}", self.missing()))
     }
 
     /// Why the run can't be made again, if it can't.
@@ -194,20 +313,17 @@ impl Run {
         if self.about("clock") != "lockstep" {
             return Some("the run was not in lockstep: on the wall clock no two runs are the same".into());
         }
-        if self.about("whole") != "true" {
-            return Some(
-                "only a part of the values is recorded (`record.select`, `record.exclude`, `record.rules`)"
-                    .into(),
-            );
-        }
-        if self.about("begins") == "in the run" || self.about("from_cycle") != "0" {
+        if !self.is_first() || self.about("from_cycle") != "0" {
             return Some("the recording does not begin with the run".into());
+        }
+        if self.drops || self.end("dropped").is_some_and(|dropped| dropped != "0") {
+            return Some("values were dropped while it was recorded".into());
+        }
+        if let Some(lack) = self.lack() {
+            return Some(lack);
         }
         if self.text.is_none() {
             return Some("the recording has no configuration".into());
-        }
-        if self.drops || self.end("dropped").is_some_and(|dropped| dropped != "0") {
-            return Some("values are missing in the recording".into());
         }
         let other = self.changes.iter().find_map(|(cycle, change)| match change {
             Change::Other { what } => Some(format!("after cycle {cycle} there was {what}")),

@@ -10,6 +10,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_module::Level;
 use slate_runtime::recording::Change;
 
+use super::coverage::Coverage;
 use super::fate::{Fate, check_writers, fate, log_line};
 use super::form::Form;
 use crate::bag::{Error, Reader, Selection, Spot};
@@ -99,6 +100,8 @@ pub(super) struct Timeline {
     /// The times at which any property of an agent was written, also of those that are not played.
     pub times: Vec<u64>,
     span: Option<(u64, u64)>,
+    /// Which values the file has, also of what is not played.
+    pub coverage: Coverage,
     /// What was changed from outside while it was recorded, each after the cycle of that number.
     pub changes: Vec<(u64, Change)>,
     /// Topics that are not played, and why.
@@ -141,6 +144,7 @@ impl Timeline {
             lines: Vec::new(),
             times: Vec::new(),
             span: None,
+            coverage: Coverage::default(),
             changes: Vec::new(),
             left_out: Vec::new(),
         };
@@ -151,6 +155,7 @@ impl Timeline {
             |topic: &str| select.has(topic) && exclude.as_ref().is_none_or(|exclude| !exclude.has(topic));
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
         while let Some((spot, message)) = timeline.reader.next_spot()? {
+            timeline.coverage.note(&message);
             let id = message.channel.id;
             if let Entry::Vacant(place) = fates.entry(id) {
                 let is_chosen = is_chosen(&message.channel.topic);

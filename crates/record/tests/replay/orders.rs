@@ -31,7 +31,14 @@ fn a_playback_steps_seeks_and_goes_in_circles() {
                 |path: &str| board.read(path).unwrap().map(|(value, stamp)| (value.as_f64().unwrap(), stamp));
             assert!(order(Order::Status).is_paused);
             assert_eq!(read("source/number/value"), None);
-            assert_eq!(order(Order::Step(3)).time, 20 * MS);
+            // Also before the first cycle, a step goes on from where it was sent.
+            assert_eq!(order(Order::Seek(100 * MS)).time, 100 * MS);
+            assert_eq!(order(Order::Step(1)).time, 110 * MS);
+            assert_eq!(read("source/number/value").unwrap().0, 12.0);
+            order(Order::Seek(290 * MS));
+            assert_eq!(order(Order::Step(1)).time, 290 * MS, "it is at its end");
+            order(Order::Seek(0));
+            assert_eq!(order(Order::Step(2)).time, 20 * MS);
             assert_eq!(read("source/number/value").unwrap().0, 3.0);
             // Each property has the last value that it had then.
             assert_eq!(order(Order::Seek(255 * MS)).time, 255 * MS);

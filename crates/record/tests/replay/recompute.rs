@@ -2,8 +2,8 @@ use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
 use slate_record::Recorder;
-use slate_record::bag::{Counts, diff};
-use slate_record::replay::{Choice, Plan, Player};
+use slate_record::bag::{Compression, Counts, Reader, Selection, Writer, copy, diff};
+use slate_record::replay::{Choice, Plan, Player, Recomputation};
 use slate_runtime::configuration::Record;
 
 use crate::support::{ROBOT, file, load, play, plugins, record, recorded};
@@ -87,14 +87,71 @@ fn a_part_that_is_not_recorded_is_not_compared() {
     record(&path, &text, |_, _| {});
     let (_, outcome, player) = play(&path, plan(&["back"]));
     assert_eq!(outcome.unwrap().first, None);
-    // It has all that it reads; the other one does not.
-    assert!(player.misses().is_empty());
-    let front = Player::open(&path, &plugins(), plan(&["front"])).unwrap();
-    assert_eq!(
-        front.misses(),
-        Vec::<String>::new(),
-        "an output of which nothing is recorded stays without a value"
-    );
+    assert!(player.misses().is_empty(), "it has all that it reads");
+}
+
+/// What is said of modules that would not have what they had, and what comes of it when they run all the same.
+fn lacking(path: &std::path::Path, modules: &[&str]) -> (String, Recomputation, Vec<String>) {
+    let refused = Player::open(path, &plugins(), plan(modules)).unwrap_err().to_string();
+    assert!(refused.contains("--partial"), "{refused}");
+    let (_, outcome, player) = play(path, Plan { is_partial: true, ..plan(modules) });
+    assert!(!player.misses().is_empty());
+    (refused, outcome.unwrap(), player.misses().to_vec())
+}
+
+#[test]
+fn modules_do_not_run_on_less_than_they_had_unless_that_is_wanted() {
+    let path = file("lacking.mcap");
+    record(&path, &format!("{ROBOT}select = [\"/source/**\", \"/front/**\", \"/late/**\"]\n"), |_, _| {});
+    let (refused, outcome, misses) = lacking(&path, &["front"]);
+    assert!(refused.contains("nothing of /back/sum is recorded"), "{refused}");
+    assert_eq!(misses, ["nothing of /back/sum is recorded"]);
+    assert!(outcome.first.is_some(), "it adds up something else: {outcome:?}");
+    for (rule, words) in [
+        ("rate = 20.0", "of 26 values of /source/number are recorded"),
+        // Each value is another one, so that none is left out in fact; nothing in the file says so.
+        ("on_change = true", "not every value of /source/number is recorded"),
+    ] {
+        let text = format!("{ROBOT}[[record.rules]]\nselect = \"/source/number\"\n{rule}\n");
+        record(&path, &text, |_, _| {});
+        let (refused, ..) = lacking(&path, &["gatherer"]);
+        assert!(refused.contains(words), "{refused}");
+        // Who writes it reads all that it did, and what is there of it is the same.
+        let outcome = play(&path, plan(&["source"])).1.unwrap();
+        assert_eq!((outcome.first, outcome.unseen), (None, Vec::new()));
+    }
+    let choice = Choice { exclude: vec!["/source/number".into()], ..Choice::default() };
+    let refused = Player::open(&recorded("left.mcap"), &plugins(), Plan { choice, ..plan(&["gatherer"]) });
+    assert!(refused.unwrap_err().to_string().contains("/source/number is left out"));
+}
+
+#[test]
+fn a_part_of_a_recording_is_not_all_that_modules_read_either() {
+    let (path, part) = (recorded("copied.mcap"), file("copied-part.mcap"));
+    let mut later = Selection::default();
+    later.from = Some(50_000_000);
+    copy(&path, &part, &later).unwrap();
+    let (refused, ..) = lacking(&part, &["gatherer"]);
+    assert!(refused.contains("only 25 of 30 values of /source/number are recorded"), "{refused}");
+    // By a program that knows nothing of what a run is.
+    let mut reader = Reader::open(&path).unwrap();
+    let mut writer = Writer::new(Vec::new(), &part, reader.header(), Compression::Lz4).unwrap();
+    while let Some(message) = reader.next_message().unwrap() {
+        if message.channel.topic == "/source/number" {
+            continue;
+        }
+        writer.schema(message.schema.unwrap()).unwrap();
+        writer.channel(message.channel).unwrap();
+        let (sequence, time) = (message.sequence, message.log_time);
+        writer.message(message.channel.id, sequence, time, message.publish_time, message.data).unwrap();
+    }
+    reader.metadata().unwrap().iter().for_each(|metadata| writer.metadata(metadata).unwrap());
+    for number in 0..reader.attachments() {
+        writer.attachment(&reader.attachment(number).unwrap().unwrap()).unwrap();
+    }
+    std::fs::write(&part, writer.finish().unwrap()).unwrap();
+    let (refused, ..) = lacking(&part, &["gatherer"]);
+    assert!(refused.contains("nothing of /source/number is recorded"), "{refused}");
 }
 
 #[test]
@@ -103,6 +160,7 @@ fn a_module_that_the_recorded_agent_has_not_is_refused_by_name() {
     let error = Player::open(&path, &plugins(), plan(&["bakc"])).unwrap_err().to_string();
     assert!(error.contains("no module `bakc`") && error.contains("`back`"), "{error}");
     let choice = Choice { exclude: vec!["/source/number".into()], ..Choice::default() };
-    let without = Player::open(&path, &plugins(), Plan { choice, ..plan(&["back"]) }).unwrap();
+    let plan = Plan { choice, is_partial: true, ..plan(&["back"]) };
+    let without = Player::open(&path, &plugins(), plan).unwrap();
     drop(load(&without, None));
 }

@@ -2,8 +2,8 @@
 
 use slate_interfaces::{
     Bumper, Chassis, Clearance, Contact, Contacts, Echo, FactHead, FactTableHead, FourWheelSpeeds, Image,
-    LaserScan, Odometry, Orientation, Point2, Pose2, Position, Quaternion, Sighting, Sightings,
-    SonarPlacement, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
+    LaserScan, MapStroke, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position,
+    Quaternion, Sighting, Sightings, SonarPlacement, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
 };
 use slate_module::blackboard::interface::{
     Constant, Descriptor, Enumeration, Field, Interface, Kind, schema_hash,
@@ -124,6 +124,10 @@ pub fn all() -> Vec<&'static Descriptor> {
         FourWheelSpeeds::DESCRIPTOR,
         Image::DESCRIPTOR,
         LaserScan::DESCRIPTOR,
+        MapStroke::DESCRIPTOR,
+        OccupancyGrid::DESCRIPTOR,
+        Path::DESCRIPTOR,
+        PoseEstimate::DESCRIPTOR,
         Odometry::DESCRIPTOR,
         Orientation::DESCRIPTOR,
         Point2::DESCRIPTOR,

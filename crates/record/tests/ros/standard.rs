@@ -1,6 +1,6 @@
 use slate_interfaces::{
-    Echo, Image, ImageFormat, LaserScan, Odometry, Point2, Pose2, Position, Quaternion, SonarScan, Transform,
-    Twist2,
+    Echo, Image, ImageFormat, LaserScan, OccupancyGrid, Odometry, Point2, Pose2, Position, Quaternion,
+    SonarScan, Transform, Twist2,
 };
 use slate_module::blackboard::interface::{Descriptor, Interface, View};
 use slate_module::interface;
@@ -48,6 +48,26 @@ fn poses_and_motions_in_the_plane_become_those_in_space() {
     );
     let Some(Value::Numbers(covariance)) = value.at("pose/covariance") else { panic!("{value}") };
     assert_eq!(covariance.len(), 36);
+}
+
+#[test]
+fn a_grid_map_is_as_navigation_has_it() {
+    let mut bytes = Vec::new();
+    for number in [-1.0_f64, 2.0, std::f64::consts::PI, 0.5] {
+        bytes.extend(number.to_ne_bytes());
+    }
+    for number in [3_u32, 1] {
+        bytes.extend(number.to_ne_bytes());
+    }
+    bytes.extend([255, 0, 100]);
+    let map = message(OccupancyGrid::DESCRIPTOR, &bytes);
+    assert_eq!(map.at("data").unwrap().to_string(), "[-1, 0, 100]");
+    let info = map.get("info").unwrap();
+    let number = |path: &str| info.at(path).unwrap().as_f64().unwrap();
+    assert_eq!((number("resolution"), number("width"), number("height")), (0.5, 3.0, 1.0));
+    assert_eq!(info.at("origin/position").unwrap().to_string(), "{ x = -1, y = 2, z = 0 }");
+    assert_eq!(number("origin/orientation/z"), 1.0);
+    assert!(number("origin/orientation/w").abs() < 1e-15);
 }
 
 #[test]
@@ -182,7 +202,7 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 #[test]
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
-    assert_eq!(named.len(), 11);
+    assert_eq!(named.len(), 12);
     for descriptor in named {
         if descriptor.fields.is_empty() {
             continue;

@@ -149,6 +149,14 @@ impl Shared {
         let (planned, own) = module.unwrap_or_default();
         core.course.replan(planned);
         let plans = [std::mem::replace(&mut core.plan, program), std::mem::replace(&mut core.aside, own)];
+        for seat in plans.iter().flat_map(|plan| &plan.seats) {
+            // SAFETY: who installs has the token, between two cycles.
+            unsafe { seat.set_in_turn(false) };
+        }
+        for seat in core.plan.seats.iter().chain(&core.aside.seats) {
+            // SAFETY: as above; and these are the loop's from now on.
+            unsafe { seat.set_in_turn(true) };
+        }
         let actuators = actuators.map(|actuators| std::mem::replace(&mut core.actuators, actuators));
         // A run that was ended by a step that did not return has left in the middle of its cycle.
         core.position = Position::default();

@@ -282,11 +282,18 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
         // To decide is no module's work.
         turn.mark = 0;
     }
-    let Some(next) = next else { return Stages::Over };
     // SAFETY: as above.
     let core = unsafe { shared.core() };
-    let stage = &core.plan.stages[next];
     let position = &mut core.position;
+    if !asks && !shared.synchronization.is_wanted() {
+        // Nobody would see anything of a stage without modules, and most robots have some of them.
+        let skipped = core.plan.stages[next.unwrap_or(count)..].iter().take_while(|stage| stage.is_empty());
+        let skipped = skipped.count();
+        position.stages += skipped as u32;
+        next = next.map(|next| next + skipped).filter(|next| *next < count);
+    }
+    let Some(next) = next else { return Stages::Over };
+    let stage = &core.plan.stages[next];
     position.stage = Some(next);
     position.open = true;
     position.stages += 1;
@@ -297,7 +304,9 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
         position.deadline = turn.mark() + stage.timeout;
         shared.deadline.store(position.deadline, Ordering::Release);
     }
-    if let Some(start) = stage.gauge.start.as_ref().filter(|start| start.is_wanted()) {
+    if shared.synchronization.is_wanted()
+        && let Some(start) = stage.gauge.start.as_ref().filter(|start| start.is_wanted())
+    {
         start.emit();
     }
     Stages::Next
@@ -310,7 +319,7 @@ fn end_stage(shared: &Shared, core: &mut Core, turn: &mut Turn) {
         position.deadline = 0;
         shared.deadline.store(0, Ordering::Release);
     }
-    if position.stage_began != 0 && stage.end > stage.first {
+    if position.stage_began != 0 && !stage.is_empty() {
         let duration = turn.mark().saturating_sub(position.stage_began);
         stage.gauge.histogram.record(duration, turn.stands_for_cycles(shared));
         if turn.traced
@@ -320,7 +329,9 @@ fn end_stage(shared: &Shared, core: &mut Core, turn: &mut Turn) {
             shared.tracing.record(Span { label, start, duration, cycle: turn.number });
         }
     }
-    if let Some(end) = stage.gauge.end.as_ref().filter(|end| end.is_wanted()) {
+    if shared.synchronization.is_wanted()
+        && let Some(end) = stage.gauge.end.as_ref().filter(|end| end.is_wanted())
+    {
         end.emit();
     }
 }
@@ -335,6 +346,7 @@ enum Next {
     StageOver,
 }
 
+#[inline]
 fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
     if core.position.helped {
         // The thread that gave the steps to the workers was lost.
@@ -350,16 +362,16 @@ fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
         return Next::StageOver;
     }
     let first = position.seat;
-    let rest = &plan.seats[first..plan.ends[first]];
-    let (count, call) = if workers.pay(rest) {
+    let level = || &plan.seats[first..plan.ends[first]];
+    let (count, call) = if workers.are_there() && workers.pay(level()) {
         position.helped = true;
-        workers.give(rest, turn.now, turn.nominal)
+        workers.give(level(), turn.now, turn.nominal)
     } else {
-        (1, workers::ready(&rest[0], turn.now, turn.nominal, false))
+        (1, workers::ready(&plan.seats[first], turn.now, turn.nominal, false))
     };
     position.seat += count;
     match call {
-        Some(call) => Next::Step(Arc::as_ptr(&rest[count - 1]), call),
+        Some(call) => Next::Step(Arc::as_ptr(&plan.seats[first + count - 1]), call),
         None => Next::Nothing,
     }
 }

@@ -54,6 +54,14 @@ pub(super) struct PlannedStage {
 /// A longer time-out is one without an end, nanoseconds.
 const LONGEST: u128 = 1 << 62;
 
+impl PlannedStage {
+    /// Whether it has no modules.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.first == self.end
+    }
+}
+
 impl Parts {
     /// Takes note of the stages that a module wants now; whether they are other ones than before.
     pub fn look_at_takeover(&mut self) -> bool {

@@ -1,5 +1,5 @@
 use std::cell::UnsafeCell;
-use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -11,12 +11,19 @@ use crate::clock::monotonic;
 use crate::runner::{Condition, Health, Runner, count};
 use crate::timing::{Label, Span, Trace, Track};
 
-const IDLE: u32 = 0;
-const RUNNING: u32 = 1;
+const IDLE: u64 = 0;
+const RUNNING: u64 = 1;
 /// The watchdog gives the module's outputs their safe values, or a late module is being taken back.
-const CLAIMED: u32 = 2;
-const LATE: u32 = 3;
-const RETURNED: u32 = 4;
+const CLAIMED: u64 = 2;
+const LATE: u64 = 3;
+const RETURNED: u64 = 4;
+
+/// The bits of a seat's word that say one of these.
+const STATE: u64 = 7;
+/// Whether a worker makes the step, so that the loop goes on without it.
+const HELPED: u64 = 8;
+/// What the word grows by with each step or other call, so that the watchdog tells a long one from many short ones.
+const CALL: u64 = 16;
 
 /// A module's place: who may touch its runner is settled here, also when a step does not return.
 ///
@@ -26,9 +33,9 @@ const RETURNED: u32 = 4;
 /// In this order, as for [`Runner`].
 #[repr(C, align(64))]
 pub(crate) struct Seat {
-    state: AtomicU32,
-    /// Whether a worker makes the step, so that the loop goes on without it.
-    helped: AtomicBool,
+    /// The number of the last step or other call, whether a worker makes it, and the state: all in one word, as it is
+    /// changed before and after each step.
+    word: AtomicU64,
     /// Whether the module's own thread ends.
     retired: AtomicBool,
     /// Whether every step is timed.
@@ -43,9 +50,7 @@ pub(crate) struct Seat {
     is_kicked: bool,
     /// Steps begun.
     ticks: AtomicU64,
-    /// Counts steps and other calls begun, so that the watchdog can tell a long one from many short ones.
-    begun: AtomicU64,
-    /// When the last of them began, monotonic; 0 when it was not timed.
+    /// When the last step or other call began, monotonic; 0 when it was not timed.
     started: AtomicU64,
     /// Wall-clock nanoseconds of the last step that was timed.
     duration: AtomicU64,
@@ -68,15 +73,14 @@ pub(crate) struct Seat {
     pub wake: Arc<Wake>,
 }
 
-// SAFETY: `state` says which thread may use the runner and write to the track, as described above.
+// SAFETY: `word` says which thread may use the runner and write to the track, as described above.
 unsafe impl Sync for Seat {}
 
 impl Seat {
     pub fn new(mut runner: Runner) -> Self {
         runner.look_for_company();
         Self {
-            state: AtomicU32::new(IDLE),
-            helped: AtomicBool::new(false),
+            word: AtomicU64::new(IDLE),
             retired: AtomicBool::new(false),
             has_deadline: runner.deadline.is_some(),
             is_isolated: runner.supervised.is_some(),
@@ -84,7 +88,6 @@ impl Seat {
             in_every_cycle: runner.trigger == Trigger::Stage,
             is_kicked: runner.supervised.as_ref().is_some_and(|supervised| supervised.is_kicked),
             ticks: AtomicU64::new(0),
-            begun: AtomicU64::new(0),
             started: AtomicU64::new(0),
             duration: AtomicU64::new(0),
             returned: AtomicU64::new(0),
@@ -113,24 +116,63 @@ impl Seat {
         unsafe { &mut *self.runner.get() }
     }
 
+    /// Whether the module writes in turn with the steps of the loop: it does from when the loop has it, and until that gives
+    /// up a step of it. One with a thread or a process of its own does not.
+    ///
+    /// # Safety
+    /// The caller has the loop's token between two cycles, and the loop has the module from then on, or not.
+    pub unsafe fn set_in_turn(&self, in_turn: bool) {
+        // Who is late was told when its step was given up.
+        if !self.is_kicked && !self.is_isolated && self.is_idle() {
+            // SAFETY: the seat is idle, and only who has the token makes its steps.
+            unsafe { self.runner().set_in_turn(in_turn) };
+        }
+    }
+
     /// Before a step, which a worker makes (`helped`) or whoever drives the seat; `started` is the monotonic time, or 0
     /// when the step is not timed.
+    #[inline]
     pub fn begin(&self, helped: bool, started: u64) {
         count(&self.ticks);
         self.begin_call(helped, started);
     }
 
     /// Before another call of the module, which is watched like a step and counts as none.
+    #[inline]
     pub fn begin_call(&self, helped: bool, started: u64) {
         self.started.store(started, Ordering::Relaxed);
-        count(&self.begun);
-        self.helped.store(helped, Ordering::Relaxed);
-        self.state.store(RUNNING, Ordering::Release);
+        let calls = self.word.load(Ordering::Relaxed) & !(STATE | HELPED);
+        let helped = if helped { HELPED } else { 0 };
+        self.word.store(calls.wrapping_add(CALL) | helped | RUNNING, Ordering::Release);
+    }
+
+    #[inline]
+    fn state(&self) -> u64 {
+        self.word.load(Ordering::Acquire) & STATE
+    }
+
+    /// Goes from one state to another; false when it is in none such.
+    #[inline]
+    fn pass(&self, from: u64, to: u64) -> bool {
+        let word = self.word.load(Ordering::Relaxed);
+        word & STATE == from && self.exchange(word, to)
+    }
+
+    /// Goes to a state from that word; false when it has another one now.
+    #[inline]
+    fn exchange(&self, word: u64, to: u64) -> bool {
+        let next = word & !STATE | to;
+        self.word.compare_exchange(word, next, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    }
+
+    /// Goes to a state from one that nobody else ends.
+    fn settle(&self, to: u64) {
+        self.word.store(self.word.load(Ordering::Relaxed) & !STATE | to, Ordering::Release);
     }
 
     /// Keeps others out between two steps: the module's own thread, or who exchanges its code.
     pub fn claim(&self) -> bool {
-        self.state.compare_exchange(IDLE, CLAIMED, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+        self.pass(IDLE, CLAIMED)
     }
 
     /// Claims the seat as soon as its step has ended; false when that does not return.
@@ -149,7 +191,7 @@ impl Seat {
     /// Lets others in again, unless the seat was given up meanwhile.
     pub fn unclaim(&self) {
         // It fails when the seat is late, which then stays so.
-        let _ = self.state.compare_exchange(CLAIMED, IDLE, Ordering::Release, Ordering::Relaxed);
+        let _ = self.pass(CLAIMED, IDLE);
     }
 
     /// Makes a call of the module outside its step, watched like one; nothing when it was given up. The seat is claimed
@@ -177,6 +219,7 @@ impl Seat {
     }
 
     /// Says that it is the turn of a module that waits for that; false for all others.
+    #[inline]
     pub fn kick(&self) -> bool {
         if self.is_kicked {
             self.kicks.store(self.kicks.load(Ordering::Relaxed) + 1, Ordering::Release);
@@ -208,6 +251,7 @@ impl Seat {
 
     /// After a step that returned that code: true when the runner still belongs to the caller, false when the step was given
     /// up.
+    #[inline]
     pub fn end(&self, code: i32) -> bool {
         self.end_as(IDLE, code)
     }
@@ -217,73 +261,76 @@ impl Seat {
         self.end_as(CLAIMED, code)
     }
 
-    fn end_as(&self, next: u32, code: i32) -> bool {
+    #[inline]
+    fn end_as(&self, next: u64, code: i32) -> bool {
+        self.pass(RUNNING, next) || self.end_late(next, code)
+    }
+
+    #[cold]
+    fn end_late(&self, next: u64, code: i32) -> bool {
         loop {
-            match self.state.compare_exchange(RUNNING, next, Ordering::AcqRel, Ordering::Acquire) {
-                Ok(_) => return true,
-                Err(LATE) => {
+            match self.state() {
+                RUNNING if self.pass(RUNNING, next) => return true,
+                LATE => {
                     self.returned.store(monotonic(), Ordering::Relaxed);
                     self.late_code.store(code, Ordering::Relaxed);
-                    self.state.store(RETURNED, Ordering::Release);
+                    self.settle(RETURNED);
                     return false;
                 }
                 // The watchdog is just publishing the safe values, which takes microseconds.
-                Err(_) => std::thread::yield_now(),
+                _ => std::thread::yield_now(),
             }
         }
     }
 
     /// Takes back a seat whose late step has returned.
     pub fn readmit(&self) -> bool {
-        if self.state.load(Ordering::Relaxed) != RETURNED
-            || self.state.compare_exchange(RETURNED, CLAIMED, Ordering::AcqRel, Ordering::Acquire).is_err()
-        {
+        if !self.pass(RETURNED, CLAIMED) {
             return false;
         }
         // SAFETY: the late thread is out of the runner, and the seat was claimed.
         unsafe { self.runner() }.welcome_back(self.late_code.load(Ordering::Relaxed));
-        self.state.store(IDLE, Ordering::Release);
+        self.settle(IDLE);
         true
     }
 
     /// Whether nobody is in the step, so that it may begin.
+    #[inline]
     pub fn is_idle(&self) -> bool {
-        self.state.load(Ordering::Acquire) == IDLE
+        self.state() == IDLE
     }
 
     /// Whether the step that runs was given up.
     pub fn is_given_up(&self) -> bool {
-        matches!(self.state.load(Ordering::Acquire), LATE | RETURNED)
+        matches!(self.state(), LATE | RETURNED)
     }
 
     /// Whether a step was given up and has not returned.
     pub fn is_late(&self) -> bool {
-        self.state.load(Ordering::Acquire) == LATE
+        self.state() == LATE
     }
 
     /// Whether the step that runs, or was given up, is made by a worker.
     pub fn is_helped(&self) -> bool {
-        self.helped.load(Ordering::Relaxed)
+        self.word.load(Ordering::Relaxed) & HELPED != 0
     }
 
     /// The step that runs now, if one does.
     pub fn running(&self) -> Option<u64> {
-        (self.state.load(Ordering::Acquire) == RUNNING).then(|| self.begun.load(Ordering::Relaxed))
+        let word = self.word.load(Ordering::Acquire);
+        (word & STATE == RUNNING).then_some(word / CALL)
     }
 
     /// Gives up that step if it still runs: its outputs become safe, and what it writes later is dropped.
     pub fn give_up(&self, step: u64, now: u64) -> bool {
-        if self.state.compare_exchange(RUNNING, CLAIMED, Ordering::AcqRel, Ordering::Acquire).is_err() {
-            return false;
-        }
-        if self.begun.load(Ordering::Relaxed) != step {
-            // It has ended, and this is the next one.
-            self.state.store(RUNNING, Ordering::Release);
+        let word = self.word.load(Ordering::Relaxed);
+        // Else it has ended; the next one is none of this call.
+        if word & STATE != RUNNING || word / CALL != step || !self.exchange(word, CLAIMED) {
             return false;
         }
         // SAFETY: the seat was claimed, so the late thread will not touch the runner.
         unsafe { self.runner() }.give_up(now);
-        self.state.store(LATE, Ordering::Release);
+        self.settle(LATE);
         true
     }
 
@@ -298,6 +345,7 @@ impl Seat {
     }
 
     /// After a step, as [`Runner::time`] does.
+    #[inline]
     pub fn time(&self, runner: &mut Runner, duration: Option<u64>, stands_for: u32) {
         if let Some(duration) = duration {
             self.duration.store(duration, Ordering::Relaxed);

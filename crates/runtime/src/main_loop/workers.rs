@@ -74,9 +74,15 @@ impl Workers {
         Ok(Self { workers, always })
     }
 
+    /// Whether there are any.
+    #[inline]
+    pub fn are_there(&self) -> bool {
+        !self.workers.is_empty()
+    }
+
     /// Whether helping with these modules is worth a wake-up.
     pub fn pay(&self, modules: &[Arc<Seat>]) -> bool {
-        if self.workers.is_empty() || modules.len() < 2 || modules.iter().any(|seat| seat.alone) {
+        if modules.len() < 2 || modules.iter().any(|seat| seat.alone) {
             return false;
         }
         let work: u64 = modules.iter().map(|seat| seat.duration()).sum();
@@ -122,6 +128,7 @@ impl Workers {
 
 /// Prepares a module that is due, for a step alone or beside others. Periods are counted in the `nominal` time of the cycle,
 /// so that a module is not a cycle late because its thread woke up a little later the cycle before.
+#[inline]
 pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option<StepCall> {
     if seat.kick() || !seat.is_idle() && !seat.readmit() {
         return None;
@@ -134,7 +141,13 @@ pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option
     if beside {
         runner.log.hold();
     }
-    runner.prepare(now);
+    if beside || seat.is_isolated {
+        runner.prepare(now);
+    } else {
+        // SAFETY: the loop makes this step and no other one at that time, so the modules that write in turn, which are its
+        // own, wait for it; or for the watchdog, which gives it up.
+        unsafe { runner.prepare_in_turn(now) };
+    }
     Some(runner.call())
 }
 

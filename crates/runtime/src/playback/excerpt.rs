@@ -18,6 +18,8 @@ pub struct Excerpt {
     pub text: String,
     /// What modules are linked to and nothing was written to: path, interface, and room in the tail.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
+    /// What the modules read that is recorded or was never written: paths of properties and of their fields.
+    pub reads: BTreeSet<String>,
     /// Inboxes that nobody sends to who stays: what they took is to be sent to them again.
     pub inboxes: BTreeSet<String>,
     /// What the modules miss that they had in the recorded run, in words.
@@ -193,6 +195,9 @@ impl Cutter<'_> {
             is_within(&path, &actuator.name.value) && self.commanders(&actuator.name.value).is_some()
         };
         let is_there = is_host || self.stays(&path) || self.configuration.actuators().iter().any(is_gate);
+        if !is_there && self.is_recorded(&path) {
+            self.result.reads.insert(path.clone());
+        }
         if is_there || self.is_recorded(&path) {
             return Source::Path(format!("/{path}"));
         }
@@ -216,6 +221,7 @@ impl Cutter<'_> {
         let port = &description.ports[port];
         let owner = self.owner(&path).unwrap_or_default();
         let silent = (format!("{owner}/{}", port.name), port.descriptor, port.capacity);
+        self.result.reads.insert(path.clone());
         if !self.result.silent.iter().any(|(path, ..)| *path == silent.0) {
             self.result.silent.push(silent);
         }

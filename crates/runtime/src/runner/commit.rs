@@ -1,5 +1,6 @@
 use std::sync::atomic::Ordering;
 
+use slate_blackboard::channel::Latest;
 use slate_blackboard::interface::View;
 use slate_blackboard::message::Answer;
 use slate_module::{Flags, Priority};
@@ -9,8 +10,9 @@ use crate::digest::Digest;
 
 impl Runner {
     /// Checks and commits what a step wrote. `code` is what the step returned.
+    #[inline]
     pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
-        if self.has_company {
+        if !self.has_only_values {
             self.hand_to_shadow();
             self.answer();
         }
@@ -21,9 +23,6 @@ impl Runner {
             _ => return self.recover(now),
         };
         self.set_condition(condition, now);
-        if !self.has_company {
-            return;
-        }
         if condition == Condition::Failed {
             self.services.iter_mut().for_each(|service| service.abandon());
             self.lose_messages();
@@ -55,17 +54,19 @@ impl Runner {
         }
     }
 
+    #[inline]
     fn publish(&mut self, now: u64, mut digest: Option<&mut Digest>) {
         let several = self.outputs.len() > 1;
         if several {
             self.commit.begin();
         }
+        let mut is_awaited = false;
         for output in &mut self.outputs {
             let slot = &self.slots[output.slot];
             let set = slot.flags.get() & Flags::SET != 0;
-            let items = slot.items.get().min(output.shape.capacity);
             if set && !slot.data.is_null() {
-                let bytes = output.shape.bytes(items);
+                let items = slot.items.get().min(output.shape.capacity);
+                let bytes = output.writer.bytes(items);
                 // SAFETY: the draft is lent to this runner until it is published, and has room for those items.
                 let value = unsafe { std::slice::from_raw_parts_mut(slot.data, bytes) };
                 output.floats.canonicalize(value, items);
@@ -77,6 +78,7 @@ impl Runner {
                 }
                 // Only a recorder in lockstep may hold a writer up; its readers then find nothing new.
                 let _ = output.writer.publish(items, now);
+                is_awaited |= !output.wakes.is_empty();
             } else if let Some((actuator, commander)) = &output.actuator {
                 // A command that is not renewed ends at once.
                 actuator.withdraw(*commander, now);
@@ -86,11 +88,18 @@ impl Runner {
             self.commit.end();
         }
         // Only now, as a reader that wakes up wants all outputs of this tick.
-        for output in &self.outputs {
+        for output in self.outputs.iter().filter(|_| is_awaited) {
             if self.slots[output.slot].flags.get() & Flags::SET != 0 {
                 output.wakes.iter().for_each(|wake| wake.notify(1));
             }
         }
+        if !self.has_only_values {
+            self.publish_others(now, digest);
+        }
+    }
+
+    /// What is published of services, and the messages.
+    fn publish_others(&mut self, now: u64, mut digest: Option<&mut Digest>) {
         for service in &mut self.services {
             service.commit(now, digest.as_deref_mut());
         }
@@ -139,8 +148,25 @@ impl Runner {
         self.services.iter().for_each(|service| service.rest(now));
     }
 
-    /// A step was given up: its outputs become safe, and nobody calls its services.
+    /// Whether what this module writes is written in turn with the steps of the loop.
+    ///
+    /// # Safety
+    /// As for [`Writer::set_in_turn`](slate_blackboard::channel::Writer::set_in_turn): from then on its steps, and all else
+    /// that writes its outputs, are made by who has the loop's token, and in no other module's step.
+    pub unsafe fn set_in_turn(&mut self, in_turn: bool) {
+        for output in &self.outputs {
+            // SAFETY: passed on to the caller.
+            unsafe { output.writer.set_in_turn(in_turn) };
+        }
+        // Who writes what it reads may leave the loop, too.
+        self.readers.iter_mut().for_each(Latest::hold);
+    }
+
+    /// A step was given up: its outputs become safe, and nobody calls its services. The step may still look at its inputs,
+    /// so they are held before the loop goes on.
     pub fn give_up(&mut self, now: u64) {
+        // SAFETY: the loop is in this step, or in one that has pinned what it reads; both are over before it goes on.
+        unsafe { self.set_in_turn(false) };
         self.set_condition(Condition::Late, now);
         self.publish_safe(now);
         self.providers.iter().for_each(|provider| provider.suspend(true));
@@ -199,6 +225,7 @@ impl Runner {
 
     /// Counts a step, and how many wall-clock nanoseconds it took if that was measured; it stands for so many steps in the
     /// histogram.
+    #[inline]
     pub fn time(&mut self, duration: Option<u64>, stands_for: u32) {
         let measured = &mut self.measured;
         if let Some(duration) = duration {
@@ -215,20 +242,25 @@ impl Runner {
             measured.jitter = measured.jitter.max(period.abs_diff(measured.period));
         }
         measured.period = period;
-        let now = self.frame.now;
-        if now - measured.written >= TIMING_PERIOD || self.frame.number == 1 {
-            let timing = ModuleTiming {
-                ticks: self.frame.number,
-                period,
-                duration: measured.longest,
-                jitter: measured.jitter,
-                misses: self.health.misses.load(Ordering::Relaxed),
-            };
-            *measured = Measured { written: now, period, longest: 0, jitter: 0 };
-            // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
-            let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
-            self.show_process(now, false);
+        if self.frame.now - measured.written >= TIMING_PERIOD || self.frame.number == 1 {
+            self.show_timing();
         }
+    }
+
+    /// Writes `/module/timing`.
+    fn show_timing(&mut self) {
+        let (measured, now) = (&mut self.measured, self.frame.now);
+        let timing = ModuleTiming {
+            ticks: self.frame.number,
+            period: measured.period,
+            duration: measured.longest,
+            jitter: measured.jitter,
+            misses: self.health.misses.load(Ordering::Relaxed),
+        };
+        *measured = Measured { written: now, period: measured.period, longest: 0, jitter: 0 };
+        // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
+        let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
+        self.show_process(now, false);
     }
 }
 

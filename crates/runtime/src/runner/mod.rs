@@ -81,6 +81,10 @@ pub(crate) struct Runner {
     pub params_changed: bool,
     /// Whether it has ports, services or new code beside it.
     pub has_company: bool,
+    /// Whether its ports are inputs and outputs alone, and nothing else comes with its steps.
+    pub has_only_values: bool,
+    /// Whether it was found to run, and does so until something is set, or its condition changes.
+    pub is_steady: bool,
     /// Whether there are links that do not fit as they are, or are pinned when a cycle begins.
     pub has_conversions: bool,
     /// What the host has set in all modules, and how much of it this one has seen.
@@ -186,8 +190,9 @@ impl Runner {
     }
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
+    #[inline]
     pub fn is_due(&mut self, now: u64) -> bool {
-        if !self.is_enabled() || !self.is_up(now) {
+        if !self.is_as_before() && !(self.look_whether_enabled() && self.is_up(now)) {
             return false;
         }
         match &self.trigger {
@@ -220,7 +225,17 @@ impl Runner {
     }
 
     /// Whether the module may run: `enabled` is enforced here.
+    #[inline]
     pub fn is_enabled(&mut self) -> bool {
+        self.is_as_before() || self.look_whether_enabled()
+    }
+
+    #[inline]
+    fn is_as_before(&self) -> bool {
+        self.is_steady && self.settings_seen == Some(self.settings.count())
+    }
+
+    fn look_whether_enabled(&mut self) -> bool {
         // Two properties less to look at, which nearly never change.
         let settings = Some(self.settings.count());
         let changed = settings != self.settings_seen;
@@ -253,7 +268,10 @@ impl Runner {
         if matches!(condition, Condition::Inactive | Condition::Waiting) {
             self.set_condition(Condition::Working, self.last_tick);
         }
-        condition != Condition::Faulted && condition != Condition::Late
+        let is_enabled = condition != Condition::Faulted && condition != Condition::Late;
+        self.is_steady =
+            is_enabled && !self.is_switched && self.aspects.is_empty() && self.supervised.is_none();
+        is_enabled
     }
 
     /// Ends the services that it provides.
@@ -282,6 +300,13 @@ impl Runner {
     pub fn look_for_company(&mut self) {
         let ports = !(self.slots.is_empty() && self.services.is_empty() && self.shadow.is_none());
         self.has_company = ports || self.has_conversions;
+        self.has_only_values = self.queues.is_empty()
+            && self.inboxes.is_empty()
+            && self.outboxes.is_empty()
+            && self.providers.is_empty()
+            && self.services.is_empty()
+            && self.shadow.is_none();
+        self.is_steady = false;
     }
 
     /// Changes how the module is, and shows it.
@@ -294,6 +319,7 @@ impl Runner {
 
     fn change_condition(&mut self, condition: Condition, now: u64) {
         self.condition = Some(condition);
+        self.is_steady = false;
         self.health.set(condition);
         let state = ModuleState {
             ticks: self.frame.number,

@@ -10,9 +10,26 @@ use super::{Group, Runner};
 const PIN_TRIES: u32 = 4;
 
 impl Group {
+    /// As [`pin`](Group::pin), for a step in whose time no other module of the loop is at work: what one of them writes is
+    /// not pinned. Their last commit is whole.
+    ///
+    /// # Safety
+    /// As for [`Latest::refresh_in_turn`].
+    #[inline]
+    unsafe fn take(&self, readers: &mut [Latest], sources: &mut [Latest]) {
+        let own = &mut readers[self.first as usize..self.end as usize];
+        if self.first_source == self.end_source && own.iter().all(Latest::is_in_turn) {
+            for reader in own {
+                // SAFETY: passed on to the caller.
+                unsafe { reader.refresh_in_turn() };
+            }
+        } else {
+            self.pin(readers, sources, PIN_TRIES);
+        }
+    }
+
     /// Takes over the newest values, together if there are several. What can't be pinned together stays at the previous
     /// snapshot, which is consistent too.
-    #[inline]
     pub fn pin(&self, readers: &mut [Latest], sources: &mut [Latest], tries: u32) {
         let readers = &mut readers[self.first as usize..self.end as usize];
         let sources = &mut sources[self.first_source as usize..self.end_source as usize];
@@ -54,6 +71,34 @@ impl Runner {
     /// Pins the inputs and fills the frame for a step at `now`.
     pub fn prepare(&mut self, now: u64) {
         if self.has_company {
+            for group in &self.groups {
+                group.pin(&mut self.readers, &mut self.sources, PIN_TRIES);
+            }
+        }
+        self.prepare_pinned(now);
+    }
+
+    /// As [`prepare`](Runner::prepare), for a step that is the loop's only one while it lasts.
+    ///
+    /// # Safety
+    /// The seats of the loop that write [in turn](slate_blackboard::channel::Writer::set_in_turn) are in no step until that
+    /// one has ended, or was [given up](Runner::give_up).
+    #[inline]
+    pub unsafe fn prepare_in_turn(&mut self, now: u64) {
+        if self.has_company {
+            for group in &self.groups {
+                // SAFETY: the values are looked at in the step, and what reads them is told to hold them when that is given
+                // up.
+                unsafe { group.take(&mut self.readers, &mut self.sources) };
+            }
+        }
+        self.prepare_pinned(now);
+    }
+
+    /// Fills the frame.
+    #[inline]
+    fn prepare_pinned(&mut self, now: u64) {
+        if self.has_company {
             self.prepare_ports(now);
         }
         if std::mem::take(&mut self.params_changed) {
@@ -68,15 +113,13 @@ impl Runner {
         self.frame.elapsed = if self.frame.number == 0 { 0 } else { now - self.last_tick };
         self.frame.number += 1;
         self.last_tick = now;
-        if self.has_company {
+        if !self.has_only_values {
             self.show_shadow();
         }
     }
 
+    #[inline]
     fn prepare_ports(&mut self, now: u64) {
-        for group in &self.groups {
-            group.pin(&mut self.readers, &mut self.sources, PIN_TRIES);
-        }
         if self.has_conversions {
             self.convert();
         }
@@ -84,6 +127,20 @@ impl Runner {
         if self.has_conversions {
             self.mark_converted(now);
         }
+        for output in &mut self.outputs {
+            let slot = &mut self.slots[output.slot];
+            let wanted = !output.debug || output.property.is_watched();
+            slot.data = if wanted { output.writer.draft_ptr() } else { std::ptr::null_mut() };
+            slot.items.set(0);
+            slot.flags.set(0);
+            slot.priority.set(0);
+        }
+        if !self.has_only_values {
+            self.prepare_other_ports(now);
+        }
+    }
+
+    fn prepare_other_ports(&mut self, now: u64) {
         for queue in &mut self.queues {
             if !queue.is_early {
                 // An evicted reader has an empty window from then on; its port says how many values it lost.
@@ -130,14 +187,6 @@ impl Runner {
             slot.entries = inbox.entries.as_ptr();
             slot.count.set(inbox.entries.len());
         }
-        for output in &mut self.outputs {
-            let slot = &mut self.slots[output.slot];
-            let wanted = !output.debug || output.property.is_watched();
-            slot.data = if wanted { output.writer.draft_ptr() } else { std::ptr::null_mut() };
-            slot.items.set(0);
-            slot.flags.set(0);
-            slot.priority.set(0);
-        }
         for outbox in &mut self.outboxes {
             outbox.settle();
             let slot = &mut self.slots[outbox.slot];
@@ -151,6 +200,7 @@ impl Runner {
         self.services.iter_mut().for_each(|service| service.prepare(now));
     }
 
+    #[inline]
     fn fill_inputs(&mut self, now: u64) {
         for (input, reader) in self.inputs.iter_mut().zip(&self.readers) {
             let slot = &mut self.slots[input.slot];

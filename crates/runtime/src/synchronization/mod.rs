@@ -32,7 +32,7 @@ pub use emitter::Emitter;
 pub use point::{Count, Late, Mark, Point, TimedOut};
 
 use emitter::Member;
-use sync::Mutex;
+use sync::{AtomicBool, Mutex, Ordering};
 
 /// The atomics and locks of the standard library, or those of a checker.
 mod sync {
@@ -79,6 +79,8 @@ pub enum PointError {
 #[derive(Debug, Default)]
 pub struct Synchronization {
     points: Mutex<Points>,
+    /// Whether somebody has ever asked for a point: who has many need not look at each.
+    wanted: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -100,7 +102,14 @@ impl Synchronization {
         let is_below = |other: &str| other.strip_prefix(above).is_some_and(|rest| rest.starts_with('/'));
         points.by_name.iter().filter(|(other, _)| is_below(other)).for_each(|(_, point)| point.want());
         point.want();
+        self.wanted.store(true, Ordering::Relaxed);
         Ok(point)
+    }
+
+    /// Whether somebody has ever asked for a point.
+    #[inline]
+    pub(crate) fn is_wanted(&self) -> bool {
+        self.wanted.load(Ordering::Relaxed)
     }
 
     /// Registers someone who emits a point. [`Point::wait_all`] waits for them, there and above, until they are

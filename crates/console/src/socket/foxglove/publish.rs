@@ -33,7 +33,7 @@ impl Session {
     pub(super) fn publishing(&self, channel: Advertised) -> Result<Channel, String> {
         let topic = &channel.topic;
         if self.role < Role::Operator {
-            return Err(format!("a {} may not publish {topic}", self.role));
+            return Err(format!("{} may not publish {topic}", self.role.one()));
         }
         if channel.encoding != "json" {
             return Err(format!("{topic} is published as `{}`; only json is taken", channel.encoding));

@@ -40,7 +40,7 @@ pub(super) fn call(context: &Context, role: Role, who: &str, call: &Call) -> Res
         return Err(format!("there is no service {}", call.service));
     };
     if role < *needed {
-        return Err(format!("a {role} may not do this: ask with the token of a {needed}"));
+        return Err(format!("{} may not do this: ask with the token of {}", role.one(), needed.one()));
     }
     // What comes with a stop is no reason not to stop.
     let body: Json = serde_json::from_slice(&call.payload).unwrap_or_default();
@@ -49,7 +49,7 @@ pub(super) fn call(context: &Context, role: Role, who: &str, call: &Call) -> Res
     }
     let text = |name: &str| body[name].as_str().filter(|text| !text.is_empty()).map(ToOwned::to_owned);
     let asked = match *name {
-        "stop" => remote::Call::Stop { reason: text("reason").unwrap_or_else(|| format!("by a {who}")) },
+        "stop" => remote::Call::Stop { reason: text("reason").unwrap_or_else(|| format!("by the {who}")) },
         "reset" => remote::Call::Reset {},
         _ => remote::Call::Arm { actuator: text("actuator") },
     };

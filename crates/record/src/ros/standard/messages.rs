@@ -37,6 +37,12 @@ pub(super) const RULES: &[(&str, &str, Origin)] = &[
     ("geometry_msgs/TransformStamped", "child_frame_id", Field("child")),
     ("geometry_msgs/TransformStamped", "transform/translation", Field("translation")),
     ("geometry_msgs/TransformStamped", "transform/rotation", Field("rotation")),
+    ("nav_msgs/OccupancyGrid", "info/resolution", Field("resolution")),
+    ("nav_msgs/OccupancyGrid", "info/width", Field("width")),
+    ("nav_msgs/OccupancyGrid", "info/height", Field("height")),
+    ("nav_msgs/OccupancyGrid", "info/origin/position", Field("origin")),
+    ("nav_msgs/OccupancyGrid", "info/origin/orientation/z", HalfSine("origin/theta")),
+    ("nav_msgs/OccupancyGrid", "info/origin/orientation/w", HalfCosine("origin/theta")),
     ("nav_msgs/Odometry", "child_frame_id", Text("base_link")),
     ("nav_msgs/Odometry", "pose/pose/position", Field("pose")),
     ("nav_msgs/Odometry", "pose/pose/orientation/z", HalfSine("pose/theta")),
@@ -77,6 +83,20 @@ const MESSAGES: &[(&str, &str)] = &[
     ("geometry_msgs/TwistStamped", "std_msgs/Header header\ngeometry_msgs/Twist twist\n"),
     ("geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist\nfloat64[36] covariance\n"),
     ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+    (
+        "nav_msgs/MapMetaData",
+        "builtin_interfaces/Time map_load_time\n\
+         float32 resolution\n\
+         uint32 width\n\
+         uint32 height\n\
+         geometry_msgs/Pose origin\n",
+    ),
+    (
+        "nav_msgs/OccupancyGrid",
+        "std_msgs/Header header\n\
+         nav_msgs/MapMetaData info\n\
+         int8[] data\n",
+    ),
     (
         "nav_msgs/Odometry",
         "std_msgs/Header header\n\

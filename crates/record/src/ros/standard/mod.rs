@@ -85,6 +85,7 @@ enum Items {
 /// | `sensor_msgs/Image` | `encoding` is the name of `format` in lower case |
 /// | `sensor_msgs/Range` | `range` is infinite when nothing was heard |
 /// | `sensor_msgs/BatteryState` | what is not measured is NaN |
+/// | `nav_msgs/OccupancyGrid` | `info` has where the cells are; when it was loaded is 0 |
 /// | `nav_msgs/Odometry` | a turn in the plane is one around z; the child is `base_link` |
 /// | `geometry_msgs/Twist` | forward is x, turning is around z |
 /// | `geometry_msgs/TransformStamped` | `header` has the value's own parent, and its own time unless it is fixed |

@@ -77,6 +77,8 @@ impl Builder<'_, '_> {
             is_switched: self.joints(m, Wire::Enabled).next().is_some(),
             params_changed: true,
             has_company: true,
+            has_only_values: false,
+            is_steady: false,
             has_conversions: false,
             settings: self.ground.board.settings(),
             settings_seen: None,

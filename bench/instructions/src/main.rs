@@ -1,0 +1,137 @@
+//! Counts the instructions of hot paths under Valgrind, and fails when one takes more than a tenth more than is written down
+//! in `expected.txt`. Unlike times, these are the same whatever else the machine does.
+//!
+//! `cargo run --release --manifest-path bench/Cargo.toml -p slate-instructions [-- --write]`
+#![allow(clippy::disallowed_methods, reason = "nothing here is deterministic")]
+
+mod paths;
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+/// How much more a path may take than what is written down.
+const TOLERANCE: f64 = 1.1;
+
+const EXPECTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/expected.txt");
+
+const USAGE: &str = "usage: slate-instructions [--write]\n  --write  writes what was counted to bench/instructions/expected.txt";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let result = match words[..] {
+        // What runs under Valgrind.
+        ["@path", name, count] => paths::run(name, count.parse().unwrap_or(0)),
+        [] => compare(),
+        ["--write"] => write(),
+        _ => Err(USAGE.into()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(mistake) => {
+            eprintln!("error: {mistake}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Counts all paths, and compares them with what is written down.
+fn compare() -> Result<(), String> {
+    let text = std::fs::read_to_string(EXPECTED).map_err(|error| format!("{EXPECTED}: {error}"))?;
+    println!("{:<32}{:>12}{:>12}{:>9}", "instructions", "now", "expected", "");
+    let mut more = Vec::new();
+    for (name, few, many) in paths::ALL {
+        let expected = expected(&text, name)?;
+        let counted = count(name, few, many)?;
+        let ratio = counted / expected;
+        println!("{name:<32}{counted:>12.1}{expected:>12.1}{:>+8.1}%", (ratio - 1.0) * 100.0);
+        if ratio > TOLERANCE {
+            more.push(name);
+        }
+    }
+    if more.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "{} takes more than a tenth more instructions than in bench/instructions/expected.txt; find out why, and if it is \
+         worth it, write the new counts with `--write`",
+        more.join(", ")
+    ))
+}
+
+/// The count of a path, from lines of a number and a name.
+fn expected(text: &str, name: &str) -> Result<f64, String> {
+    let mut lines = text.lines().filter_map(|line| line.trim().split_once(' '));
+    let found = lines.find_map(|(number, known)| (known.trim() == name).then(|| number.parse()));
+    match found {
+        Some(Ok(number)) => Ok(number),
+        Some(Err(_)) => Err(format!("{EXPECTED}: what stands before `{name}` is no number")),
+        None => Err(format!("{EXPECTED}: there is no line `COUNT {name}`; `--write` adds it")),
+    }
+}
+
+/// Writes down what is counted now.
+fn write() -> Result<(), String> {
+    let mut text = String::from(
+        "# Instructions of one operation, counted by Valgrind; written by `slate-instructions --write`.\n",
+    );
+    for (name, few, many) in paths::ALL {
+        let _ = writeln!(text, "{:.1} {name}", count(name, few, many)?);
+    }
+    print!("{text}");
+    std::fs::write(EXPECTED, text).map_err(|error| format!("{EXPECTED}: {error}"))
+}
+
+/// Instructions of one operation: the difference of two runs, so that the beginning and the end don't count.
+fn count(name: &str, few: u32, many: u32) -> Result<f64, String> {
+    let difference = total(name, many)?.saturating_sub(total(name, few)?);
+    Ok(difference as f64 / f64::from(many - few))
+}
+
+/// Instructions of the main thread of a run.
+fn total(name: &str, operations: u32) -> Result<u64, String> {
+    let folder = tempfile::tempdir().map_err(|error| format!("a folder for what is counted: {error}"))?;
+    let program = std::env::current_exe().map_err(|error| error.to_string())?;
+    let file = folder.path().join("count");
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--separate-threads=yes"])
+        .arg(format!("--callgrind-out-file={}", file.display()))
+        .arg(program)
+        .args(["@path", name, &operations.to_string()])
+        .output()
+        .map_err(|error| {
+            format!("`valgrind` does not start ({error}): install it, as with `apt-get install valgrind`")
+        })?;
+    if !output.status.success() {
+        return Err(format!("`{name}` under Valgrind: {}", String::from_utf8_lossy(&output.stderr)));
+    }
+    // The first thread's.
+    summed(&folder.path().join("count-01"))
+}
+
+/// What callgrind wrote at the end of its file.
+fn summed(file: &Path) -> Result<u64, String> {
+    let text = std::fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let total =
+        text.lines().find_map(|line| line.strip_prefix("totals: ").or(line.strip_prefix("summary: ")));
+    let total = total.and_then(|total| total.trim().parse().ok());
+    total.ok_or_else(|| format!("{}: callgrind wrote no total", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::expected;
+
+    #[test]
+    fn the_count_of_a_path_stands_before_its_name() {
+        let text = "# a comment\n81.5 write a value\n";
+        assert_eq!(expected(text, "write a value"), Ok(81.5));
+        assert!(expected(text, "read a value").is_err_and(|error| error.contains("read a value")));
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused() {
+        assert!(expected("many write a value", "write a value").is_err());
+    }
+}

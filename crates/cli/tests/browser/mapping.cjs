@@ -1,0 +1,113 @@
+// What a robot believes of the world, on the map: its grid map, its planned way, how sure it is of its pose; and what a person
+// changes of them.
+const { Visit, api, assert, link, until, value, visit } = require("./page.cjs");
+
+const AGENT = process.argv[5];
+const grid = () => value(`${AGENT}/r2/occupancy_mapper/map`);
+const estimate = () => value(`${AGENT}/r2/pose_estimator/estimate`);
+
+/** What a grid map says of a place. */
+const at = ({ origin, resolution, width, data }, x, y) => data[Math.floor((y - origin.y) / resolution) * width + Math.floor((x - origin.x) / resolution)];
+
+visit(async () => {
+  const browser = await Visit.begin();
+  const page = await browser.tab();
+  await page.goto(link);
+  const canvas = page.locator(".map canvas");
+  await until("the robot", async () => /\d m/.test(await page.locator(".readout tr", { hasText: "r2" }).innerText()));
+  await until("the map grows", async () => (await grid())?.data.filter((cell) => cell >= 0).length > 2000);
+
+  // How many pixels have one of the colours, or one near to it, as they lie over others.
+  const colored = (names, off = 12) => page.evaluate(([names, off]) => {
+    const style = getComputedStyle(document.documentElement);
+    const colors = names.map((name) => style.getPropertyValue(`--${name}`).trim()).map((text) => [1, 3, 5].map((place) => Number.parseInt(text.slice(place, place + 2), 16)));
+    const shown = document.querySelector(".map canvas");
+    const { width, height } = shown;
+    const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d", { willReadFrequently: true });
+    context.drawImage(shown, 0, 0);
+    const { data } = context.getImageData(0, 0, width, height);
+    let count = 0;
+    for (let place = 0; place < data.length; place += 4) if (colors.some((color) => color.every((part, own) => Math.abs(part - data[place + own]) <= off))) count += 1;
+    return count;
+  }, [names, off]);
+  // Where a place of the world is on the page, by what the page says of two pixels.
+  const told = async (left, top) => {
+    await page.mouse.move(left, top);
+    return (await page.innerText(".pointer")).match(/-?\d+\.\d+/g)?.map(Number);
+  };
+  let pixel;
+  const tool = async (name) => {
+    await page.click(`button.tool:has-text('${name}')`);
+    // What a tool can be told may need a line of its own, which makes the map smaller.
+    await page.waitForTimeout(300);
+    const box = await canvas.boundingBox();
+    const [one, other] = [[box.x + 100, box.y + 150], [box.x + box.width - 100, box.y + box.height - 100]];
+    const first = await until("the place under the pointer", () => told(...one));
+    const second = await until("another place", async () => {
+      const place = await told(...other);
+      return place[0] !== first[0] && place;
+    });
+    pixel = (x, y) => [
+      one[0] + ((x - first[0]) / (second[0] - first[0])) * (other[0] - one[0]),
+      one[1] + ((y - first[1]) / (second[1] - first[1])) * (other[1] - one[1]),
+    ];
+  };
+  for (const theme of ["light", "dark"]) {
+    await browser.theme(page, theme);
+    await until(`free and occupied cells, a way and an estimate are seen (${theme})`, async () =>
+      (await colored(["free"], 24)) > 2000 && (await colored(["occupied"], 40)) > 100 && (await colored(["path"])) > 30 && (await colored(["estimate"])) > 30);
+    await browser.picture(page, `mapping-${theme}`);
+  }
+  await browser.accessible(page, "a map with all that a robot believes");
+
+  // A layer is left out.
+  await page.click(".map summary:has-text('Layers')");
+  await page.click("label:has-text('Planned ways')");
+  await until("the way is not seen", async () => (await colored(["path"])) < 10);
+  await page.click("label:has-text('Planned ways')");
+  await page.click(".map summary:has-text('Layers')");
+
+  // What is painted is in the map, and in the way of the plan; and it is taken back.
+  await tool("Paint");
+  const here = (await estimate()).pose;
+  const goal = await value(`${AGENT}/r2/knowledge/goal`);
+  // Beside the robot, not on it.
+  const [x, y] = here.x > 0 ? [here.x - 0.9, here.y - 0.2] : [here.x + 0.9, here.y - 0.2];
+  const before = at(await grid(), x, y);
+  await page.mouse.move(...pixel(x, y - 0.4));
+  await page.mouse.down();
+  for (let step = -4; step <= 4; step += 1) await page.mouse.move(...pixel(x, y + step / 10));
+  await page.mouse.up();
+  await until("what is painted is in the map", async () => at(await grid(), x, y) === 100);
+  await until("it is said", async () => (await page.innerText(".said")).includes("Painted"));
+  await browser.picture(page, "mapping-painted");
+  await page.selectOption("select[aria-label='What is painted']", "FREE");
+  await page.mouse.click(...pixel(x, y));
+  await until("it is painted free", async () => at(await grid(), x, y) === 0);
+  await page.click("button:has-text('Undo')");
+  await until("the last stroke is taken back", async () => at(await grid(), x, y) === 100);
+  await page.click("button:has-text('Undo')");
+  await until("all is taken back", async () => at(await grid(), x, y) !== 100 || before === 100);
+
+  // The pose is dragged elsewhere, and taken back.
+  await tool("Pose");
+  const start = (await estimate()).pose;
+  await page.mouse.move(...pixel(start.x, start.y));
+  await page.mouse.down();
+  await page.mouse.move(...pixel(start.x + 0.2, start.y + 0.2), { steps: 3 });
+  await page.mouse.move(...pixel(start.x + 0.5, start.y + 0.4), { steps: 3 });
+  await page.mouse.up();
+  const off = ({ pose }, dx, dy) => Math.hypot(pose.x - start.x - dx, pose.y - start.y - dy);
+  await until("the pose is where it was dragged", async () => off(await estimate(), 0.5, 0.4) < 0.35);
+  assert((await page.innerText(".said")).startsWith("Pose:"), "nothing says where the pose is");
+  await page.click("button:has-text('Undo')");
+  await until("the pose is back", async () => off(await estimate(), 0, 0) < 0.45);
+
+  // A goal is set, and taken back.
+  await tool("Goal");
+  await page.mouse.click(...pixel(1.5, 1.5));
+  await until("the goal is set", async () => Math.abs((await value(`${AGENT}/r2/knowledge/goal`)).x - 1.5) < 0.05);
+  await page.click("button:has-text('Undo')");
+  await until("the goal is as before", async () => (await value(`${AGENT}/r2/knowledge/goal`)).x === goal.x);
+  await browser.end();
+});

@@ -1,0 +1,287 @@
+//! What the modules tell of a robot in a room, and what a person can change.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+use proptest::prelude::*;
+use slate_interfaces::{
+    LaserScan, MapMark, MapStroke, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate,
+    Position, Twist2,
+};
+use slate_mapping::{OccupancyMapper, PathPlanner, PoseEstimator};
+use slate_module::testing::Fixture;
+use slate_module::{Sequence, math};
+
+const SECOND: u64 = 1_000_000_000;
+
+fn odometry(x: f64, y: f64, theta: f64) -> Odometry {
+    Odometry { pose: Pose2 { x, y, theta }, twist: Twist2 { linear: 0.0, angular: 0.0 } }
+}
+
+/// The variances of x and y.
+fn spread(estimate: &PoseEstimate) -> (f64, f64) {
+    (estimate.covariance[0], estimate.covariance[4])
+}
+
+#[test]
+fn the_farther_it_has_gone_the_less_sure_it_is_and_most_across() {
+    let mut robot = Fixture::<PoseEstimator>::new();
+    let mut last = (0.0, 0.0);
+    for step in 0..=40 {
+        robot.set("odometry", odometry(f64::from(step) * 0.05, 0.0, 0.0));
+        robot.tick();
+        let estimate: PoseEstimate = robot.output("estimate").unwrap();
+        assert!((estimate.pose.x - f64::from(step) * 0.05).abs() < 1e-12);
+        let now = spread(&estimate);
+        assert!(now.0 >= last.0 && now.1 >= last.1, "{last:?} {now:?}");
+        last = now;
+    }
+    // A heading that is off by little is off by much after two metres.
+    assert!(last.1 > 2.0 * last.0, "{last:?}");
+}
+
+#[test]
+fn it_begins_where_it_is_put_and_a_person_puts_it_elsewhere() {
+    let mut robot = Fixture::<PoseEstimator>::new();
+    robot.set("odometry", odometry(3.0, 4.0, 1.0));
+    robot.tick();
+    // Where odometry begins is no way that was gone.
+    let estimate: PoseEstimate = robot.output("estimate").unwrap();
+    assert_eq!(estimate.pose, Pose2 { x: 0.0, y: 0.0, theta: 0.0 });
+    robot.push("place", Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
+    robot.tick();
+    let estimate: PoseEstimate = robot.output("estimate").unwrap();
+    assert_eq!(estimate.pose, Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
+    for (x, theta) in [(f64::NAN, 0.0), (1e9, 0.0), (0.0, 1e300), (0.0, f64::INFINITY)] {
+        robot.push("place", Pose2 { x, y: 0.0, theta });
+        robot.tick();
+        assert!(robot.output::<PoseEstimate>("estimate").is_none(), "{x} {theta}");
+    }
+}
+
+#[test]
+fn a_positioning_system_and_a_compass_make_it_sure_again() {
+    let mut robot = Fixture::<PoseEstimator>::new();
+    for step in 0..100 {
+        robot.set("odometry", odometry(f64::from(step) * 0.1, 0.0, 0.0));
+        robot.tick();
+    }
+    let lost: PoseEstimate = robot.output("estimate").unwrap();
+    for _ in 0..50 {
+        robot.set("position", Position { x: 9.5, y: 0.4, z: 0.0 });
+        robot.set("orientation", Orientation { theta: 0.05 });
+        robot.tick();
+    }
+    let found: PoseEstimate = robot.output("estimate").unwrap();
+    assert!((found.pose.x - 9.5).abs() < 0.05 && (found.pose.y - 0.4).abs() < 0.05, "{found:?}");
+    assert!((found.pose.theta - 0.05).abs() < 0.01, "{found:?}");
+    assert!(spread(&found).0 < spread(&lost).0 / 10.0 && spread(&found).1 < spread(&lost).1 / 10.0);
+}
+
+proptest! {
+    #[test]
+    fn a_covariance_is_one_whatever_happens(
+        steps in prop::collection::vec((-0.3..0.3_f64, -0.3..0.3_f64, -1.0..1.0_f64, 0..4_u8), 1..60),
+    ) {
+        let mut robot = Fixture::<PoseEstimator>::new();
+        let (mut x, mut y, mut theta) = (0.0, 0.0, 0.0);
+        for (dx, dy, turn, what) in steps {
+            (x, y, theta) = (x + dx, y + dy, math::wrap_angle(theta + turn));
+            robot.set("odometry", odometry(x, y, theta));
+            match what {
+                1 => robot.set("position", Position { x, y, z: 0.0 }),
+                2 => robot.set("orientation", Orientation { theta }),
+                3 => robot.push("place", Pose2 { x, y, theta }),
+                _ => {}
+            }
+            robot.tick();
+            let estimate: PoseEstimate = robot.output("estimate").unwrap();
+            let [a, b, c, d, e, f, g, h, i] = estimate.covariance;
+            let near = |one: f64, other: f64| (one - other).abs() < 1e-9;
+            prop_assert!(near(b, d) && near(c, g) && near(f, h), "{estimate:?}");
+            prop_assert!(a >= -1e-12 && e >= -1e-12 && i >= -1e-12, "{estimate:?}");
+            prop_assert!(a * e - b * d >= -1e-9, "{estimate:?}");
+            let determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
+            prop_assert!(determinant >= -1e-9, "{estimate:?}");
+        }
+    }
+}
+
+/// A mapper of ten by ten metres about the origin, whose robot looks to the east from there.
+fn mapper() -> Fixture<OccupancyMapper> {
+    let mut mapper = Fixture::<OccupancyMapper>::new();
+    mapper.set("pose", Pose2 { x: 0.0, y: 0.0, theta: 0.0 });
+    mapper
+}
+
+/// What a laser of 181 beams from right to left sees, by the range of each direction.
+fn scan(mapper: &mut Fixture<OccupancyMapper>, range: impl Fn(f64) -> f64) {
+    mapper.write::<LaserScan>("scan", 181, |scan| {
+        scan.angle_min = -std::f64::consts::FRAC_PI_2;
+        scan.angle_increment = std::f64::consts::PI / 180.0;
+        scan.range_min = 0.05;
+        scan.range_max = 4.0;
+        for (beam, out) in scan.ranges.iter_mut().enumerate() {
+            *out = range(scan.angle_min + beam as f64 * scan.angle_increment) as f32;
+        }
+    });
+    mapper.advance(SECOND);
+    assert_eq!(mapper.tick(), slate_module::Outcome::Ok);
+}
+
+/// Looks at the map that was just told.
+fn look(mapper: &Fixture<OccupancyMapper>, look: impl FnOnce(&OccupancyGrid)) {
+    mapper.read("map", look).unwrap();
+}
+
+/// Looks at the way that was just planned.
+fn way(planner: &Fixture<PathPlanner>, look: impl FnOnce(&Path)) {
+    planner.read("path", look).unwrap();
+}
+
+/// What a map says of a place.
+fn at(map: &OccupancyGrid, x: f64, y: f64) -> i8 {
+    let cell = |from: f64, to: f64| ((to - from) / map.resolution).floor() as usize;
+    map.data[cell(map.origin.y, y) * map.width as usize + cell(map.origin.x, x)]
+}
+
+/// A wall two metres to the east.
+fn wall(direction: f64) -> f64 {
+    let range = 2.02 / math::cos(direction);
+    if range > 0.0 && range < 4.0 { range } else { 4.0 }
+}
+
+#[test]
+fn a_wall_is_occupied_what_is_before_it_free_and_what_is_behind_it_unknown() {
+    let mut mapper = mapper();
+    for _ in 0..5 {
+        scan(&mut mapper, wall);
+    }
+    look(&mapper, |map| {
+        assert_eq!((map.width, map.height, map.data.len()), (200, 200, 40_000));
+        assert!(at(map, 2.02, 0.0) > 90, "{}", at(map, 2.02, 0.0));
+        assert!(at(map, 1.0, 0.2) < 30 && at(map, 1.0, 0.2) >= 0, "{}", at(map, 1.0, 0.2));
+        assert_eq!(at(map, 3.0, 0.0), -1);
+        assert_eq!(at(map, -1.0, 0.0), -1);
+    });
+}
+
+#[test]
+fn who_has_left_is_forgotten_and_a_laser_that_fails_says_nothing() {
+    let mut mapper = mapper();
+    for _ in 0..5 {
+        scan(&mut mapper, wall);
+    }
+    for _ in 0..20 {
+        scan(&mut mapper, |_| f64::NAN);
+    }
+    look(&mapper, |map| assert!(at(map, 2.02, 0.0) > 90));
+    for _ in 0..20 {
+        scan(&mut mapper, |_| 4.0);
+    }
+    look(&mapper, |map| assert!(at(map, 2.02, 0.0) < 10));
+}
+
+#[test]
+fn what_is_painted_goes_over_what_is_measured_until_it_is_taken_back() {
+    let mut mapper = mapper();
+    for _ in 0..5 {
+        scan(&mut mapper, wall);
+    }
+    let stroke = |mark, points: &[Point2]| MapStroke {
+        width: 0.2,
+        mark,
+        reserved: [0; 7],
+        points: Sequence::new(points),
+    };
+    mapper
+        .push("strokes", stroke(MapMark::OCCUPIED, &[Point2 { x: 1.0, y: -0.5 }, Point2 { x: 1.0, y: 0.5 }]));
+    mapper.push("strokes", stroke(MapMark::FREE, &[Point2 { x: 2.0, y: 0.0 }]));
+    mapper.tick();
+    look(&mapper, |map| {
+        assert_eq!((at(map, 1.0, 0.3), at(map, 2.02, 0.0)), (100, 0));
+        assert!(at(map, 2.02, 0.5) > 90);
+    });
+    mapper.push("strokes", stroke(MapMark::UNDO, &[]));
+    mapper.push("strokes", stroke(MapMark::UNDO, &[]));
+    mapper.tick();
+    look(&mapper, |map| assert!(at(map, 1.0, 0.3) < 30 && at(map, 2.02, 0.0) > 90));
+}
+
+/// A room of six by six metres with a wall across it, which has a door, at those y.
+fn plan(door: std::ops::Range<f64>, goal: Point2) -> Fixture<PathPlanner> {
+    let mut planner = Fixture::<PathPlanner>::new();
+    planner.write::<OccupancyGrid>("map", 3600, |map| {
+        (map.origin, map.resolution) = (Pose2 { x: -3.0, y: -3.0, theta: 0.0 }, 0.1);
+        (map.width, map.height) = (60, 60);
+        for (cell, out) in map.data.iter_mut().enumerate() {
+            let y = -3.0 + (cell / 60) as f64 * 0.1 + 0.05;
+            *out = if cell % 60 == 30 && !door.contains(&y) { 100 } else { -1 };
+        }
+    });
+    planner.set("pose", Pose2 { x: -2.0, y: 0.0, theta: 0.0 });
+    planner.set("goal", goal);
+    planner.tick();
+    planner
+}
+
+#[test]
+fn the_way_leads_through_the_door_and_keeps_away_from_the_wall() {
+    let goal = Point2 { x: 2.0, y: 0.0 };
+    way(&plan(1.0..2.4, goal), |path| {
+        let (first, last) = (path.points[0], *path.points.last().unwrap());
+        assert_eq!((first, last), (Point2 { x: -2.0, y: 0.0 }, goal));
+        assert!(path.length > 4.8 && path.length < 5.6, "{path:?}");
+        for pair in path.points.windows(2) {
+            for part in 0..=50 {
+                let share = f64::from(part) / 50.0;
+                let x = pair[0].x + share * (pair[1].x - pair[0].x);
+                let y = pair[0].y + share * (pair[1].y - pair[0].y);
+                // The ends of the wall beside the door.
+                for end in [0.95, 2.45] {
+                    assert!(math::hypot(x - 0.05, y - end) > 0.25, "{x} {y} {path:?}");
+                }
+                assert!(x.abs() > 0.25 || (1.2..2.2).contains(&y), "{x} {y} {path:?}");
+            }
+        }
+    });
+}
+
+#[test]
+fn without_a_door_there_is_no_way_and_the_robot_stays() {
+    let planner = plan(0.0..0.0, Point2 { x: 2.0, y: 0.0 });
+    way(&planner, |path| assert!(path.points.is_empty() && path.length == 0.0));
+    assert_eq!(planner.output::<Point2>("next"), Some(Point2 { x: -2.0, y: 0.0 }));
+    // Nor to a place that is none of the map.
+    let planner = plan(1.0..2.4, Point2 { x: 20.0, y: 0.0 });
+    way(&planner, |path| assert!(path.points.is_empty()));
+}
+
+#[test]
+fn who_stands_too_near_to_something_gets_away_from_it() {
+    let goal = Point2 { x: -2.0, y: -1.0 };
+    let mut planner = plan(1.0..2.4, goal);
+    // Nearer to the wall than its radius.
+    planner.set("pose", Pose2 { x: -0.12, y: -1.0, theta: 0.0 });
+    planner.advance(SECOND);
+    planner.tick();
+    way(&planner, |path| {
+        assert_eq!((path.points.len(), *path.points.last().unwrap()), (2, goal), "{path:?}");
+    });
+    // Even where the map says that something stands, such as its own shadow; but never through the wall.
+    planner.set("pose", Pose2 { x: 0.05, y: -1.0, theta: 0.0 });
+    planner.advance(SECOND);
+    planner.tick();
+    way(&planner, |path| assert_eq!(path.points.last(), Some(&goal)));
+}
+
+#[test]
+fn the_next_place_is_on_the_way_and_no_farther_than_it_looks_ahead() {
+    let goal = Point2 { x: 2.0, y: 0.0 };
+    let planner = plan(1.0..2.4, goal);
+    let next: Point2 = planner.output("next").unwrap();
+    assert!((math::hypot(next.x + 2.0, next.y) - 0.8).abs() < 1e-9, "{next:?}");
+    let mut planner = plan(1.0..2.4, goal);
+    planner.set("pose", Pose2 { x: 1.8, y: 0.0, theta: 0.0 });
+    planner.advance(SECOND);
+    planner.tick();
+    assert_eq!(planner.output::<Point2>("next"), Some(goal));
+}
