@@ -1,5 +1,6 @@
 //! Recordings as files.
 
+mod attachments;
 mod show;
 mod target;
 
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use serde_json::json;
-use slate::record::bag::{self, Decoder, Error, Reader, Selection};
+use slate::record::bag::{self, Compared, Decoder, Error, Part, Reader, Selection, Unread, Value};
 use slate::record::logs;
 use slate::runtime::printable;
 
@@ -103,6 +104,9 @@ pub enum BagVerb {
         /// Topics, or patterns such as `/r2/*`; all unless given.
         #[arg(long, num_args = 1..)]
         topics: Vec<String>,
+        /// Topics that are left out, or patterns.
+        #[arg(long, num_args = 1.., value_name = "TOPICS")]
+        exclude: Vec<String>,
         #[command(flatten)]
         span: Span,
         /// The new file.
@@ -117,6 +121,12 @@ pub enum BagVerb {
         /// The files.
         #[arg(required = true, num_args = 2..)]
         files: Vec<PathBuf>,
+        /// What the topics of a file stand under in the new one; given once for each file, in their order, or never. Nothing for ''.
+        #[arg(long, value_name = "NAME", value_parser = prefix)]
+        prefix: Vec<String>,
+        /// Has messages of different runs stand among each other, also where they have the same topic.
+        #[arg(long)]
+        interleave: bool,
         /// The new file.
         #[arg(long)]
         out: PathBuf,
@@ -130,7 +140,30 @@ pub enum BagVerb {
         a: PathBuf,
         /// The other one.
         b: PathBuf,
+        /// Compares what was measured on the wall clock too, which differs from run to run.
+        #[arg(long)]
+        all: bool,
+        /// Only these topics, or patterns such as `/r2/**`.
+        #[arg(long, num_args = 1.., value_name = "TOPICS")]
+        select: Vec<String>,
+        /// Topics that are left out, or patterns.
+        #[arg(long, num_args = 1.., value_name = "TOPICS")]
+        exclude: Vec<String>,
         /// Prints the result as JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Lists the files that a recording has with it, such as the configuration of its run, or takes them out.
+    Attachments {
+        /// The file.
+        file: PathBuf,
+        /// The folder that they are written into.
+        #[arg(long, value_name = "FOLDER")]
+        out: Option<PathBuf>,
+        /// Replaces what is there already.
+        #[arg(long)]
+        force: bool,
+        /// Prints them as JSON.
         #[arg(long)]
         json: bool,
     },
@@ -169,6 +202,19 @@ fn format_named(name: &str) -> Result<logs::Format, String> {
     })
 }
 
+/// What topics stand under: names with slashes between them.
+fn prefix(text: &str) -> Result<String, String> {
+    let name = text.trim_matches('/');
+    let is_name = |name: &str| {
+        let allowed = |letter: char| letter.is_alphanumeric() || "-_.".contains(letter);
+        !name.is_empty() && name.chars().all(allowed)
+    };
+    match name.is_empty() || name.split('/').all(is_name) {
+        true => Ok(name.into()),
+        false => Err("expected a name such as `first` or `team/r1`".into()),
+    }
+}
+
 pub fn nanoseconds(text: &str) -> Result<u64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok((seconds * 1e9).round() as u64),
@@ -191,7 +237,7 @@ impl Span {
     }
 }
 
-/// Does what is asked; false when a file is damaged, or two differ.
+/// Does what is asked; false when a file is damaged, two differ, or messages can't be read.
 pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
     match verb {
         BagVerb::Info { file, json } => {
@@ -200,6 +246,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
                 true => output::document("slate.bag.info/1", &info),
                 false => show::info(file, &info),
             }
+            return Ok(all_read(file, &info.unread));
         }
         BagVerb::Verify { file } => return verify(file),
         BagVerb::Repair { file, out, force, json } => {
@@ -212,7 +259,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
                 false => show::repaired(out.as_ref().unwrap_or(file), &repaired),
             }
         }
-        BagVerb::Cat { file, topics, span, json } => cat(file, &span.of(file, topics)?, *json)?,
+        BagVerb::Cat { file, topics, span, json } => return cat(file, &span.of(file, topics)?, *json),
         BagVerb::Import { file, format, lenient, out, force, json } => {
             target::free(out, &[file], *force)?;
             let options = logs::Options { format: *format, is_lenient: *lenient };
@@ -224,42 +271,86 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         }
         BagVerb::Export { file, topics, out, span, force, carmen: true, .. } => {
             target::free(out, &[file], *force)?;
-            show::carmen(out, &logs::export_carmen(file, &span.of(file, topics)?, out)?);
+            let log = logs::export_carmen(file, &span.of(file, topics)?, out)?;
+            show::carmen(out, &log);
+            return Ok(all_read(file, &log.unread));
         }
         BagVerb::Export { file, topics, out, span, force, .. } => {
             target::free(out, &[file], *force)?;
-            for table in bag::export_csv(file, &span.of(file, topics)?, out)? {
+            let (tables, unread) = bag::export_csv(file, &span.of(file, topics)?, out)?;
+            for table in tables {
                 let (path, topic) = (printable(&table.path), table.topic);
-                output::line(format_args!("{path} has {} messages of {topic}", table.rows));
+                let messages = output::counted(table.rows, "message", "messages");
+                output::line(format_args!("{path} has {messages} of {topic}"));
             }
+            return Ok(all_read(file, &unread));
         }
-        BagVerb::Filter { file, topics, span, out, force } => {
+        BagVerb::Filter { file, topics, exclude, span, out, force } => {
             target::free(out, &[file], *force)?;
-            let messages = bag::copy(&[file], out, &span.of(file, topics)?)?;
-            output::line(format_args!("{} has {messages} messages", printable(out)));
+            let messages = bag::copy(file, out, &span.of(file, topics)?.without(exclude))?;
+            show::written(out, messages);
         }
-        BagVerb::Merge { files, out, force } => {
-            let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-            target::free(out, &files, *force)?;
-            let messages = bag::copy(&files, out, &Selection::default())?;
-            output::line(format_args!("{} has {messages} messages", printable(out)));
+        BagVerb::Merge { files, prefix, interleave, out, force } => {
+            merge((files, prefix), *interleave, out, *force)?
         }
-        BagVerb::Diff { a, b, json } => {
-            let diff = bag::diff(a, b)?;
+        BagVerb::Diff { a, b, all, select, exclude, json } => {
+            let selection = Selection::new(select).without(exclude);
+            let diff = bag::diff_of(a, b, &Compared { selection, is_measured: *all })?;
             match json {
                 true => output::document("slate.bag.diff/1", &diff),
                 false => show::diff(a, b, &diff),
             }
-            return Ok(diff.first.is_none());
+            let is_read = [a, b]
+                .into_iter()
+                .zip(&diff.unread)
+                .fold(true, |is_read, (file, unread)| all_read(file, unread) && is_read);
+            return Ok(diff.first.is_none() && is_read);
+        }
+        BagVerb::Attachments { file, out, force, json } => {
+            attachments::attachments(file, out.as_deref(), *force, *json)?;
         }
         BagVerb::Plot { file, fields, span, out, force } => {
             target::free(out, &[file], *force)?;
-            let points = bag::plot(file, fields, &span.of(file, &[])?, out)?;
-            let points: usize = points.iter().sum();
-            output::line(format_args!("{} shows {points} values", printable(out)));
+            let (points, unread) = bag::plot(file, fields, &span.of(file, &[])?, out)?;
+            let points = points.iter().sum::<usize>() as u64;
+            output::line(format_args!(
+                "{} shows {}",
+                printable(out),
+                output::counted(points, "value", "values")
+            ));
+            return Ok(all_read(file, &unread));
         }
     }
     Ok(true)
+}
+
+/// Says what of a file can't be read; true when there is nothing.
+pub fn all_read(file: &Path, unread: &[Unread]) -> bool {
+    for unread in unread {
+        eprintln!("{}: {}", printable(file), output::harmless(unread));
+    }
+    unread.is_empty()
+}
+
+fn merge(
+    (files, prefixes): (&[PathBuf], &[String]),
+    interleave: bool,
+    out: &Path,
+    force: bool,
+) -> Result<(), Failure> {
+    let paths: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    target::free(out, &paths, force)?;
+    if !prefixes.is_empty() && prefixes.len() != files.len() {
+        let (files, prefixes) = (files.len(), output::counted(prefixes.len() as u64, "prefix", "prefixes"));
+        let what = format!(
+            "there are {files} files and {prefixes}: give `--prefix` once for each file, '' for none"
+        );
+        return Err(Error::Unfit { path: out.into(), what }.into());
+    }
+    let prefixes = prefixes.iter().map(String::as_str).chain(std::iter::repeat(""));
+    let parts: Vec<_> = paths.into_iter().zip(prefixes).map(|(file, prefix)| Part { file, prefix }).collect();
+    show::written(out, bag::merge(&parts, out, interleave)?);
+    Ok(())
 }
 
 fn verify(file: &Path) -> Result<bool, Failure> {
@@ -276,23 +367,28 @@ fn verify(file: &Path) -> Result<bool, Failure> {
     }
 }
 
-fn cat(file: &Path, selection: &Selection, json: bool) -> Result<(), Failure> {
+fn cat(file: &Path, selection: &Selection, json: bool) -> Result<bool, Failure> {
     let mut decoder = Decoder::default();
     selection.visit(&mut logs::open(file)?, |message| {
         let value = decoder.decode(message);
         let topic = &message.channel.topic;
-        match json {
-            true => output::json(&json!({
+        if json {
+            let mut line = json!({
                 "schema": "slate.bag.cat/1",
                 "time": message.log_time,
                 "publish_time": message.publish_time,
                 "topic": topic,
                 "sequence": message.sequence,
                 "value": value,
-            })),
-            false => output::line(format_args!("{} {topic} {value}", bag::seconds(message.log_time))),
+            });
+            if let Value::Unread { why, .. } = &value {
+                line["unread"] = json!(why);
+            }
+            output::json(&line);
+        } else {
+            output::line(format_args!("{} {topic} {value}", bag::seconds(message.log_time)));
         }
         Ok(!output::is_unread())
     })?;
-    Ok(())
+    Ok(all_read(file, &decoder.into_unread()))
 }

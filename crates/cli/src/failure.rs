@@ -123,6 +123,8 @@ pub enum Failure {
     Condition { url: String, problem: String },
     #[error("`{to}` has no link")]
     NotLinked { to: String, linked: Vec<String> },
+    #[error("another run writes its report into {}", slate::runtime::printable(.path))]
+    FolderInUse { path: PathBuf },
     #[error("`{path}` can't be used: it is there already")]
     Taken { path: PathBuf },
     #[error("{}", no_checkout(.said.as_deref()))]
@@ -346,6 +348,7 @@ impl Failure {
             Self::NothingLike { .. } => "`slate tree` shows the properties that there are".into(),
             Self::SeveralInTable { .. } => "name one of them, or take --json, a line for each value".into(),
             Self::Condition { url, .. } => format!("`slate get {url}` shows what it has"),
+            Self::FolderInUse { .. } => "give this one another folder with --out, or wait for the end of that one".into(),
             Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {
                 "name their folder with --slate PATH: the one that has crates/plugin".into()

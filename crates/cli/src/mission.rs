@@ -110,6 +110,7 @@ impl Mission {
     /// folder.
     pub fn record(&self, folder: &Path) {
         if let Some(recorder) = &self.recorder {
+            recorder.accompany(scene::files(&self.application.configuration));
             recorder.attach(&self.agent, folder);
         }
     }

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
-use slate::record::page::{self, Followed, Known};
+use slate::record::page::{self, Followed, Known, Page};
 use slate::record::replay::Run;
 use slate::runtime::printable;
 
+use crate::bag::all_read;
 use crate::failure::Failure;
 use crate::{output, scene};
 
@@ -25,11 +26,12 @@ pub struct ReportOptions {
     pub json: bool,
 }
 
+/// Writes a page; false when something of the recording can't be read.
 pub fn report(options: &ReportOptions) -> Result<bool, Failure> {
     let recording = page::recording_of(&options.path)?;
     let known = recording.as_deref().and_then(known).unwrap_or_default();
     let out = options.out.clone().unwrap_or_else(|| page::usual_folder(&options.path));
-    let files = page::write(&options.path, &known, &out)?;
+    let Page { files, unread } = page::write(&options.path, &known, &out)?;
     if options.json {
         output::document("slate.report/1", &json!({ "files": files }));
     } else if let [page, others @ ..] = &files[..] {
@@ -39,7 +41,7 @@ pub fn report(options: &ReportOptions) -> Result<bool, Failure> {
             others.len()
         ));
     }
-    Ok(true)
+    Ok(all_read(recording.as_deref().unwrap_or(&options.path), &unread))
 }
 
 /// What the configuration that a recording has with it says of its world and robots; nothing if it has none that can still

@@ -14,6 +14,7 @@ use crate::deployment::{self, Tether};
 use crate::display::{Display, Lines};
 use crate::examples;
 use crate::failure::Failure;
+use crate::folder::Folder;
 use crate::mission::{How, Mission};
 use crate::output;
 
@@ -56,8 +57,6 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     let default = if needs_wall_clock { Rate::REALTIME } else { Rate::Max };
     let name = application.name.clone();
     let seed = application.configuration.seed().value;
-    let directory =
-        options.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(format!("{name}-{seed}")));
     let log_lines = Lines::default();
     let log: Option<Box<dyn LogTarget>> = owns_terminal.then(|| Box::new(log_lines.clone()) as _);
     let how = How {
@@ -106,8 +105,19 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         return Ok(0);
     }
     // Only now, as a configuration that is refused leaves nothing behind.
-    std::fs::create_dir_all(&directory)
-        .map_err(|source| Failure::File { path: directory.clone(), source })?;
+    let folder = match &options.out {
+        Some(out) => Folder::take(out)?,
+        None => {
+            let usual = PathBuf::from("runs").join(format!("{name}-{seed}"));
+            let folder = Folder::take_next(&usual)?;
+            if folder.path != usual {
+                let [usual, own] = [&usual, &folder.path].map(|path| slate::runtime::printable(path));
+                eprintln!("another run writes its report into {usual}, so this one does into {own}");
+            }
+            folder
+        }
+    };
+    let directory = folder.path.clone();
     mission.record(&directory);
     match judge {
         None => eprintln!("the configuration has no [mission], so the agent runs until it is interrupted"),
@@ -155,6 +165,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         output::document("slate.run/1", &finished.summary);
     }
     written?;
+    drop(folder);
     Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
 }
 

@@ -44,6 +44,21 @@ pub fn of(configuration: &Configuration) -> Result<Scene, Failure> {
     })
 }
 
+/// The files that describe the world and its robots, by the names that the configuration has for them; what comes with the
+/// simulator is none.
+pub fn files(configuration: &Configuration) -> Vec<(String, Vec<u8>)> {
+    // An empty table is one.
+    let settings = configuration.settings("world").unwrap_or_default();
+    let names: BTreeSet<String> = settings
+        .iter()
+        .filter_map(|setting| setting.value.as_str())
+        .filter(|name| name.ends_with(".toml"))
+        .map(str::to_owned)
+        .collect();
+    // One that is gone since it was read is missed by whoever asks for it.
+    names.into_iter().filter_map(|name| std::fs::read(&name).ok().map(|text| (name, text))).collect()
+}
+
 /// The goals of robots. One alone is the goal; several of a robot are numbered in the order in which it shall reach them,
 /// and where several robots have some, each has the name of its own.
 fn goals(of: &[(&str, &[Point])]) -> Vec<Goal> {

@@ -24,11 +24,16 @@ fn range(range: f64) -> Vec<u8> {
 
 /// A recording of five seconds, ten messages a second; the last range is as given.
 fn recording(last: f64, compression: Compression) -> Vec<u8> {
+    recording_of("r2-1", last, compression)
+}
+
+/// The same of a run.
+fn recording_of(run: &str, last: f64, compression: Compression) -> Vec<u8> {
     let header = Header { profile: "ros2".into(), library: "test 1".into() };
     let mut writer = Writer::new(Vec::new(), "test", &header, compression).unwrap();
     let texts = |key: &str, text: &str| BTreeMap::from([(key.to_owned(), text.to_owned())]);
-    let run = [texts("seed", "3"), texts("whole", "true")].into_iter().flatten().collect();
-    writer.metadata(&Metadata { name: "run".into(), metadata: run }).unwrap();
+    let all = [texts("seed", "3"), texts("whole", "true"), texts("run", run)].into_iter().flatten();
+    writer.metadata(&Metadata { name: "run".into(), metadata: all.collect() }).unwrap();
     writer.metadata(&Metadata { name: "dropped".into(), metadata: texts("/r2/image", "7") }).unwrap();
     let (name, media_type) = ("robot.toml".into(), "application/toml".into());
     let attachment =
@@ -53,6 +58,8 @@ fn recording(last: f64, compression: Compression) -> Vec<u8> {
             writer.close_chunk().unwrap();
         }
     }
+    let end = ["values", "dropped", "time_ns", "cycles", "digest"].map(|key| texts(key, "107"));
+    writer.metadata(&Metadata { name: "end".into(), metadata: end.into_iter().flatten().collect() }).unwrap();
     writer.finish().unwrap()
 }
 
@@ -75,13 +82,14 @@ fn done(folder: &Path, arguments: &[&str]) -> String {
 }
 
 /// A command ends with that code and these words on stderr.
-fn fails(folder: &Path, code: i32, arguments: &[&str], words: &[&str]) {
+fn fails(folder: &Path, code: i32, arguments: &[&str], words: &[&str]) -> String {
     let output = slate(folder, &[&["bag"], arguments].concat());
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {output:?}");
     for word in words {
         assert!(stderr.contains(word), "{arguments:?} does not say `{word}`: {stderr}");
     }
+    stderr
 }
 
 #[test]
@@ -230,6 +238,240 @@ fn a_part_of_a_run_does_not_say_that_it_is_whole() {
             assert_eq!(said, Some(whole), "{file}: {record}");
         }
     }
+}
+
+/// A record of metadata of a file.
+fn about(folder: &Path, file: &str, name: &str) -> Value {
+    let info = json(&slate(folder, &["bag", "info", file, "--json"]));
+    let found = info["metadata"].as_array().unwrap().iter().find(|record| record[0] == name);
+    found.unwrap_or_else(|| panic!("{file} has no {name}: {info}"))[1].clone()
+}
+
+#[test]
+fn what_a_run_says_of_its_values_is_counted_anew_in_a_part_of_it() {
+    let folder = recorded("bag-counts");
+    for (name, arguments, values) in [
+        ("all.mcap", &[][..], "107"),
+        ("pose.mcap", &["--topics", "/r2/pose"], "50"),
+        ("rest.mcap", &["--exclude", "/r2/pose"], "50"),
+        ("early.mcap", &["--to", "1"], "22"),
+    ] {
+        done(&folder, &[&["filter", "run.mcap", "--out", name], arguments].concat());
+        let end = about(&folder, name, "end");
+        assert_eq!(end["values"], values, "{name}: {end}");
+        assert_eq!(end.get("digest").is_some(), name != "early.mcap", "{name}: {end}");
+    }
+    assert_eq!(about(&folder, "pose.mcap", "dropped"), serde_json::json!({}), "images are not in it");
+    assert_eq!(about(&folder, "pose.mcap", "end")["dropped"], "0");
+    assert_eq!(about(&folder, "rest.mcap", "dropped")["/r2/image"], "7");
+    let said =
+        fails(&folder, 2, &["filter", "run.mcap", "--exclude", "/r2/pos", "--out", "x.mcap"], &["/r2/pose"]);
+    assert!(said.contains("did you mean"), "{said}");
+}
+
+#[test]
+fn drops_are_counted_in_the_part_that_is_copied() {
+    let folder = folder("bag-drops");
+    let mut writer = Writer::new(Vec::new(), "test", &Header::default(), Compression::None).unwrap();
+    let texts =
+        |all: &[(&str, &str)]| all.iter().map(|(key, text)| ((*key).into(), (*text).into())).collect();
+    writer.metadata(&Metadata { name: "run".into(), metadata: texts(&[("run", "a")]) }).unwrap();
+    let schema =
+        Schema { id: 1, name: "slate_msgs/msg/Dropped".into(), encoding: "none".into(), data: vec![] };
+    writer.schema(&schema).unwrap();
+    for (id, topic) in [(0, "/record/dropped"), (1, "/image")] {
+        let (topic, message_encoding, metadata) = (topic.into(), "json".into(), BTreeMap::new());
+        writer.channel(&Channel { id, schema_id: 1, topic, message_encoding, metadata }).unwrap();
+    }
+    for second in 0..10_u64 {
+        let told = format!(r#"{{"url":"/image","values":{}}}"#, second * second);
+        writer.message(0, 0, second * 1_000_000_000, 0, told.as_bytes()).unwrap();
+        writer.message(1, 0, second * 1_000_000_000, 0, b"{}").unwrap();
+    }
+    writer.metadata(&Metadata { name: "dropped".into(), metadata: texts(&[("/image", "81")]) }).unwrap();
+    let end = texts(&[("values", "10"), ("dropped", "81"), ("time_ns", "9000000000")]);
+    writer.metadata(&Metadata { name: "end".into(), metadata: end }).unwrap();
+    write(&folder, "run.mcap", &writer.finish().unwrap());
+    done(&folder, &["filter", "run.mcap", "--from", "3", "--to", "5", "--out", "part.mcap"]);
+    // Until the second before it were 4 of them, and until its end 25.
+    assert_eq!(about(&folder, "part.mcap", "dropped")["/image"], "21");
+    let end = about(&folder, "part.mcap", "end");
+    assert_eq!([&end["values"], &end["dropped"], &end["time_ns"]], ["3", "21", "5000000000"], "{end}");
+}
+
+#[test]
+fn recordings_of_one_run_become_one_and_those_of_different_runs_are_not_mixed_unawares() {
+    let folder = recorded("bag-merge");
+    write(&folder, "again.mcap", &recording(12.25, Compression::Lz4));
+    write(&folder, "other.mcap", &recording_of("r2-2", 12.25, Compression::None));
+    // What both recordings of the run have is there once.
+    let said = done(&folder, &["merge", "run.mcap", "again.mcap", "--out", "one.mcap"]);
+    assert_eq!(said, "one.mcap has 100 messages\n");
+    assert_eq!(done(&folder, &["diff", "run.mcap", "one.mcap"]), "identical, 100 messages\n");
+    assert_eq!(done(&folder, &["attachments", "one.mcap"]).matches("robot.toml").count(), 1);
+    let two = ["merge", "run.mcap", "other.mcap", "--out", "two.mcap"];
+    let two_and = |more: &[&'static str]| [&two, more].concat();
+    let words = ["two.mcap", "different runs", "`/r2/pose`, `/r2/range`", "--prefix first", "--interleave"];
+    fails(&folder, 2, &two, &words);
+    assert!(!folder.join("two.mcap").exists() && !folder.join("two.mcap.part").exists());
+    fails(&folder, 2, &two_and(&["--prefix", "a"]), &["2 files and 1 prefix", "once for each file"]);
+    fails(&folder, 2, &two_and(&["--prefix", "a b", "--prefix", "c"]), &["expected a name such as"]);
+    fails(&folder, 2, &two_and(&["--prefix", "a", "--prefix", "a"]), &["`/a/r2/pose`"]);
+    done(&folder, &two_and(&["--prefix", "", "--prefix", "/second/"]));
+    let info = json(&slate(&folder, &["bag", "info", "two.mcap", "--json"]));
+    let topics = info["channels"].as_array().unwrap().iter().map(|channel| &channel["topic"]);
+    let topics: Vec<_> = topics.map(|topic| topic.as_str().unwrap()).collect();
+    assert_eq!(topics, ["/r2/pose", "/r2/range", "/second/r2/pose", "/second/r2/range"]);
+    let ends = info["metadata"].as_array().unwrap().iter().filter(|record| record[0] == "end");
+    let values: Vec<_> = ends.map(|end| end[1]["values"].as_str().unwrap()).collect();
+    assert_eq!(values, ["100", "100"]);
+    done(&folder, &two_and(&["--interleave", "--force"]));
+    assert_eq!(done(&folder, &["verify", "two.mcap"]), "two.mcap is whole: 200 messages in 1 chunk\n");
+    // One after the other can be told apart.
+    done(&folder, &["filter", "run.mcap", "--to", "1", "--out", "early.mcap"]);
+    done(&folder, &["filter", "other.mcap", "--from", "2", "--out", "late.mcap"]);
+    done(&folder, &["merge", "late.mcap", "early.mcap", "--out", "both.mcap"]);
+}
+
+/// A recording of which some messages are no values.
+fn unreadable() -> Vec<u8> {
+    let mut writer = Writer::new(Vec::new(), "test", &Header::default(), Compression::None).unwrap();
+    let data = b"float64 range\n".to_vec();
+    writer
+        .schema(&Schema { id: 1, name: "test/msg/Range".into(), encoding: "ros2msg".into(), data })
+        .unwrap();
+    for (id, schema_id, topic) in [(0, 1, "/range"), (1, 0, "/bare")] {
+        let (topic, message_encoding, metadata) = (topic.into(), "cdr".into(), BTreeMap::new());
+        writer.channel(&Channel { id, schema_id, topic, message_encoding, metadata }).unwrap();
+    }
+    for second in 0..6_u32 {
+        let time = u64::from(second) * 1_000_000_000;
+        let bytes = [&[0, 1, 0, 0][..], &f64::from(second).to_le_bytes()].concat();
+        let bytes = if second % 2 == 1 { &bytes[..7] } else { &bytes };
+        writer.message(0, second, time, time, bytes).unwrap();
+    }
+    writer.message(1, 0, 2_500_000_000, 0, &[0, 1, 0, 0]).unwrap();
+    writer.finish().unwrap()
+}
+
+#[test]
+fn what_is_no_value_is_named_by_each_verb_which_goes_on_and_ends_with_1() {
+    let folder = folder("bag-unread");
+    write(&folder, "run.mcap", &unreadable());
+    write(&folder, "same.mcap", &unreadable());
+    let range = "3 messages of `/range` can't be read, the first at 1.000000000 s: ";
+    let bare = "the message of `/bare` at 2.500000000 s can't be read: its channel has no schema";
+    let verbs: [(&[&str], &str); 7] = [
+        (&["bag", "info", "run.mcap"], "messages   7"),
+        (&["bag", "cat", "run.mcap"], "4.000000000 /range"),
+        (&["bag", "cat", "run.mcap", "--json"], "\"unread\":\"its channel has no schema\""),
+        (&["bag", "export", "run.mcap", "--csv", "--out", "tables"], "3 messages of /range"),
+        (&["bag", "export", "run.mcap", "--carmen", "--out", "log.carmen"], "left out: 3 messages"),
+        (&["bag", "diff", "run.mcap", "same.mcap"], "identical, 7 messages"),
+        (&["report", "run.mcap"], "report.html"),
+    ];
+    for (verb, words) in verbs {
+        let output = slate(&folder, verb);
+        let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(output.status.code(), Some(1), "{verb:?}: {output:?}");
+        assert!(stdout.contains(words), "{verb:?}: {stdout}");
+        for words in [range, bare] {
+            assert!(stderr.contains(&format!("run.mcap: {words}")), "{verb:?}: {stderr}");
+        }
+    }
+    let plot = slate(&folder, &["bag", "plot", "run.mcap", "/range/range"]);
+    assert_eq!((plot.status.code(), &*text(&plot.stdout)), (Some(1), "plot.svg shows 3 values\n"));
+    assert!(text(&plot.stderr).contains(range) && !text(&plot.stderr).contains(bare));
+    let page = std::fs::read_to_string(folder.join("run-report/report.html")).unwrap();
+    assert!(page.contains("its channel has no schema"), "{page}");
+    // Nobody asked for what can't be read.
+    done(&folder, &["cat", "run.mcap", "--to", "0.5"]);
+    done(&folder, &["filter", "run.mcap", "--out", "copy.mcap"]);
+}
+
+#[test]
+fn what_has_nothing_in_it_is_no_success() {
+    let folder = folder("bag-empty");
+    write(&folder, "empty.mcap", b"");
+    write(&folder, "wrong.log", b"FLASER three beams\nODOM 1 2\n");
+    let empty = "empty.mcap` is no MCAP file: it is empty";
+    fails(&folder, 2, &["repair", "empty.mcap"], &[empty]);
+    fails(&folder, 2, &["repair", "empty.mcap", "--out", "mended.mcap"], &[empty]);
+    let import = ["import", "wrong.log", "--format", "carmen", "--lenient", "--out", "log.mcap"];
+    fails(&folder, 2, &import, &["wrong.log", "it has no message: 2 parts are wrong, the first:", "line 1"]);
+    assert_eq!(std::fs::read(folder.join("empty.mcap")).unwrap(), b"");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "something is left behind");
+    let nothing = Writer::new(Vec::new(), "test", &Header::default(), Compression::None).unwrap();
+    write(&folder, "a.mcap", &nothing.finish().unwrap());
+    fails(&folder, 2, &["diff", "a.mcap", "a.mcap"], &["a.mcap", "a message to compare"]);
+}
+
+#[test]
+fn two_runs_of_a_seed_are_the_same_but_for_what_was_measured() {
+    let folder = folder("bag-runs");
+    for name in ["a", "b"] {
+        common::exp1(&folder, &["--seed", "1", "--set", "record.enabled=true", "--out", name]);
+    }
+    let diff = |more: &[&'static str]| [&["diff", "a/run.mcap", "b/run.mcap"], more].concat();
+    let said = done(&folder, &diff(&[]));
+    assert!(said.starts_with("identical, ") && said.contains("not compared: "), "{said}");
+    assert!(said.contains("--all"), "{said}");
+    let told = json(&slate(&folder, &[&["bag"], &diff(&["--json"])[..]].concat()));
+    assert!(told["topics"].get("/r2/execute/reflexes").is_some(), "messages are compared too: {told}");
+    let is_measured = |topic: &str| told["measured"].as_array().unwrap().iter().any(|own| own == topic);
+    assert!(
+        is_measured("/loop/state") && is_measured("/r2/planner/timing") && !is_measured("/r2/planner/state")
+    );
+    let all = slate(&folder, &[&["bag"], &diff(&["--all"])[..]].concat());
+    assert_eq!(all.status.code(), Some(1), "{all:?}");
+    let some = ["--all", "--select", "/r2/**", "/simulator/**", "--exclude", "/**/timing", "/**/histogram"];
+    assert!(!done(&folder, &diff(&some)).contains("not compared"));
+    fails(&folder, 2, &diff(&["--select", "/**/timing"]), &["nothing is left to compare", "--all"]);
+    fails(&folder, 2, &diff(&["--select", "/r2/plannr/state"]), &["did you mean `/r2/planner/state`"]);
+}
+
+#[test]
+fn the_configuration_and_the_world_of_a_run_are_taken_out_of_its_recording_and_give_the_same_run() {
+    let folder = folder("bag-attachments");
+    let world = include_str!("../../../worlds/rocs_arena.toml");
+    std::fs::create_dir(folder.join("worlds")).unwrap();
+    std::fs::write(folder.join("worlds/mine.toml"), world).unwrap();
+    let arguments = ["--seed", "2", "--set", "record.enabled=true", "--out", "here"];
+    let mine = ["--set", "world.arena=worlds/mine.toml"];
+    let (summary, _) = common::exp1(&folder, &[&arguments[..], &mine].concat());
+    let listed = done(&folder, &["attachments", "here/run.mcap"]);
+    assert!(listed.contains("configuration.toml  application/toml  "), "{listed}");
+    assert!(listed.contains("worlds/mine.toml"), "{listed}");
+    let out = ["attachments", "here/run.mcap", "--out", "taken"];
+    let listed = done(&folder, &out);
+    assert!(listed.contains("taken/configuration.toml") && listed.contains("taken/mine.toml"), "{listed}");
+    fails(&folder, 2, &out, &["taken/configuration.toml", "there already", "--force"]);
+    // What the run was made of is gone.
+    std::fs::remove_dir_all(folder.join("worlds")).unwrap();
+    let again =
+        slate(&folder, &["run", "taken/configuration.toml", "--headless", "--json", "--out", "again"]);
+    assert_eq!(json(&again)["digest"], summary["digest"], "{again:?}");
+}
+
+#[test]
+fn attachments_are_written_into_the_folder_and_nowhere_else() {
+    let folder = folder("bag-hostile");
+    let mut writer = Writer::new(Vec::new(), "test", &Header::default(), Compression::None).unwrap();
+    for name in ["../../evil.toml", "/etc/evil.toml", "..", "evil.toml", "a\u{7}b"] {
+        writer
+            .attachment(&Attachment { name: name.into(), data: b"x".to_vec(), ..Attachment::default() })
+            .unwrap();
+    }
+    write(&folder, "run.mcap", &writer.finish().unwrap());
+    done(&folder, &["attachments", "run.mcap", "--out", "deep/files"]);
+    let mut names: Vec<_> = std::fs::read_dir(folder.join("deep/files"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["ab", "attachment", "evil-1.toml", "evil-2.toml", "evil.toml"]);
+    let listed = json(&slate(&folder, &["bag", "attachments", "run.mcap", "--json"]));
+    assert_eq!(listed["attachments"].as_array().unwrap().len(), 5, "{listed}");
 }
 
 #[test]

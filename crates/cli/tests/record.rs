@@ -206,7 +206,7 @@ fn a_part_of_a_recording_is_not_judged_and_what_is_missing_is_named() {
     let (said, code) = verify(&folder, "late.mcap");
     assert!(said.contains("not all is in it of") && code == Some(2), "{said}");
     done(&["run", "exp1", "--headless", "--seed", "9", "--set", "record.enabled=true", "--out", "there"]);
-    done(&["bag", "merge", "here/run.mcap", "there/run.mcap", "--out", "both.mcap"]);
+    done(&["bag", "merge", "here/run.mcap", "there/run.mcap", "--interleave", "--out", "both.mcap"]);
     let (said, code) = verify(&folder, "both.mcap");
     assert!(said.contains("recordings of several runs are merged in it") && code == Some(2), "{said}");
     // Copies by a program that knows nothing of runs.

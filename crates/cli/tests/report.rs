@@ -10,7 +10,7 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use common::{exp1, folder, json, slate, text};
+use common::{Running, exp1, folder, json, slate, text};
 use roxmltree::Document;
 use serde_json::Value;
 
@@ -215,4 +215,25 @@ fn the_outcome_is_told_also_when_the_report_can_not_be_written() {
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(text(&output.stdout).starts_with("exp1, seed 1: goal reached after"), "{output:?}");
     assert!(text(&output.stderr).contains("trajectory.csv.partial"), "{output:?}");
+}
+
+#[test]
+fn two_runs_at_once_do_not_write_into_one_folder_and_a_killed_one_leaves_it_free() {
+    let mut running = Running::new("report-folder");
+    let endless = ["--rate", "1", "--set", "modules.referee.params.tolerance=0.0"];
+    let run = |more: &[&'static str]| [&["run", "exp1", "--headless"], more].concat();
+    running.start("exp1", &[&run(&["--out", "here"])[..], &endless].concat());
+    running.fails(2, &run(&["--out", "./here"]), &["another run writes its report into ./here", "--out"]);
+    running.kill();
+    let report = running.folder().join("here/summary.json");
+    assert!(!report.exists());
+    running.call(&run(&["--out", "here"]));
+    assert!(report.exists());
+    // Where nobody has named a folder, the next one is taken.
+    running.start("exp1", &[&run(&[])[..], &endless].concat());
+    let output = running.call(&run(&[]));
+    let said = text(&output.stderr);
+    assert!(said.contains("into runs/exp1-0, so this one does into runs/exp1-0-2\n"), "{said}");
+    assert!(text(&output.stdout).contains("report: runs/exp1-0-2"), "{output:?}");
+    assert!(running.folder().join("runs/exp1-0-2/summary.json").exists());
 }

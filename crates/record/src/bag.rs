@@ -3,8 +3,8 @@
 //! - [`Reader`] gives the messages of a file, and an error instead of a wrong one when the file is damaged; [`verify`] says
 //!   of a whole file what is in it.
 //! - [`repair`] makes a whole file of what is left of one.
-//! - [`copy`] copies a [`Selection`] of one or several files, [`diff`] compares two, [`export_csv`] and [`plot`] show numbers to
-//!   others, and a [`Decoder`] reads the values of messages.
+//! - [`copy`] copies a [`Selection`] of a file, [`merge`] makes one of several, [`diff`] compares two, [`export_csv`] and [`plot`] show
+//!   numbers to others, and a [`Decoder`] reads the values of messages.
 //! - [`Writer`] writes a file with all checksums and indexes.
 //!
 //! Chunks are read uncompressed, with LZ4 and with Zstandard, and written uncompressed or with LZ4.
@@ -20,6 +20,7 @@ mod info;
 mod outline;
 mod reader;
 mod record;
+mod recount;
 mod repair;
 mod resume;
 mod selection;
@@ -27,15 +28,16 @@ mod source;
 mod summary;
 mod table;
 mod tail;
+mod together;
 mod value;
 pub(crate) mod whole;
 mod writer;
 
 pub use compression::Compression;
-pub use copy::copy;
 pub(crate) use copy::copy_into;
+pub use copy::{copy, merge};
 pub use curves::plot;
-pub use diff::{Counts, Diff, Difference, diff};
+pub use diff::{Compared, Counts, Diff, Difference, diff, diff_of};
 pub use error::Error;
 pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
 pub use reader::{Attachment, Message, Reader};
@@ -44,7 +46,8 @@ pub use record::{Channel, Header, Metadata, Schema};
 pub use repair::{Lost, Repaired, repair, repair_into};
 pub use selection::Selection;
 pub use table::{Table, export_csv, seconds};
-pub use value::{Decoder, Value};
+pub use together::Part;
+pub use value::{Decoder, Unread, Value};
 pub use writer::Writer;
 
 /// The most bytes that a record, or the records of a chunk, may have to be read. What is longer is refused.

@@ -216,7 +216,7 @@ fn files_of_the_python_writer_with_both_compressions_are_read() {
         }
         let info = checked(bytes).unwrap();
         assert!(info.chunks[name].compressed < info.chunks[name].uncompressed, "{info:?}");
-        for length in 0..bytes.len() {
+        for length in 1..bytes.len() {
             let (mended, _) = repaired(&bytes[..length], name);
             let kept = whole(&mended, &format!("{name} cut at {length}"));
             assert_eq!(kept, messages[..kept.len()]);
@@ -235,6 +235,10 @@ fn every_truncation_is_an_error_and_is_repaired_to_all_that_was_whole() {
             let text = error.unwrap_or_else(|| panic!("{what} is read as if it were whole")).to_string();
             assert!(text.contains("test.mcap"), "{what}: {text}");
             assert_eq!(before, [], "{what}: it is found before the first message is returned");
+            if cut.is_empty() {
+                assert!(repair_into(Cursor::new(cut), Vec::new()).is_err(), "{what}: nothing is left of it");
+                continue;
+            }
             let (mended, told) = repaired(cut, &what);
             let kept = whole(&mended, &what);
             let whole_chunks = ends.iter().filter(|end| **end <= length).count();
@@ -366,6 +370,13 @@ fn what_was_never_a_recording_is_not_repaired_and_a_file_is_replaced_only_by_a_w
     let error = slate_record::bag::repair(&picture, None).unwrap_err().to_string();
     assert!(error.contains("picture.jpeg` is no MCAP file"), "{error}");
     assert_eq!(std::fs::read(&picture).unwrap(), [0xff; 5000]);
+    let empty = folder.join("empty.mcap");
+    std::fs::write(&empty, "").unwrap();
+    for out in [None, Some(folder.join("mended.mcap"))] {
+        let error = slate_record::bag::repair(&empty, out.as_deref()).unwrap_err().to_string();
+        assert!(error.contains("empty.mcap` is no MCAP file: it is empty"), "{error}");
+        assert!(std::fs::read(&empty).unwrap().is_empty() && out.is_none_or(|out| !out.exists()));
+    }
     let file = folder.join("run.mcap");
     let bytes = ours(Compression::None);
     std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
@@ -375,7 +386,7 @@ fn what_was_never_a_recording_is_not_repaired_and_a_file_is_replaced_only_by_a_w
     assert_eq!(slate_record::bag::repair(&file, None).unwrap(), told);
     assert_eq!(std::fs::read(&file).unwrap(), std::fs::read(&other).unwrap());
     assert!(checked(&std::fs::read(&file).unwrap()).is_ok());
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3, "nothing else is left");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 4, "nothing else is left");
 }
 
 proptest! {

@@ -93,7 +93,7 @@ fn read(page: &str) -> (BTreeMap<String, usize>, String) {
 }
 
 fn written(path: &Path, known: &Known, out: &Path) -> (BTreeMap<String, usize>, String, Vec<String>) {
-    let files = page::write(path, known, out).unwrap();
+    let files = page::write(path, known, out).unwrap().files;
     let names = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap().to_owned()).collect();
     let (elements, text) = read(&std::fs::read_to_string(&files[0]).unwrap());
     (elements, text, names)

@@ -11,6 +11,10 @@ use crate::output::{self, counted};
 /// Long texts of metadata, such as configurations, are not for a terminal.
 const LONGEST: usize = 100;
 
+pub fn written(file: &Path, messages: u64) {
+    output::line(format_args!("{} has {}", printable(file), counted(messages, "message", "messages")));
+}
+
 pub fn verified(file: &Path, info: &Info) {
     let chunks: u64 = info.chunks.values().map(|chunks| chunks.chunks).sum();
     output::line(format_args!(
@@ -144,6 +148,7 @@ pub fn diff(a: &Path, b: &Path, diff: &Diff) {
     let same: u64 = diff.topics.values().map(|counts| counts.same).sum();
     let Some(first) = &diff.first else {
         output::line(format_args!("identical, {}", counted(same, "message", "messages")));
+        measured(diff);
         return;
     };
     output::line(format_args!(
@@ -164,4 +169,16 @@ pub fn diff(a: &Path, b: &Path, diff: &Diff) {
         [topic.clone(), same, different, only_a, only_b]
     });
     output::columns([head].into_iter().chain(rows));
+    measured(diff);
+}
+
+/// Says what was left out.
+fn measured(diff: &Diff) {
+    let topics = diff.measured.len() as u64;
+    if topics > 0 {
+        let topics = counted(topics, "topic", "topics");
+        output::line(format_args!(
+            "not compared: {topics} of what was measured on the wall clock; --all compares it"
+        ));
+    }
 }

@@ -30,7 +30,7 @@ fn a_recording_is_begun_shown_ended_and_listed() {
     let run = Running::start("record");
     let operator = run.client("operator");
     let none = run.get("/recordings").json();
-    assert_eq!(none, json!({ "recordings": [], "flight": null, "files": [] }));
+    assert_eq!((&none["recordings"], &none["files"]), (&json!([]), &json!([])), "{none}");
     let wish = json!({ "select": ["/sensor/**"], "exclude": ["/**/image"] });
     let begun = operator.send("POST", "/recordings/mine", Some(&wish)).json();
     let file = begun["file"].as_str().unwrap().to_owned();
@@ -108,11 +108,14 @@ fn the_last_seconds_are_saved_and_looked_at() {
 
 #[test]
 fn an_agent_that_keeps_nothing_says_how_it_would() {
-    let run = Running::start("no-flight");
+    let run = Running::start_with(
+        "no-flight",
+        &format!("{CONFIGURATION}\n[console]\nport = 0\n[record.flight]\nenabled = false"),
+    );
     let problem = run.get(&format!("/history/{}/sensor/count", run.name())).problem(409);
-    assert!(problem.contains("record.flight.enabled=true"), "{problem}");
+    assert!(problem.contains("record.flight.enabled=false"), "{problem}");
     let problem = run.client("operator").send("POST", "/recordings/x/snapshot", None).problem(409);
-    assert!(problem.contains("record.flight.enabled=true"), "{problem}");
+    assert!(problem.contains("record.flight.enabled=false"), "{problem}");
     assert!(!run.folder.join("x.mcap").exists());
     assert_eq!(run.get("/playback").json(), Json::Null);
     let problem = run.client("operator").send("POST", "/playback/pause", None).problem(409);

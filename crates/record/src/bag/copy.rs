@@ -4,39 +4,51 @@ use std::io::{BufReader, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::record::{Channel, Header, Schema};
-use super::{Compression, Error, Reader, Selection, Writer, whole};
+use super::record::{Channel, Header, Metadata, Schema};
+use super::recount::Recount;
+use super::together::{Part, Together, under};
+use super::{Attachment, Compression, Error, Reader, Selection, Writer, whole};
 use crate::logs::open;
 
-/// Copies what is selected of one or several files into one, in the order of the log times; of a file itself the order
-/// stays as it is. Attachments and metadata are copied all; a part of a run, or several, are no longer said to be a whole
-/// run. Channels of the same topic, type and encoding are one.
-/// Returns how many messages it has.
+/// Copies what is selected of a file, in its order. Attachments and metadata are copied all; a part of a run is no longer said to be
+/// a whole run, and what the run says of its values is counted anew. Returns how many messages there are.
 ///
 /// # Errors
-/// When a file is damaged or can't be read, `out` can't be written, or a topic is not there.
-pub fn copy(inputs: &[&Path], out: &Path, selection: &Selection) -> Result<u64, Error> {
-    let sources = inputs.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-    whole::write(out, |file| join(sources, file, out, selection))
+/// When the file is damaged or can't be read, `out` can't be written, or a topic is not there.
+pub fn copy(path: &Path, out: &Path, selection: &Selection) -> Result<u64, Error> {
+    let input = Input::new(open(path)?, "");
+    whole::write(out, |file| join(vec![input], file, out, selection, None))
 }
 
-/// Copies all of files of which each is MCAP; errors name what is written as `out_path`.
+/// Makes one file of several, in the order of the log times. Channels of the same topic, type and encoding are one. What several
+/// recordings of one run have is there once; messages of different runs are refused that would stand among each other in one
+/// topic, unless `is_mixed` allows that. Returns how many messages there are.
+///
+/// # Errors
+/// As [`copy`], and when messages of different runs would be mixed.
+pub fn merge(parts: &[Part<'_>], out: &Path, is_mixed: bool) -> Result<u64, Error> {
+    let input = |part: &Part<'_>| Ok(Input::new(open(part.file)?, part.prefix));
+    let mut inputs = parts.iter().map(input).collect::<Result<Vec<_>, Error>>()?;
+    let runs = inputs.iter_mut().map(Input::run).collect::<Result<Vec<_>, _>>()?;
+    let together = Together::new(&runs);
+    whole::write(out, |file| join(inputs, file, out, &Selection::default(), Some((together, is_mixed))))
+}
+
+/// Copies all of files of which each is MCAP, and which are one recording; errors name what is written as `out_path`.
 pub(crate) fn copy_into<W: Write>(inputs: &[&Path], out: W, out_path: &Path) -> Result<u64, Error> {
-    let sources = inputs.iter().map(Reader::open).collect::<Result<Vec<_>, _>>()?;
-    join(sources, out, out_path, &Selection::default())
+    let input = |path: &&Path| Ok(Input::new(Reader::open(path)?, ""));
+    let inputs = inputs.iter().map(input).collect::<Result<Vec<_>, Error>>()?;
+    join(inputs, out, out_path, &Selection::default(), None)
 }
 
 fn join<W: Write>(
-    readers: Vec<Reader<BufReader<File>>>,
+    mut inputs: Vec<Input>,
     out: W,
     out_path: &Path,
     selection: &Selection,
+    together: Option<(Together, bool)>,
 ) -> Result<u64, Error> {
-    let mut sources = Vec::with_capacity(readers.len());
-    for reader in readers {
-        sources.push(Input { reader, held: None, start: None });
-    }
-    let profile = match &sources[..] {
+    let profile = match &inputs[..] {
         [first, others @ ..] => {
             let profile = &first.reader.header().profile;
             let is_shared = others.iter().all(|other| other.reader.header().profile == *profile);
@@ -47,28 +59,40 @@ fn join<W: Write>(
     let header = Header { profile, library: concat!("slate ", env!("CARGO_PKG_VERSION")).into() };
     let is_compressed =
         |input: &Input| input.reader.outline().chunks.iter().any(|chunk| !chunk.compression.is_empty());
-    let compression = match sources.iter().any(is_compressed) {
+    let compression = match inputs.iter().any(is_compressed) {
         true => Compression::Lz4,
         false => Compression::None,
     };
-    let mut writer = Writer::new(out, out_path, &header, compression)?;
-    let is_part = sources.len() > 1 || !selection.is_all();
-    for input in &mut sources {
-        input.head(&mut writer, is_part)?;
-    }
-    let messages = merge(&mut sources, selection, &mut writer)?;
-    let channels = sources.iter().flat_map(|input| input.reader.channels());
-    let path = sources.first().map_or(out_path, |input| input.reader.path());
+    let mut merger = Merger {
+        writer: Writer::new(out, out_path, &header, compression)?,
+        selection,
+        together,
+        is_part: inputs.len() > 1 || !selection.is_all(),
+        numbers: Numbers::default(),
+        heads: Heads::default(),
+    };
+    inputs.iter_mut().try_for_each(|input| merger.head(input))?;
+    let messages = merger.messages(&mut inputs)?;
+    let channels = inputs.iter().flat_map(|input| input.reader.channels());
+    let path = inputs.first().map_or(out_path, |input| input.reader.path());
     selection.check(path, channels.map(|channel| channel.topic.as_str()))?;
-    writer.finish()?;
+    if let Some((together, false)) = &merger.together {
+        together.check(out_path)?;
+    }
+    for Input { recount, prefix, .. } in inputs {
+        recount.told(selection, &prefix).iter().try_for_each(|told| merger.writer.metadata(told))?;
+    }
+    merger.writer.finish()?;
     Ok(messages)
 }
 
 /// A file that is copied, and its next message.
 struct Input {
     reader: Reader<BufReader<File>>,
+    prefix: String,
     held: Option<Held>,
     start: Option<u64>,
+    recount: Recount,
 }
 
 struct Held {
@@ -80,24 +104,36 @@ struct Held {
     data: Vec<u8>,
 }
 
+impl Held {
+    /// Of all that makes it the same message in another recording of its run.
+    fn digest(&self) -> u128 {
+        let mut hash = xxhash_rust::xxh3::Xxh3Default::new();
+        let sender = self.channel.metadata.get("sender").map_or("", String::as_str);
+        for text in [&self.channel.topic, sender] {
+            hash.update(&(text.len() as u64).to_le_bytes());
+            hash.update(text.as_bytes());
+        }
+        hash.update(&self.log_time.to_le_bytes());
+        hash.update(&self.publish_time.to_le_bytes());
+        hash.update(&self.sequence.to_le_bytes());
+        hash.update(&self.data);
+        hash.digest128()
+    }
+}
+
 impl Input {
-    fn head<W: Write>(&mut self, writer: &mut Writer<W>, is_part: bool) -> Result<(), Error> {
-        for mut metadata in self.reader.metadata()? {
-            // What is made again from a run, and compared with it, has all that the run wrote and nothing else.
-            if is_part
-                && metadata.name == "run"
-                && let Some(whole) = metadata.metadata.get_mut("whole")
-            {
-                *whole = "false".into();
-            }
-            writer.metadata(&metadata)?;
-        }
-        for number in 0..self.reader.attachments() {
-            if let Some(attachment) = self.reader.attachment(number)? {
-                writer.attachment(&attachment)?;
-            }
-        }
-        Ok(())
+    fn new(reader: Reader<BufReader<File>>, prefix: &str) -> Self {
+        Self { reader, prefix: prefix.into(), held: None, start: None, recount: Recount::default() }
+    }
+
+    /// Which run it is of, if it says one.
+    fn run(&mut self) -> Result<Option<String>, Error> {
+        let metadata = self.reader.metadata()?;
+        let mut runs = metadata.into_iter().filter(|metadata| metadata.name == "run");
+        let mut runs = runs.by_ref().map(|mut run| run.metadata.remove("run"));
+        let first = runs.next().flatten();
+        // A file of several runs is of none.
+        Ok(first.filter(|first| runs.all(|other| other.as_ref() == Some(first))))
     }
 
     /// Reads the next message that is selected.
@@ -106,6 +142,7 @@ impl Input {
         let start = self.start.or_else(|| self.reader.start());
         while let Some(message) = self.reader.next_message()? {
             let start = *self.start.insert(start.unwrap_or(message.log_time));
+            self.recount.look(&message, start, selection);
             if selection.has(&message.channel.topic) && selection.has_time(message.log_time, start) {
                 self.held = Some(Held {
                     channel: Arc::clone(message.channel),
@@ -122,28 +159,89 @@ impl Input {
     }
 }
 
-/// Writes all messages, the earliest first.
-fn merge<W: Write>(
-    inputs: &mut [Input],
-    selection: &Selection,
-    writer: &mut Writer<W>,
-) -> Result<u64, Error> {
-    let mut numbers = Numbers::default();
-    let mut messages = 0;
-    for input in inputs.iter_mut() {
-        input.advance(selection)?;
-    }
-    loop {
-        let waiting = inputs.iter_mut().enumerate();
-        let waiting = waiting.filter_map(|(i, input)| Some((input.held.as_ref()?.log_time, i)));
-        let Some((_, next)) = waiting.min() else { return Ok(messages) };
-        let input = &mut inputs[next];
-        if let Some(held) = input.held.take() {
-            let channel = numbers.channel(next, &held, writer)?;
-            writer.message(channel, held.sequence, held.log_time, held.publish_time, &held.data)?;
-            messages += 1;
+/// What several files have beside messages, which is copied once.
+#[derive(Default)]
+struct Heads {
+    metadata: Vec<Metadata>,
+    attachments: Vec<Attachment>,
+}
+
+/// What is written.
+struct Merger<'a, W> {
+    writer: Writer<W>,
+    selection: &'a Selection,
+    /// How several files are one, and whether their messages may be mixed.
+    together: Option<(Together, bool)>,
+    is_part: bool,
+    numbers: Numbers,
+    heads: Heads,
+}
+
+impl<W: Write> Merger<'_, W> {
+    /// Copies what is no message.
+    fn head(&mut self, input: &mut Input) -> Result<(), Error> {
+        let all = input.reader.metadata()?;
+        let run = all.iter().find(|metadata| metadata.name == "run");
+        let is_counted = self.is_part && run.is_some();
+        input.recount = Recount::new(run);
+        for mut metadata in all {
+            if is_counted && metadata.name == "run" {
+                let texts = &mut metadata.metadata;
+                // What is made again from a run, and compared with it, has all that the run wrote and nothing else.
+                texts.get_mut("whole").into_iter().for_each(|whole| *whole = "false".into());
+            }
+            let kept = if is_counted { input.recount.keep(metadata) } else { Some(metadata) };
+            if let Some(metadata) = kept.filter(|own| !self.heads.metadata.contains(own)) {
+                self.writer.metadata(&metadata)?;
+                if self.together.is_some() {
+                    self.heads.metadata.push(metadata);
+                }
+            }
         }
-        input.advance(selection)?;
+        for number in 0..input.reader.attachments() {
+            let attachment = input.reader.attachment(number)?;
+            if let Some(own) = attachment.filter(|own| !self.heads.attachments.contains(own)) {
+                self.writer.attachment(&own)?;
+                if self.together.is_some() {
+                    self.heads.attachments.push(own);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes all messages, the earliest first.
+    fn messages(&mut self, inputs: &mut [Input]) -> Result<u64, Error> {
+        let mut messages = 0;
+        for input in inputs.iter_mut() {
+            input.advance(self.selection)?;
+        }
+        loop {
+            let waiting = inputs.iter_mut().enumerate();
+            let waiting = waiting.filter_map(|(i, input)| Some((input.held.as_ref()?.log_time, i)));
+            let Some((_, next)) = waiting.min() else { return Ok(messages) };
+            let input = &mut inputs[next];
+            if let Some(held) = input.held.take()
+                && self.write(next, &input.prefix, &held)?
+            {
+                input.recount.count(&held.channel.topic, held.log_time);
+                messages += 1;
+            }
+            input.advance(self.selection)?;
+        }
+    }
+
+    /// Writes a message; false when another file of its run had it already.
+    fn write(&mut self, file: usize, prefix: &str, held: &Held) -> Result<bool, Error> {
+        let channel = self.numbers.channel((file, prefix), held, &mut self.writer)?;
+        if let Some((together, _)) = &mut self.together {
+            let topic = self.writer.topic(channel);
+            if !together.is_new(file, topic, held.log_time, || held.digest()) {
+                return Ok(false);
+            }
+        }
+        self.writer.message(channel, held.sequence, held.log_time, held.publish_time, &held.data)?;
+        Ok(true)
     }
 }
 
@@ -159,8 +257,13 @@ struct Numbers {
 }
 
 impl Numbers {
-    fn channel<W: Write>(&mut self, input: usize, held: &Held, writer: &mut Writer<W>) -> Result<u16, Error> {
-        if let Some(known) = self.known.get(&(input, held.channel.id)) {
+    fn channel<W: Write>(
+        &mut self,
+        (file, prefix): (usize, &str),
+        held: &Held,
+        writer: &mut Writer<W>,
+    ) -> Result<u16, Error> {
+        if let Some(known) = self.known.get(&(file, held.channel.id)) {
             return Ok(*known);
         }
         let full = |_| writer.unfit("it would have more than 65535 channels or schemas; select fewer".into());
@@ -172,11 +275,12 @@ impl Numbers {
             schema_id = *self.schemas.entry(key).or_insert(next_schema);
             writer.schema(&Schema { id: schema_id, ..Schema::clone(schema) })?;
         }
-        let Channel { topic, message_encoding, metadata, .. } = &*held.channel;
+        let Channel { message_encoding, metadata, .. } = &*held.channel;
+        let topic = under(prefix, &held.channel.topic);
         let key = (topic.clone(), message_encoding.clone(), schema_id, metadata.clone());
         let id = *self.channels.entry(key).or_insert(next_channel);
-        writer.channel(&Channel { id, schema_id, ..Channel::clone(&held.channel) })?;
-        self.known.insert((input, held.channel.id), id);
+        writer.channel(&Channel { id, schema_id, topic, ..Channel::clone(&held.channel) })?;
+        self.known.insert((file, held.channel.id), id);
         Ok(id)
     }
 }

@@ -1,16 +1,22 @@
 use std::path::Path;
 
-use super::value::{Decoder, Value};
+use super::value::{Decoder, Unread, Value};
 use super::{Error, Selection, whole};
 use crate::logs::open;
 use crate::plot::{Curve, curves};
 
 /// Draws numbers over time as an SVG image: fields such as `/r2/pose/theta`, which is a topic and then the way to the
-/// number, with the index of an element as in `/r2/scan/ranges/3`. Returns how many points each has.
+/// number, with the index of an element as in `/r2/scan/ranges/3`. Returns how many points each has, and the messages that can't be
+/// read.
 ///
 /// # Errors
 /// When the file is damaged, there is no such number, or `out` can't be written.
-pub fn plot(path: &Path, fields: &[String], selection: &Selection, out: &Path) -> Result<Vec<usize>, Error> {
+pub fn plot(
+    path: &Path,
+    fields: &[String],
+    selection: &Selection,
+    out: &Path,
+) -> Result<(Vec<usize>, Vec<Unread>), Error> {
     let mut reader = open(path)?;
     let mut decoder = Decoder::default();
     let mut drawn: Vec<Curve> =
@@ -49,7 +55,7 @@ pub fn plot(path: &Path, fields: &[String], selection: &Selection, out: &Path) -
         std::io::Write::write_all(file, image.as_bytes())
             .map_err(|source| Error::Write { path: out.into(), source })
     })?;
-    Ok(drawn.iter().map(|curve| curve.points.len()).collect())
+    Ok((drawn.iter().map(|curve| curve.points.len()).collect(), decoder.into_unread()))
 }
 
 /// Which numbers a message has, of a list its first one.

@@ -1,14 +1,24 @@
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::record::Schema;
-use super::value::{Decoder, Value};
-use super::{Error, Message, Reader};
+use super::record::{Channel, Schema};
+use super::value::{Decoder, Unread, Value};
+use super::{Error, Message, Reader, Selection};
 use crate::logs::open;
+use crate::recorder::TOPICS;
+
+/// Which messages are compared.
+#[derive(Clone, Debug, Default)]
+pub struct Compared {
+    /// Those of these topics.
+    pub selection: Selection,
+    /// Whether what was measured on the wall clock is compared too, which differs from run to run: loads, how long ticks took, the log.
+    pub is_measured: bool,
+}
 
 /// How two files differ in their messages. What is compared of each topic are its first messages, then its second ones,
 /// and so on; neither how topics stand between each other, nor chunks, indexes and metadata.
@@ -18,6 +28,10 @@ pub struct Diff {
     pub first: Option<Difference>,
     /// What was counted of each topic.
     pub topics: BTreeMap<String, Counts>,
+    /// The topics that were left out as what they have is measured.
+    pub measured: BTreeSet<String>,
+    /// What is no value in the first and in the second file, and is compared byte by byte.
+    pub unread: [Vec<Unread>; 2],
 }
 
 /// One difference.
@@ -50,12 +64,20 @@ pub struct Counts {
     pub only_b: u64,
 }
 
-/// Compares the messages of two files.
+/// Compares the messages of two files, but for what was measured on the wall clock.
 ///
 /// # Errors
-/// When one is damaged or can't be read.
+/// As [`diff_of`].
 pub fn diff(a: &Path, b: &Path) -> Result<Diff, Error> {
-    let mut sides = [Side::open(a)?, Side::open(b)?];
+    diff_of(a, b, &Compared::default())
+}
+
+/// Compares those messages of two files.
+///
+/// # Errors
+/// When one is damaged or can't be read, a topic is in none of them, or there is nothing to compare.
+pub fn diff_of(a: &Path, b: &Path, compared: &Compared) -> Result<Diff, Error> {
+    let mut sides = [Side::open(a, compared)?, Side::open(b, compared)?];
     let mut diff = Diff::default();
     let mut first: Option<(u64, String, u64)> = None;
     let mut differ = |time: u64, topic: &str, number: u64| {
@@ -87,8 +109,28 @@ pub fn diff(a: &Path, b: &Path) -> Result<Diff, Error> {
             *(if only_a { &mut counts.only_a } else { &mut counts.only_b }) += waiting.len() as u64;
         }
     }
+    let topics: BTreeSet<_> =
+        sides.iter().flat_map(|side| side.reader.channels()).map(|channel| channel.topic.as_str()).collect();
+    compared.selection.check(a, topics.iter().copied())?;
+    let known = topics.len();
+    for side in &mut sides {
+        diff.measured.append(&mut side.measured);
+    }
+    if diff.topics.is_empty() {
+        let what = match (diff.measured.len(), known) {
+            (0, 0) => "neither this file nor the other one has a message to compare".into(),
+            (0, _) => "none of the messages of this file and the other one are selected".into(),
+            (measured, _) => format!(
+                "nothing is left to compare: what is selected, of {measured} topics, is measured on the wall clock; `--all` compares \
+                 that too"
+            ),
+        };
+        return Err(Error::Unfit { path: a.into(), what });
+    }
+    diff.unread = sides.map(|side| side.decoder.into_unread());
     if let Some((time, topic, number)) = first {
-        let (a, b) = (Found::read(a, &topic, number)?, Found::read(b, &topic, number)?);
+        let found = |path| Found::read(path, &topic, number, &compared.selection);
+        let (a, b) = (found(a)?, found(b)?);
         let (field, a, b) = compare(a, b);
         diff.first = Some(Difference { time, topic, number, field, a, b });
     }
@@ -96,9 +138,14 @@ pub fn diff(a: &Path, b: &Path) -> Result<Diff, Error> {
 }
 
 /// One of the files.
-struct Side {
+struct Side<'a> {
     reader: Reader<BufReader<File>>,
+    compared: &'a Compared,
+    decoder: Decoder,
+    measured: BTreeSet<String>,
     is_done: bool,
+    /// When it begins.
+    start: Option<u64>,
     /// Of each topic, how many messages were read.
     numbers: BTreeMap<String, u64>,
     /// Messages whose counterpart was not read yet: few, if the files have the same order.
@@ -112,24 +159,53 @@ struct Mark {
     digest: u128,
 }
 
-impl Side {
-    fn open(path: &Path) -> Result<Self, Error> {
-        let (numbers, waiting) = (BTreeMap::new(), BTreeMap::new());
-        Ok(Self { reader: open(path)?, is_done: false, numbers, waiting })
+impl<'a> Side<'a> {
+    fn open(path: &Path, compared: &'a Compared) -> Result<Self, Error> {
+        let reader = open(path)?;
+        Ok(Self {
+            start: reader.start(),
+            reader,
+            compared,
+            decoder: Decoder::default(),
+            measured: BTreeSet::new(),
+            is_done: false,
+            numbers: BTreeMap::new(),
+            waiting: BTreeMap::new(),
+        })
     }
 
     fn next(&mut self) -> Result<Option<(String, Mark)>, Error> {
-        let Some(message) = self.reader.next_message()? else {
-            self.is_done = true;
-            return Ok(None);
-        };
-        let topic = message.channel.topic.clone();
-        let (time, digest) = (message.log_time, digest(&message));
-        let number = self.numbers.entry(topic.clone()).or_default();
-        let mark = Mark { time, number: *number, digest };
-        *number += 1;
-        Ok(Some((topic, mark)))
+        let Compared { selection, is_measured } = self.compared;
+        while let Some(message) = self.reader.next_message()? {
+            let topic = &message.channel.topic;
+            let start = *self.start.get_or_insert(message.log_time);
+            if !selection.has(topic) || !selection.has_time(message.log_time, start) {
+                continue;
+            }
+            if !is_measured && measures(&message) {
+                if !self.measured.contains(topic) {
+                    self.measured.insert(topic.clone());
+                }
+                continue;
+            }
+            self.decoder.check(&message);
+            let (topic, time, digest) = (topic.clone(), message.log_time, digest(&message));
+            let number = self.numbers.entry(topic.clone()).or_default();
+            let mark = Mark { time, number: *number, digest };
+            *number += 1;
+            return Ok(Some((topic, mark)));
+        }
+        self.is_done = true;
+        Ok(None)
     }
+}
+
+/// Whether a message says what differs from run to run of the same configuration and seed, as the recorder says of its channel.
+fn measures(message: &Message) -> bool {
+    let channel = message.channel;
+    let schema = message.schema.map_or("", |schema| schema.name.as_str());
+    channel.metadata.get("repeats").is_some_and(|repeats| repeats == "false")
+        || TOPICS.iter().any(|own| own.name == channel.topic && own.schema == schema)
 }
 
 /// Of all that is compared.
@@ -140,6 +216,7 @@ fn digest(message: &Message) -> u128 {
         hash.update(text);
     };
     text(message.channel.message_encoding.as_bytes());
+    text(sender(message.channel).as_bytes());
     if let Some(schema) = message.schema {
         text(schema.name.as_bytes());
         text(schema.encoding.as_bytes());
@@ -152,9 +229,15 @@ fn digest(message: &Message) -> u128 {
     hash.digest128()
 }
 
+/// Who sent the messages of a channel, if it is a mailbox.
+fn sender(channel: &Channel) -> &str {
+    channel.metadata.get("sender").map_or("", String::as_str)
+}
+
 /// A message that was looked for.
 struct Found {
     encoding: String,
+    sender: String,
     schema: Option<Schema>,
     sequence: u32,
     log_time: u64,
@@ -164,16 +247,18 @@ struct Found {
 }
 
 impl Found {
-    fn read(path: &Path, topic: &str, number: u64) -> Result<Option<Self>, Error> {
+    fn read(path: &Path, topic: &str, number: u64, selection: &Selection) -> Result<Option<Self>, Error> {
         let mut reader = open(path)?;
-        let mut seen = 0;
+        let (mut start, mut seen) = (reader.start(), 0);
         while let Some(message) = reader.next_message()? {
-            if message.channel.topic != topic {
+            let start = *start.get_or_insert(message.log_time);
+            if message.channel.topic != topic || !selection.has_time(message.log_time, start) {
                 continue;
             }
             if seen == number {
                 return Ok(Some(Self {
                     encoding: message.channel.message_encoding.clone(),
+                    sender: sender(message.channel).to_owned(),
                     schema: message.schema.map(|schema| Schema::clone(schema)),
                     sequence: message.sequence,
                     log_time: message.log_time,
@@ -204,6 +289,9 @@ fn compare(a: Option<Found>, b: Option<Found>) -> (String, Option<String>, Optio
     let pair = |field: &str, a: String, b: String| (field.to_owned(), Some(a), Some(b));
     if a.type_name() != b.type_name() {
         return pair("(type)", a.type_name(), b.type_name());
+    }
+    if a.sender != b.sender {
+        return pair("(sender)", a.sender, b.sender);
     }
     if a.encoding != b.encoding {
         return pair("(encoding)", a.encoding, b.encoding);

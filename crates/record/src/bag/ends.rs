@@ -53,6 +53,10 @@ pub(super) fn header<R: Read + Seek>(source: &mut Source<R>) -> Result<(Header, 
     let mut bytes = Vec::new();
     source.seek(0)?;
     source.part(start, &mut bytes)?;
+    if bytes.is_empty() {
+        let what = "it is empty, so there is nothing to repair".into();
+        return Err(Error::NoBag { path: source.path().into(), what });
+    }
     let begins = MAGIC.starts_with(&bytes);
     let mut body = Vec::new();
     let frame = source.frame();

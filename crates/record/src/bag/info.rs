@@ -4,6 +4,7 @@ use std::io::{Read, Seek};
 use serde::Serialize;
 
 use super::record::Metadata;
+use super::value::{Decoder, Unread};
 use super::{Error, Reader};
 
 /// What is in a file, all of which was read and checked.
@@ -33,6 +34,8 @@ pub struct Info {
     pub private: u64,
     /// What no checksum of the file covers, so that damage may stay unseen.
     pub unchecked: Vec<&'static str>,
+    /// Messages that are no values that can be read.
+    pub unread: Vec<Unread>,
 }
 
 /// A channel of a file.
@@ -81,8 +84,9 @@ pub struct AttachmentInfo {
 /// When it is damaged, with the place of the first record that is wrong.
 pub fn verify<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Info, Error> {
     let mut spans: BTreeMap<u16, (u64, u64)> = BTreeMap::new();
-    let mut messages = 0;
+    let (mut messages, mut decoder) = (0, Decoder::default());
     while let Some(message) = reader.next_message()? {
+        decoder.check(&message);
         let span = spans.entry(message.channel.id).or_insert((message.log_time, message.log_time));
         *span = (span.0.min(message.log_time), span.1.max(message.log_time));
         messages += 1;
@@ -132,5 +136,6 @@ pub fn verify<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Info, Error> {
         metadata,
         private: outline.private,
         unchecked: outline.unchecked.clone(),
+        unread: decoder.into_unread(),
     })
 }

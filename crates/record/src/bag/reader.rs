@@ -4,7 +4,6 @@ use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Error;
 use super::compression::decompress;
 use super::definitions::{Content, Definitions};
 use super::outline::{Outline, parse};
@@ -13,6 +12,7 @@ use super::record::{
     Record, Schema,
 };
 use super::source::{Frame, Source};
+use super::{Error, seconds};
 
 /// Reads the messages of a file in the order in which they stand there, and believes nothing that is not checked.
 ///
@@ -423,8 +423,10 @@ impl<R: Read + Seek> Reader<R> {
         let times = self.unpack(frame)?;
         let content = self.content(frame)?;
         if content.times != times {
-            let what = format!("messages are from {:?} and should be from {times:?}", content.times);
-            return Err(self.source.damaged(frame.offset, format!("in a chunk, {what}")));
+            let span = |(from, to)| format!("from {} s to {} s", seconds(from), seconds(to));
+            let what =
+                format!("in a chunk, messages are {} and should be {}", span(content.times), span(times));
+            return Err(self.source.damaged(frame.offset, what));
         }
         self.read_indexes(frame, content)
     }

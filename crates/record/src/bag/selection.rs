@@ -5,11 +5,15 @@ use slate_blackboard::{Pattern, nearest_names};
 
 use super::{Error, Message, Reader};
 
+/// A topic, with the pattern that it is, if it is one.
+type Meant = (String, Option<Pattern>);
+
 /// A part of the messages of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Each with the pattern that it is, if it is one.
-    topics: Vec<(String, Option<Pattern>)>,
+    topics: Vec<Meant>,
+    /// Those of them that do not belong to it.
+    exclude: Vec<Meant>,
     /// Nanoseconds from the first message on, at which it begins.
     pub from: Option<u64>,
     /// Nanoseconds from the first message on, at which it ends; what is recorded then still belongs to it.
@@ -19,21 +23,29 @@ pub struct Selection {
 impl Selection {
     /// The topics that are one of these, or fit patterns such as `/r2/*` or `/**/timing`; all if there are none.
     pub fn new(topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        let topics = topics.into_iter().map(Into::into).map(|topic: String| {
-            let pattern = Pattern::parse(&topic).ok();
-            (topic, pattern)
-        });
-        Self { topics: topics.collect(), from: None, to: None }
+        Self { topics: meant(topics), ..Self::default() }
+    }
+
+    /// The same without these topics, or those that fit such patterns.
+    #[must_use]
+    pub fn without(self, topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        Self { exclude: meant(topics), ..self }
     }
 
     /// Whether all messages of every file belong to it.
     pub(super) fn is_all(&self) -> bool {
-        self.topics.is_empty() && self.from.is_none() && self.to.is_none()
+        self.topics.is_empty() && self.exclude.is_empty() && !self.is_span()
+    }
+
+    /// Whether it leaves out what is before or after some time.
+    pub(super) fn is_span(&self) -> bool {
+        self.from.is_some() || self.to.is_some()
     }
 
     /// Whether the topic belongs to it.
     pub fn has(&self, topic: &str) -> bool {
-        self.topics.is_empty() || self.topics.iter().any(|meant| is_meant(meant, topic))
+        let is_among = |topics: &[Meant]| topics.iter().any(|meant| is_meant(meant, topic));
+        (self.topics.is_empty() || is_among(&self.topics)) && !is_among(&self.exclude)
     }
 
     /// Whether a log time belongs to it, of a file whose first message has that other one.
@@ -73,7 +85,7 @@ impl Selection {
     /// All that is asked for is there.
     pub(crate) fn check<'a>(&self, path: &Path, topics: impl Iterator<Item = &'a str>) -> Result<(), Error> {
         let topics: Vec<_> = topics.collect();
-        for meant in &self.topics {
+        for meant in self.topics.iter().chain(&self.exclude) {
             if !topics.iter().any(|topic| is_meant(meant, topic)) {
                 let near = nearest_names(&meant.0, topics.iter().copied());
                 let mend = match near.is_empty() {
@@ -88,7 +100,12 @@ impl Selection {
     }
 }
 
-fn is_meant((name, pattern): &(String, Option<Pattern>), topic: &str) -> bool {
+fn meant(topics: impl IntoIterator<Item = impl Into<String>>) -> Vec<Meant> {
+    let topics = topics.into_iter().map(Into::into);
+    topics.map(|topic: String| (topic.clone(), Pattern::parse(&topic).ok())).collect()
+}
+
+fn is_meant((name, pattern): &Meant, topic: &str) -> bool {
     let path = topic.strip_prefix('/').unwrap_or(topic);
     name == topic || pattern.as_ref().is_some_and(|pattern| pattern.matches(path))
 }

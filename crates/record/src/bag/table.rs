@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::value::{Decoder, Value};
+use super::value::{Decoder, Unread, Value};
 use super::whole::Part;
 use super::{Error, Message, Selection};
 use crate::logs::open;
@@ -19,11 +19,16 @@ pub struct Table {
 }
 
 /// Writes the messages of each topic that is selected as a table: log time in seconds, sequence, and the fields of the
-/// value; a list is one cell. When `out` ends with `.csv` it is the file of the only topic, else the folder of all.
+/// value; a list is one cell. When `out` ends with `.csv` it is the file of the only topic, else the folder of all. Returns the tables,
+/// and the messages that can't be read, which are in none.
 ///
 /// # Errors
-/// When the file is damaged, a message can't be read, `out` can't be written, or is one file for several topics.
-pub fn export_csv(path: &Path, selection: &Selection, out: &Path) -> Result<Vec<Table>, Error> {
+/// When the file is damaged, `out` can't be written, or is one file for several topics.
+pub fn export_csv(
+    path: &Path,
+    selection: &Selection,
+    out: &Path,
+) -> Result<(Vec<Table>, Vec<Unread>), Error> {
     let mut reader = open(path)?;
     let is_file = out.extension().is_some_and(|extension| extension == "csv");
     if !is_file {
@@ -35,8 +40,8 @@ pub fn export_csv(path: &Path, selection: &Selection, out: &Path) -> Result<Vec<
         let topic = &message.channel.topic;
         let unfit = |what| Error::Unfit { path: path.into(), what };
         let value = decoder.decode(message);
-        if let Value::Unread { why, .. } = &value {
-            return Err(unfit(format!("a message of `{topic}` can't be read: {why}")));
+        if let Value::Unread { .. } = value {
+            return Ok(true);
         }
         let fields = value.fields(false);
         if !open.contains_key(topic) {
@@ -61,7 +66,8 @@ pub fn export_csv(path: &Path, selection: &Selection, out: &Path) -> Result<Vec<
         })
     })?;
     let finish = |open: Open| open.part.finish().map(|()| open.table);
-    open.into_values().map(finish).collect()
+    let tables = open.into_values().map(finish).collect::<Result<_, _>>()?;
+    Ok((tables, decoder.into_unread()))
 }
 
 /// `/r2/range` becomes `r2_range.csv`.

@@ -5,14 +5,40 @@ use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-use super::Message;
+use super::{Message, seconds};
 use crate::ros;
 
-/// Reads the values of messages: CDR with the schemas of ROS 2 (`ros2msg`), and JSON.
+/// Reads the values of messages: CDR with the schemas of ROS 2 (`ros2msg`), and JSON. It counts what it can't read.
 #[derive(Debug, Default)]
 pub struct Decoder {
     /// By channel, so that a definition is read once.
     schemas: BTreeMap<u16, Result<ros::Schema, String>>,
+    /// By topic.
+    unread: BTreeMap<String, Unread>,
+}
+
+/// Messages of a topic that can't be read as values.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Unread {
+    /// The topic.
+    pub topic: String,
+    /// How many there are.
+    pub messages: u64,
+    /// The log time of the first one, nanoseconds.
+    pub time: u64,
+    /// Why that can't be read.
+    pub why: String,
+}
+
+impl fmt::Display for Unread {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { topic, messages, time, why } = self;
+        let time = seconds(*time);
+        match messages {
+            1 => write!(f, "the message of `{topic}` at {time} s can't be read: {why}"),
+            _ => write!(f, "{messages} messages of `{topic}` can't be read, the first at {time} s: {why}"),
+        }
+    }
 }
 
 /// What a message says.
@@ -34,23 +60,60 @@ pub enum Value {
 impl Decoder {
     /// Reads the value of a message of the one file that this decoder is for.
     pub fn decode(&mut self, message: &Message) -> Value {
-        let unread = |why: String| Value::Unread { bytes: message.data.len(), why };
-        let channel = &message.channel;
-        match channel.message_encoding.as_str() {
-            "json" => match serde_json::from_slice(message.data) {
-                Ok(value) => Value::Json(value),
-                Err(error) => unread(error.to_string()),
-            },
-            "cdr" => {
-                let schema = self.schemas.entry(channel.id).or_insert_with(|| schema(message));
-                match schema.as_ref().map(|schema| schema.decode(message.data)) {
-                    Ok(Ok(value)) => Value::Message(value),
-                    Ok(Err(error)) => unread(error.to_string()),
-                    Err(why) => unread(why.clone()),
-                }
+        let read = match message.channel.message_encoding.as_str() {
+            "json" => {
+                serde_json::from_slice(message.data).map(Value::Json).map_err(|error| error.to_string())
             }
-            other => unread(format!("messages that are encoded as `{other}` are not read")),
+            _ => self.schema(message).and_then(|schema| {
+                schema.decode(message.data).map(Value::Message).map_err(|error| error.to_string())
+            }),
+        };
+        read.unwrap_or_else(|why| {
+            self.note(message, &why);
+            Value::Unread { bytes: message.data.len(), why }
+        })
+    }
+
+    /// Looks whether the value of a message can be read.
+    pub fn check(&mut self, message: &Message) {
+        let read = match message.channel.message_encoding.as_str() {
+            "json" => serde_json::from_slice::<serde::de::IgnoredAny>(message.data)
+                .map(drop)
+                .map_err(|error| error.to_string()),
+            _ => self
+                .schema(message)
+                .and_then(|schema| schema.check(message.data).map_err(|error| error.to_string())),
+        };
+        if let Err(why) = read {
+            self.note(message, &why);
         }
+    }
+
+    fn schema(&mut self, message: &Message) -> Result<&ros::Schema, String> {
+        match message.channel.message_encoding.as_str() {
+            "cdr" => {
+                let schema = self.schemas.entry(message.channel.id).or_insert_with(|| schema(message));
+                schema.as_ref().map_err(String::clone)
+            }
+            other => Err(format!("messages that are encoded as `{other}` are not read")),
+        }
+    }
+
+    fn note(&mut self, message: &Message, why: &str) {
+        let topic = &message.channel.topic;
+        match self.unread.get_mut(topic) {
+            Some(unread) => unread.messages += 1,
+            None => {
+                let (time, why) = (message.log_time, why.to_owned());
+                let unread = Unread { topic: topic.clone(), messages: 1, time, why };
+                self.unread.insert(topic.clone(), unread);
+            }
+        }
+    }
+
+    /// What could not be read until now, by topic.
+    pub fn into_unread(self) -> Vec<Unread> {
+        self.unread.into_values().collect()
     }
 }
 

@@ -94,6 +94,11 @@ impl<W: Write> Writer<W> {
         Error::Unfit { path: self.path.clone(), what }
     }
 
+    /// The topic of a channel; empty if it is not defined.
+    pub(super) fn topic(&self, channel: u16) -> &str {
+        self.definitions.channels.get(&channel).map_or("", |channel| channel.topic.as_str())
+    }
+
     /// What is written so far.
     pub(super) fn definitions(&self) -> &Definitions {
         &self.definitions

@@ -84,6 +84,29 @@ impl Imported {
         Ok(())
     }
 
+    /// Refuses a log of which nothing is there. A recording that is whole may be empty.
+    fn check(&self, path: &Path) -> Result<(), Error> {
+        let is_recording = matches!(self.format, Format::Mcap | Format::Rosbag1 | Format::Rosbag2);
+        if self.messages > 0 || is_recording && self.wrong == 0 {
+            return Ok(());
+        }
+        let mut why: Vec<String> = Vec::new();
+        match (self.wrongs.first(), self.wrong) {
+            (Some(first), 1) => why.push(format!("what is in it is wrong: {first}")),
+            (Some(first), wrong) => why.push(format!("{wrong} parts are wrong, the first: {first}")),
+            (None, _) => {}
+        }
+        if !self.unread.is_empty() {
+            let names: Vec<_> = self.unread.keys().map(String::as_str).collect();
+            why.push(format!("what has these names is not read: {}", names.join(", ")));
+        }
+        if why.is_empty() {
+            why.push("it is empty".into());
+        }
+        let what = format!("as a log of format {} it has no message: {}", self.format, why.join("; "));
+        Err(Error::Unfit { path: path.into(), what })
+    }
+
     fn unread(&mut self, name: &str) {
         let is_new = !self.unread.contains_key(name);
         // A hostile file has as many names as lines.
@@ -95,14 +118,18 @@ impl Imported {
 /// Makes an MCAP file of a log.
 ///
 /// # Errors
-/// When the log is of no known format, something in it is wrong and [`Options::is_lenient`] is not set, or a file can't be
-/// read or written.
+/// When the log is of no known format, something in it is wrong and [`Options::is_lenient`] is not set, it has no message at all, or
+/// a file can't be read or written.
 pub fn import(path: &Path, out: &Path, options: &Options) -> Result<Imported, Error> {
     let format = match options.format {
         Some(format) => format,
         None => recognise(path)?.ok_or_else(|| unknown(path))?,
     };
-    whole::write(out, |file| read(format, path, file, out, options))
+    whole::write(out, |file| {
+        let imported = read(format, path, file, out, options)?;
+        imported.check(path)?;
+        Ok(imported)
+    })
 }
 
 /// Reads a log of any known format as a recording; one that is none of MCAP by way of a temporary file.

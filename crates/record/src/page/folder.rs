@@ -22,6 +22,7 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
     let recorded = recording.map(|file| Recording::read(file, known)).transpose()?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut source = format!("From the folder {name}.");
+    let mut unread = Vec::new();
     match recorded {
         Some(mut recorded) => {
             let file = recording.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
@@ -37,6 +38,7 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
             }
             sections.push(recorded.distances(&trajectory)?);
             sections.extend(recorded.sections());
+            unread = recorded.unread();
         }
         None => {
             let mut apart = Section::new("Distances");
@@ -52,7 +54,7 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
             sections.push(more);
         }
     }
-    Ok(Story { title: summary.headline(), source, sections })
+    Ok(Story { title: summary.headline(), source, sections, unread })
 }
 
 /// What to do about a folder that has no figures.

@@ -15,7 +15,7 @@ mod tracks;
 use std::path::{Path, PathBuf};
 
 use crate::Scene;
-use crate::bag::{Error, whole};
+use crate::bag::{Error, Unread, whole};
 
 pub use robots::Followed;
 
@@ -31,6 +31,15 @@ pub struct Known {
     pub robots: Vec<Followed>,
 }
 
+/// A page that was written.
+#[derive(Clone, Debug)]
+pub struct Page {
+    /// The files, the page first.
+    pub files: Vec<PathBuf>,
+    /// Messages of the recording that can't be read, so that nothing is told of them.
+    pub unread: Vec<Unread>,
+}
+
 /// How many rows of a table a page has; its file has all.
 const ROWS: usize = 300;
 
@@ -41,6 +50,7 @@ struct Story {
     /// Where it comes from.
     source: String,
     sections: Vec<Section>,
+    unread: Vec<Unread>,
 }
 
 #[derive(Debug, Default)]
@@ -137,11 +147,10 @@ pub fn usual_folder(path: &Path) -> PathBuf {
 }
 
 /// Writes `report.html` about a run's folder, a recording or another log into the folder `out`, with its pictures and tables as files.
-/// Returns the files, the page first.
 ///
 /// # Errors
 /// When something can't be read or is damaged, or `out` can't be written.
-pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Vec<PathBuf>, Error> {
+pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
     let recording = recording_of(path)?;
     let story = match (is_folder(path), recording) {
         // A run that was cut off has left no figures.
@@ -154,12 +163,13 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Vec<PathBuf>, Err
     };
     let is_new = !out.exists();
     std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
-    put_all(&story, out).inspect_err(|_| {
+    let files = put_all(&story, out).inspect_err(|_| {
         if is_new {
             // A folder with files in it stays.
             let _ = std::fs::remove_dir(out);
         }
-    })
+    })?;
+    Ok(Page { files, unread: story.unread })
 }
 
 fn put_all(story: &Story, out: &Path) -> Result<Vec<PathBuf>, Error> {

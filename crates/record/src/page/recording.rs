@@ -8,7 +8,7 @@ use super::robots::Followed;
 use super::table::{Table, seconds};
 use super::tracks::{Series, Tracks};
 use super::{Known, Part, Section, Story};
-use crate::bag::{ChannelTopic, Decoder, Error, Message, Value};
+use crate::bag::{ChannelTopic, Decoder, Error, Message, Unread, Value};
 use crate::plot::{self, Drawing};
 use crate::{Sample, Scene, Trajectory};
 
@@ -37,6 +37,8 @@ pub(super) struct Recording {
     dropped: BTreeMap<String, u64>,
     /// The values that have been seen last, of what is told only when it changes.
     last: BTreeMap<String, Value>,
+    /// Messages that can't be read.
+    unread: Vec<Unread>,
 }
 
 struct Robot {
@@ -91,17 +93,20 @@ impl Recording {
             decisions: Decisions::default(),
             dropped: BTreeMap::new(),
             last: BTreeMap::new(),
+            unread: Vec::new(),
         };
-        let (mut start, mut decoder) = (reader.start(), Decoder::default());
+        let (mut start, mut decoder, mut checker) = (reader.start(), Decoder::default(), Decoder::default());
         while let Some(message) = reader.next_message()? {
             let time = message.log_time.saturating_sub(*start.get_or_insert(message.log_time));
             recording.length = recording.length.max(time);
             recording.messages += 1;
+            checker.check(&message);
             recording.take(&message, time, &mut decoder);
         }
         for robot in 0..recording.robots.len() {
             recording.place(robot);
         }
+        recording.unread = checker.into_unread();
         recording.topics = reader.topics();
         recording.topics.sort_by(|a, b| a.topic.cmp(&b.topic));
         Ok(recording)
@@ -327,7 +332,12 @@ impl Recording {
         sections
             .extend(Some(distances).filter(|section| section.has_table() || self.texts.contains_key("run")));
         sections.extend(self.sections());
-        Ok(Story { title, source, sections })
+        Ok(Story { title, source, sections, unread: self.unread })
+    }
+
+    /// What of it can't be read.
+    pub fn unread(self) -> Vec<Unread> {
+        self.unread
     }
 
     fn summary(&self) -> Section {
@@ -399,6 +409,11 @@ impl Recording {
         changes.table(self.changes.clone(), "No parameter, setting or plugin was changed.");
         let mut missing = Section::new("Missing");
         missing.table(self.missing(), "Nothing that should have been recorded was dropped.");
+        let unread = self.unreadable();
+        if !unread.is_empty() {
+            missing.text("Some messages are no values that can be read, so nothing is told of them.");
+            missing.parts.push(Part::Table(unread));
+        }
         let mut contents = Section::new("Contents");
         contents.table(self.contents(), "The recording is empty.");
         let mut sections = vec![decisions, timing, faults, changes, missing, contents];
@@ -428,6 +443,14 @@ impl Recording {
         let mut table = Table::new("dropped", &["property", "#values dropped"]);
         for (topic, count) in dropped.into_iter().filter(|(_, count)| *count > 0) {
             table.row([topic, count.to_string()]);
+        }
+        table
+    }
+
+    fn unreadable(&self) -> Table {
+        let mut table = Table::new("unread", &["topic", "#messages", "#first at/s", "why"]);
+        for Unread { topic, messages, time, why } in &self.unread {
+            table.row([topic.clone(), messages.to_string(), crate::bag::seconds(*time), why.clone()]);
         }
         table
     }

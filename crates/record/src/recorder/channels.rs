@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use slate_blackboard::channel::Tap;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Message;
-use slate_blackboard::{Access, Property, Stamp};
+use slate_blackboard::{Access, Carrier, Property, Stamp};
 
 use super::lines::Hub;
 use crate::ros;
@@ -18,6 +18,8 @@ pub(crate) struct Channel {
     pub path: String,
     pub descriptor: &'static Descriptor,
     pub access: Access,
+    /// The bytes of the largest value.
+    pub largest: usize,
     /// Values that could not be handed over.
     pub dropped: Arc<AtomicU64>,
     /// Whether anybody wants values.
@@ -27,10 +29,15 @@ pub(crate) struct Channel {
 
 impl Channel {
     pub fn of(property: &Property) -> Self {
+        let shape = match property.carrier() {
+            Carrier::Channel(channel) => channel.shape(),
+            Carrier::Mailbox(mailbox) => mailbox.shape(),
+        };
         Self {
             path: property.path().into(),
             descriptor: property.descriptor(),
             access: property.access(),
+            largest: shape.bytes(shape.capacity),
             dropped: Arc::default(),
             wanted: Arc::default(),
             repeats: repeats(property.path()),

@@ -71,7 +71,7 @@ impl Recorder {
         let (sender, receiver) = sync_channel(1);
         self.ask(shared, Order::Capture(sender))?;
         Self::answer(&receiver)?.ok_or_else(|| {
-            let help = "start it with --set record.flight.enabled=true";
+            let help = "start it without record.flight.enabled=false";
             refusal("this agent keeps nothing of its last seconds", help)
         })
     }
@@ -93,7 +93,8 @@ impl RecordingControl for Recorder {
             return Err(refusal("no property of the agent is among those to record", help));
         }
         let unwritten = |reason: String| {
-            let help = "name a file that is not there yet, in a folder that exists: --out FILE";
+            let help =
+                "name a file that is not there yet, in a folder that exists, on a disk with room: --out FILE";
             refusal(format!("{} can't be made: {reason}", slate_runtime::printable(file)), help)
         };
         let disk = OpenOptions::new().write(true).create_new(true).open(file);
@@ -105,11 +106,13 @@ impl RecordingControl for Recorder {
             let Record { chunk, buffer, within, .. } = state.settings;
             (TOOLS + state.count, Limits { chunk, buffer }, within)
         };
-        let opened = File::create(Box::new(disk), preface, limits).map_err(unwritten)?;
+        let opened = File::create(Box::new(disk), preface, limits).map_err(|reason| {
+            // Nothing is in it, and the name must be free for another try.
+            let _ = std::fs::remove_file(file);
+            unwritten(reason)
+        })?;
         let progress = Progress::new(number, file, agent.now());
         let target = Target::new(opened, what.clone(), within, host.is_lockstep, Arc::clone(&progress));
-        // All memory that this takes is there before the first value comes.
-        self.hub.make_spares();
         self.show(board);
         let own = what.clone();
         self.hub.want(number, Box::new(move |channel| selection::selects(&own, &channel.path)));

@@ -21,10 +21,12 @@ pub(super) struct Host {
     pub run: BTreeMap<String, String>,
     /// What modules remembered when it began.
     pub memories: BTreeMap<String, String>,
+    /// What goes along beside the configuration: names, and what is in them.
+    pub files: Vec<(String, Vec<u8>)>,
 }
 
 impl Host {
-    pub fn of(agent: &Agent) -> Self {
+    pub fn of(agent: &Agent, files: Vec<(String, Vec<u8>)>) -> Self {
         let date = |time| {
             let date = agent.date_of(time).duration_since(UNIX_EPOCH).unwrap_or_default();
             u64::try_from(date.as_nanos()).unwrap_or_default()
@@ -52,6 +54,7 @@ impl Host {
             is_lockstep,
             run: run.map(|(key, value)| (key.to_owned(), value)).into(),
             memories: memories.collect(),
+            files,
         }
     }
 

@@ -54,6 +54,9 @@ pub(super) fn warm_line(capacity: usize) -> (Inlet, Outlet) {
     (Inlet { producer }, Outlet { consumer, head: None })
 }
 
+/// Values are small that have no more bytes than this, with their head.
+const SMALL: usize = 256;
+
 /// Bytes of a page of memory.
 const PAGE: usize = 4096;
 
@@ -80,6 +83,16 @@ impl Inlet {
         // The first look costs nothing.
         if self.producer.cached_slots() < needed && self.producer.slots() < needed {
             return false;
+        }
+        let mut whole = [0; SMALL];
+        if let Some(value) = whole.get_mut(..needed) {
+            // At once: the ring is looked at and moved on once, and not three times.
+            let (own, rest) = value.split_at_mut(HEAD);
+            let (one, other) = rest.split_at_mut(first.len());
+            own.copy_from_slice(&head.to_bytes());
+            one.copy_from_slice(first);
+            other.copy_from_slice(bytes);
+            return self.producer.push_entire_slice(value).is_ok();
         }
         let head = self.producer.push_entire_slice(&head.to_bytes());
         let first = head.and_then(|()| self.producer.push_entire_slice(first));

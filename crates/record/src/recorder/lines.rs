@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{Thread, ThreadId};
 
 use slate_blackboard::channel::Tap;
-use slate_blackboard::{Carrier, Property, Stamp};
+use slate_blackboard::{Property, Stamp};
 
 use super::channels::{Channel, PropertyTap};
 use super::line::{HEAD, Head, Inlet, Outlet, line, warm_line};
@@ -15,15 +15,17 @@ use super::line::{HEAD, Head, Inlet, Outlet, line, warm_line};
 /// What every value of an agent goes through.
 pub(crate) struct Hub {
     number: u64,
-    /// Bytes that a thread may be ahead.
+    /// Bytes that a thread may be ahead,
     buffer: usize,
+    /// and those with which its line begins.
+    begin: AtomicUsize,
     /// Whether values are taken.
     is_on: AtomicBool,
     /// Whether anybody wants what is no property.
     listens: AtomicBool,
     /// Whether whoever writes waits for a full line.
     waits: AtomicBool,
-    /// The bytes of the largest value.
+    /// The bytes of the largest value that anybody wants.
     largest: AtomicUsize,
     /// Set when what is there shall be in the file at once.
     pub urgent: AtomicBool,
@@ -49,6 +51,9 @@ pub(crate) trait Sink: Send {
 
 /// From here on numbers are of no property.
 pub(crate) const OTHERS: u32 = u32::MAX - 16;
+
+/// The ring with which a thread begins while no file is written: it stays in the cache, and is made larger when it is full.
+const FIRST: usize = 256 << 10;
 
 /// The largest ring, bytes.
 const LARGEST: usize = 1 << 30;
@@ -78,9 +83,11 @@ const SPARES: usize = 3;
 impl Hub {
     /// Nobody wants anything yet; each thread that writes values may be ahead by so many bytes.
     pub fn new(buffer: u64) -> Arc<Self> {
+        let buffer = usize::try_from(buffer).unwrap_or(LARGEST);
         Arc::new(Self {
             number: NUMBERS.fetch_add(1, Ordering::Relaxed),
-            buffer: usize::try_from(buffer).unwrap_or(LARGEST),
+            buffer,
+            begin: AtomicUsize::new(buffer.min(FIRST)),
             is_on: AtomicBool::new(true),
             listens: AtomicBool::new(false),
             waits: AtomicBool::new(false),
@@ -100,16 +107,14 @@ impl Hub {
         if property.path().starts_with("record/") {
             return None;
         }
-        let shape = match property.carrier() {
-            Carrier::Channel(channel) => channel.shape(),
-            Carrier::Mailbox(mailbox) => mailbox.shape(),
-        };
-        self.largest.fetch_max(shape.bytes(shape.capacity), Ordering::Relaxed);
         let channel = Channel::of(property);
         let (dropped, wanted) = (Arc::clone(&channel.dropped), Arc::clone(&channel.wanted));
         // Held until it is among the channels, so that no want misses it.
         let wants = self.wants();
-        wanted.store(wants.values().any(|wants| wants(&channel)), Ordering::Relaxed);
+        if wants.values().any(|wants| wants(&channel)) {
+            self.largest.fetch_max(channel.largest, Ordering::Relaxed);
+            wanted.store(true, Ordering::Relaxed);
+        }
         let mut channels = self.channels();
         let id = u32::try_from(channels.len()).ok().filter(|id| *id < OTHERS)?;
         channels.push(channel);
@@ -118,7 +123,21 @@ impl Hub {
 
     /// Somebody of that number wants values from now on.
     pub fn want(&self, number: u64, want: Want) {
+        self.begin.store(self.buffer, Ordering::Relaxed);
+        self.want_lightly(number, want);
+    }
+
+    /// As [`want`](Hub::want), in lines that begin with less memory.
+    pub fn want_lightly(&self, number: u64, want: Want) {
         let mut wants = self.wants();
+        let channels = self.channels();
+        let largest = channels.iter().filter(|channel| want(channel)).map(|channel| channel.largest).max();
+        drop(channels);
+        self.largest.fetch_max(largest.unwrap_or(0), Ordering::Relaxed);
+        if self.reader.get().is_some() {
+            // All memory that this takes is there before the first value comes.
+            self.make_spares();
+        }
         wants.insert(number, want);
         self.ask(&wants);
         // Who reads what is there now, and then takes what comes, misses nothing.
@@ -143,9 +162,10 @@ impl Hub {
         self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes lines for threads that have none.
-    pub fn make_spares(&self) {
+    /// Makes lines for threads that have none, or too small a one.
+    fn make_spares(&self) {
         let capacity = self.least(0);
+        self.spares().retain(|(inlet, _)| inlet.capacity() >= capacity);
         let missing = SPARES.saturating_sub(self.spares().len());
         let made: Vec<_> = (0..missing).map(|_| warm_line(capacity)).collect();
         self.spares().extend(made);
@@ -217,8 +237,10 @@ impl Hub {
                 return true;
             }
             let has_begun = self.reader.get().is_some();
-            if needed > inlet.capacity() || !has_begun {
-                // What is written before the file is open has to find room, as has the first value of a larger kind.
+            if needed > inlet.capacity() || inlet.capacity() < self.buffer || !has_begun {
+                // What is written before the file is open has to find room, as has the first value of a larger kind, and more than
+                // was thought at the beginning.
+                let needed = needed.max(if has_begun { self.buffer / 2 } else { 0 });
                 let wanted = needed.saturating_mul(2).max(inlet.capacity().saturating_mul(2));
                 if wanted > if has_begun { LARGEST } else { LARGEST_BEFORE } {
                     return false;
@@ -245,7 +267,8 @@ impl Hub {
         let largest = self.largest.load(Ordering::Relaxed);
         // The recorder may have to wait for a processor while a camera goes on.
         let several = largest.saturating_mul(16).min(LARGEST_FOR_SEVERAL);
-        needed.max(self.buffer).max(several).max(largest.saturating_mul(2)).min(LARGEST)
+        let begin = self.begin.load(Ordering::Relaxed);
+        needed.max(begin).max(several).max(largest.saturating_mul(2)).min(LARGEST)
     }
 
     /// A line of this thread, for values of so many bytes and more.

@@ -33,8 +33,8 @@ use slate_runtime::recording::{Change, Recording, RecordingControl};
 
 pub(crate) use channels::{Channel, repeats};
 pub(crate) use lines::{Drain, Hub, Sink};
-pub(crate) use messages::{CHANGE, DROPPED, read_change};
-pub(crate) use run::CONFIGURATION;
+pub(crate) use messages::{CHANGE, DROPPED, TOPICS, read_change};
+pub use run::CONFIGURATION;
 pub(crate) use selection::thins;
 pub use state::RecordState;
 
@@ -78,6 +78,8 @@ const TOOLS: u64 = 2;
 
 struct State {
     settings: Record,
+    /// What goes along with each recording beside the configuration: names, and what is in them.
+    files: Vec<(String, Vec<u8>)>,
     /// Once it has begun.
     host: Option<Arc<Host>>,
     thread: Option<Thread>,
@@ -139,13 +141,16 @@ impl Recorder {
         let hub = Hub::new(settings.buffer);
         if settings.flight.enabled {
             let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
+            let largest = usize::try_from(settings.flight.largest).unwrap_or(usize::MAX);
             let wants = move |channel: &Channel| {
-                selection::selects(&selection, &channel.path) || Triggers::listen_to(&triggers, channel)
+                let is_kept = channel.largest <= largest && selection::selects(&selection, &channel.path);
+                is_kept || Triggers::listen_to(&triggers, channel)
             };
-            hub.want(FLIGHT, Box::new(wants));
+            hub.want_lightly(FLIGHT, Box::new(wants));
         }
         let state = State {
             settings: settings.clone(),
+            files: Vec::new(),
             host: None,
             thread: None,
             saves: None,
@@ -172,6 +177,16 @@ impl Recorder {
         Box::new(log::Lines::new(&self.hub))
     }
 
+    /// Has files go along with each recording, beside the configuration that names them: said before it begins.
+    pub fn accompany(&self, files: Vec<(String, Vec<u8>)>) {
+        self.state().files = files;
+    }
+
+    /// What is known of the agent, and goes along.
+    fn host(&self, agent: &Agent) -> Host {
+        Host::of(agent, self.state().files.clone())
+    }
+
     /// Does what the configuration says for an agent that was loaded with this recorder, and what tools ask for. What has
     /// no file of its own there goes into that folder.
     pub fn attach(&self, agent: &Agent, folder: &Path) {
@@ -180,7 +195,7 @@ impl Recorder {
             let file = settings.file.map_or_else(|| folder.join("run.mcap"), |file| file.value);
             self.begin_in(agent, &file, folder);
         } else {
-            self.launch(agent, Host::of(agent), folder, Vec::new());
+            self.launch(agent, self.host(agent), folder, Vec::new());
         }
     }
 
@@ -217,7 +232,7 @@ impl Recorder {
     fn begin_into(&self, agent: &Agent, path: &Path, folder: &Path, writer: Box<dyn Write + Send>) {
         let settings = self.state().settings.clone();
         let is_whole = selection::is_whole(&settings.selection);
-        let host = Host::of(agent);
+        let host = self.host(agent);
         let preface = Preface::new(&host, &agent.composer(), is_whole, true);
         let limits = Limits { chunk: settings.chunk, buffer: settings.buffer };
         match File::create(writer, preface, limits) {
@@ -229,7 +244,13 @@ impl Recorder {
                 self.show(agent.board());
                 self.launch(agent, host, folder, vec![target]);
             }
-            Err(reason) => self.fail(agent, path, folder, reason),
+            Err(reason) => {
+                // What has no beginning can't be repaired.
+                if path.is_file() {
+                    let _ = std::fs::remove_file(path);
+                }
+                self.fail(agent, path, folder, reason);
+            }
         }
     }
 
@@ -296,7 +317,7 @@ impl Recorder {
             }
             state.outcome = Some(Err(error));
         }
-        self.launch(agent, Host::of(agent), folder, Vec::new());
+        self.launch(agent, self.host(agent), folder, Vec::new());
     }
 
     /// Closes the file after a run of the agent, and those of tools.

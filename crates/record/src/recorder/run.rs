@@ -7,7 +7,7 @@ use slate_runtime::Composer;
 use super::host::Host;
 
 /// The name of the attached configuration.
-pub(crate) const CONFIGURATION: &str = "configuration.toml";
+pub const CONFIGURATION: &str = "configuration.toml";
 
 /// What stands at the beginning of a file.
 pub(super) struct Preface {
@@ -47,7 +47,9 @@ impl Preface {
             ("links", links.collect()),
         ];
         let text = composer.configuration_text();
-        let attachments = vec![(CONFIGURATION.to_owned(), "application/toml", text.into_bytes())];
+        let own = (CONFIGURATION.to_owned(), "application/toml", text.into_bytes());
+        let others = host.files.iter().map(|(name, bytes)| (name.clone(), "application/toml", bytes.clone()));
+        let attachments = std::iter::once(own).chain(others).collect();
         Self { epoch: host.epoch, metadata, attachments }
     }
 }

@@ -25,6 +25,9 @@ use super::trigger::Triggers;
 /// How often is looked for values.
 const PERIOD: Duration = Duration::from_millis(2);
 
+/// How often while they are only kept in memory, and nobody waits until there is room for more.
+const LIGHT: Duration = Duration::from_millis(10);
+
 /// How often while nobody wants any.
 const IDLE: Duration = Duration::from_millis(500);
 
@@ -233,9 +236,14 @@ impl Work {
             if is_over && !found && !is_held_up {
                 return std::mem::take(&mut self.sinks.targets);
             }
-            if !found {
-                let is_idle = self.sinks.targets.is_empty() && self.sinks.flight.is_none();
-                std::thread::park_timeout(if is_idle { IDLE } else { PERIOD });
+            // Values that came meanwhile are no reason to look again at once, but where somebody waits for room or a file.
+            let is_light = self.sinks.targets.is_empty() && !self.host.is_lockstep;
+            if !found || (is_light && !is_over) {
+                std::thread::park_timeout(match (is_light, self.sinks.flight.is_some()) {
+                    (true, true) => LIGHT,
+                    (true, false) => IDLE,
+                    _ => PERIOD,
+                });
             }
         }
     }

@@ -166,6 +166,19 @@ impl<'a> Reader<'a> {
         Ok(memory)
     }
 
+    /// Goes past `count` numbers of `size` bytes each.
+    pub fn skip_numbers(&mut self, count: usize, size: usize) -> Result<(), Error> {
+        let bytes = count.checked_mul(size).filter(|bytes| *bytes <= self.left());
+        match bytes {
+            Some(0) => Ok(()),
+            Some(bytes) => {
+                self.align(size);
+                self.raw(bytes).map(drop)
+            }
+            None => self.error(format!("{count} numbers should follow, there are {} bytes", self.left())),
+        }
+    }
+
     fn align(&mut self, size: usize) {
         self.at = HEADER + (self.at - HEADER).next_multiple_of(size);
     }

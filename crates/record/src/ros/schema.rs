@@ -134,6 +134,58 @@ impl Schema {
         Ok(value)
     }
 
+    /// Whether [`decode`](Schema::decode) can read a message; takes no memory.
+    ///
+    /// # Errors
+    /// When it is no message of that definition.
+    pub fn check(&self, message: &[u8]) -> Result<(), Error> {
+        let mut reader = Reader::new(message)?;
+        let mut room = message.len();
+        self.check_record(&mut reader, 0, &mut room)?;
+        reader.end()
+    }
+
+    fn check_record(&self, reader: &mut Reader<'_>, index: usize, room: &mut usize) -> Result<(), Error> {
+        take(reader, room)?;
+        let record = &self.records[index];
+        if record.types.is_empty() {
+            reader.byte()?;
+        }
+        record.types.iter().try_for_each(|field| self.check_field(reader, *field, room))
+    }
+
+    fn check_field(&self, reader: &mut Reader<'_>, field: FieldType, room: &mut usize) -> Result<(), Error> {
+        let count = match field.count {
+            Count::One => return self.check_item(reader, field.item, room),
+            Count::Fixed(count) => count,
+            Count::Any => reader.length()?,
+        };
+        take(reader, room)?;
+        if let Item::Primitive(kind) = field.item {
+            return reader.skip_numbers(count, kind.size());
+        }
+        (0..count).try_for_each(|_| self.check_item(reader, field.item, room))
+    }
+
+    fn check_item(&self, reader: &mut Reader<'_>, item: Item, room: &mut usize) -> Result<(), Error> {
+        match item {
+            Item::Record(index) => return self.check_record(reader, index, room),
+            Item::Text => {
+                take(reader, room)?;
+                reader.text()?;
+            }
+            Item::Primitive(Primitive::Bool) => {
+                take(reader, room)?;
+                reader.bool()?;
+            }
+            Item::Primitive(kind) => {
+                take(reader, room)?;
+                reader.skip_numbers(1, kind.size())?;
+            }
+        }
+        Ok(())
+    }
+
     pub(super) fn records(&self) -> &[Record] {
         &self.records
     }

@@ -225,7 +225,8 @@ proptest! {
     )) {
         let folder = folder("carmen-any");
         let text: String = lines.iter().map(|(name, rest)| format!("{name}{rest}\n")).collect();
-        let path = write(&folder, "a.log", format!("# CARMEN Logfile\n{text}"));
+        // One line is right, as a log without a message is refused.
+        let path = write(&folder, "a.log", format!("# CARMEN Logfile\nSYNC a 1 host 0\n{text}"));
         let (imported, messages) = import(&path, &LENIENT);
         let others: u64 = imported.unread.values().sum();
         prop_assert!(imported.wrong + others <= lines.len() as u64);

@@ -130,7 +130,7 @@ fn a_part_of_a_recording_is_not_all_that_modules_read_either() {
     let (path, part) = (recorded("copied.mcap"), file("copied-part.mcap"));
     let mut later = Selection::default();
     later.from = Some(50_000_000);
-    copy(&[&path], &part, &later).unwrap();
+    copy(&path, &part, &later).unwrap();
     let (refused, ..) = lacking(&part, &["gatherer"]);
     assert!(refused.contains("only 25 of 30 values of /source/number are recorded"), "{refused}");
     // By a program that knows nothing of what a run is.

@@ -224,6 +224,8 @@ pub struct Flight {
     pub keep: u64,
     /// and how many bytes it takes at most.
     pub memory: u64,
+    /// Properties whose values may have more bytes are left out.
+    pub largest: u64,
     /// What saves it.
     pub triggers: Vec<FlightTrigger>,
     /// Nanoseconds of the agent's time after which the same trigger may save again.
@@ -233,12 +235,14 @@ pub struct Flight {
 }
 
 impl Default for Flight {
+    /// In memory, and on the disk when somebody asks.
     fn default() -> Self {
         Self {
-            enabled: false,
+            enabled: true,
             keep: 60_000_000_000,
             memory: 64 << 20,
-            triggers: vec![FlightTrigger::Fault, FlightTrigger::Stop],
+            largest: 64 << 10,
+            triggers: Vec::new(),
             every: 10_000_000_000,
             files: 4,
         }

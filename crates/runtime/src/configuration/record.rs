@@ -80,11 +80,12 @@ impl Build<'_> {
 
     fn flight(&mut self, table: &Table, record: &mut Record) {
         let Some(table) = self.problems.table(table, "flight") else { return };
-        let known = ["enabled", "keep", "memory", "trigger", "every", "files"];
+        let known = ["enabled", "keep", "memory", "largest", "trigger", "every", "files"];
         self.problems.unknown_keys(table, "in [record.flight]", &known);
         let flight = &mut record.flight;
-        // Who says something of it wants it.
+        // Who says something of it wants it, and files of what happens too.
         flight.enabled = self.problems.flag(table, "enabled").is_none_or(|flag| flag.value);
+        flight.triggers = vec![FlightTrigger::Fault, FlightTrigger::Stop];
         flight.keep = self.problems.duration(table, "keep").map_or(flight.keep, |keep| keep.value);
         flight.every = self.problems.duration(table, "every").map_or(flight.every, |every| every.value);
         if let Some(value) = table.get("memory") {
@@ -95,6 +96,7 @@ impl Build<'_> {
             }
             flight.memory = size;
         }
+        self.limited_size(table, "largest", &mut flight.largest);
         if let Some(value) = table.get("trigger") {
             let items = value.as_list().unwrap_or(std::slice::from_ref(value));
             let choice = |item| Some(self.problems.choice("trigger", item, &FlightTrigger::NAMES)?.value);

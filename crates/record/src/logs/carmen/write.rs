@@ -6,10 +6,10 @@ use std::io::Write;
 use std::path::Path;
 
 use super::geometry::Geometry;
-use crate::bag::{Decoder, Error, Message, Selection, Value, seconds, whole};
+use crate::bag::{Decoder, Error, Message, Selection, Unread, Value, seconds, whole};
 
 /// What [`export_carmen`] has written.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CarmenLog {
     /// Lines with the sweep of a laser.
     pub scans: u64,
@@ -19,6 +19,8 @@ pub struct CarmenLog {
     pub others: u64,
     /// Messages that CARMEN has no line for.
     pub left_out: u64,
+    /// Messages that can't be read.
+    pub unread: Vec<Unread>,
 }
 
 const HEAD: &str = "\
@@ -35,7 +37,7 @@ const HEAD: &str = "\
 /// which a line was logged counts from the first message.
 ///
 /// # Errors
-/// When the recording is damaged, a message can't be read, two topics have odometry, there are more than nine other lasers, or
+/// When the recording is damaged, two topics have odometry, there are more than nine other lasers, or
 /// `out` can't be written.
 pub fn export_carmen(path: &Path, selection: &Selection, out: &Path) -> Result<CarmenLog, Error> {
     let mut reader = crate::logs::open(path)?;
@@ -54,15 +56,15 @@ pub fn export_carmen(path: &Path, selection: &Selection, out: &Path) -> Result<C
             let start = *start.get_or_insert(message.log_time);
             let value = decoder.decode(message);
             let unfit = |what| Error::Unfit { path: path.into(), what };
-            if let Value::Unread { why, .. } = &value {
-                let what = format!("a message of `{}` can't be read: {why}", message.channel.topic);
-                return Err(unfit(what));
+            if let Value::Unread { .. } = value {
+                return Ok(true);
             }
             log.line.clear();
             log.take(message, &value, start).map_err(unfit)?;
             file.write_all(log.line.as_bytes()).map_err(failed)?;
             Ok(true)
         })?;
+        log.told.unread = decoder.into_unread();
         Ok(log.told)
     })
 }

@@ -1,0 +1,42 @@
+//! The folder of a run's report, which one run writes at a time.
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// Keeps other runs out of a folder as long as it is there. The system ends that with the process, however that ends.
+pub struct Folder {
+    pub path: PathBuf,
+    /// Nothing where a file system has no locks.
+    _lock: Option<File>,
+}
+
+impl Folder {
+    /// Makes a folder if it is missing, and takes it.
+    pub fn take(path: &Path) -> Result<Self, Failure> {
+        let failed = |source| Failure::File { path: path.into(), source };
+        std::fs::create_dir_all(path).map_err(failed)?;
+        // The folder itself is locked, so that no file is left behind.
+        let folder = File::open(path).map_err(failed)?;
+        let lock = match folder.try_lock() {
+            Ok(()) => Some(folder),
+            Err(TryLockError::WouldBlock) => return Err(Failure::FolderInUse { path: path.into() }),
+            Err(TryLockError::Error(_)) => None,
+        };
+        Ok(Self { path: path.into(), _lock: lock })
+    }
+
+    /// As [`take`](Folder::take), or the next one with a number that no run writes.
+    pub fn take_next(path: &Path) -> Result<Self, Failure> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let numbered = (2..).map(|number| path.with_file_name(format!("{name}-{number}")));
+        for path in std::iter::once(path.to_owned()).chain(numbered) {
+            match Self::take(&path) {
+                Err(Failure::FolderInUse { .. }) => {}
+                taken => return taken,
+            }
+        }
+        Err(Failure::FolderInUse { path: path.into() })
+    }
+}
