@@ -179,7 +179,7 @@ fn rules_of_the_configuration_choose_values_and_mistakes_in_them_are_shown() {
     let (slow, whole) = (all["/simulator/r2/truth"].len(), all["/r2/execute/status"].len());
     assert!(slow > 5 && slow < whole / 4, "{slow} of {whole}");
     let verified = running.call(&["replay", "--verify", "here/run.mcap"]);
-    assert!(text(&verified.stdout).contains("not covered: only a part of the values is recorded"));
+    assert!(text(&verified.stdout).contains("only a part of the values is recorded"));
     for (wrong, words) in [
         (r#"record.rules=[{ rate = 10.0 }]"#, "does not say for which properties"),
         (r#"record.rules=[{ select = "/r2/**" }]"#, "neither `rate` nor `on_change`"),
