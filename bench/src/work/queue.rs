@@ -401,7 +401,7 @@ fn alone<Q: Queue>(readers: usize, what: What, effort: Effort, samples: &mut Sam
 /// A core pushes, all readers pull on another one. A sample is the time of many values until all have them, by
 /// value.
 fn through<Q: Queue>(readers: usize, effort: Effort, samples: &mut Samples) {
-    let values = 20_000 / readers;
+    let values = effort.count(20_000) / readers;
     let groups = effort.count(20);
     let shared = Q::share(readers);
     let (start, done) = (Barrier::new(readers + 1), Barrier::new(readers + 1));

@@ -146,23 +146,19 @@ fn minimal(effort: Effort, table: &mut Table) -> Result<(), String> {
     let folder = env!("CARGO_MANIFEST_DIR");
     let manifest = format!("{folder}/Cargo.toml");
     let mut build = Command::new("cargo");
-    build.args([
-        "build",
-        "--release",
-        "--quiet",
-        "--message-format=json",
-        "--manifest-path",
-        &manifest,
-        "-p",
-        "slate-minimal",
-    ]);
+    // With this program, so that what both need is not built again with fewer features.
+    let packages = ["-p", "slate-bench", "-p", "slate-minimal"];
+    build
+        .args(["build", "--release", "--quiet", "--message-format=json", "--manifest-path", &manifest])
+        .args(packages);
     let output = build.output().map_err(|error| format!("`cargo` does not start: {error}"))?;
     if !output.status.success() {
         return Err(String::from_utf8_lossy(&output.stderr).into_owned());
     }
     let messages = String::from_utf8_lossy(&output.stdout).into_owned();
     let program = messages.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
-    let program = program.filter_map(|message| message["executable"].as_str().map(str::to_owned)).last();
+    let mut program = program.filter(|message| message["target"]["name"] == "slate-minimal");
+    let program = program.find_map(|message| message["executable"].as_str().map(str::to_owned));
     let program = program.ok_or("cargo names no program")?;
     let text = |error: std::io::Error| error.to_string();
     let size = std::fs::metadata(&program).map_err(text)?.len();
