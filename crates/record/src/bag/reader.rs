@@ -19,7 +19,8 @@ use super::{Error, seconds};
 /// To open a file reads all of it once: how its records follow each other, the checksums of data, attachments and
 /// summary. A chunk's checksum, all its records and its indexes are checked before a message of it is returned, and the
 /// statistics at the end. So a damaged file is an [`Error`], before the first message that may be a wrong one. Memory is
-/// that of the largest chunk, at most [`MAXIMUM_RECORD`](super::MAXIMUM_RECORD).
+/// that of the largest chunk, at most [`MAXIMUM_RECORD`](super::MAXIMUM_RECORD), and where messages are read again by their
+/// places, of some more chunks.
 ///
 /// ```no_run
 /// use slate_record::bag::Reader;
