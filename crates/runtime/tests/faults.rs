@@ -68,6 +68,36 @@ impl Module for Slow {
     }
 }
 
+/// Ports of [`Sleeper`].
+#[ports]
+pub struct SleeperIo {
+    input: Input<Number>,
+    kept: Output<Pair>,
+}
+
+/// Takes 300 ms for its third tick, and shows in the next one what it read before and after that.
+pub struct Sleeper;
+
+#[module(stage = Think)]
+impl Module for Sleeper {
+    type Io = SleeperIo;
+    type Params = ();
+    type State = (u32, Pair);
+
+    fn tick((ticks, read): &mut (u32, Pair), io: &SleeperIo, _: &(), _: &Tick) -> Outcome {
+        *ticks += 1;
+        if *ticks == 3 {
+            read.first = std::hint::black_box(&io.input).value;
+            std::thread::sleep(Duration::from_millis(300));
+            read.second = std::hint::black_box(&io.input).value;
+        }
+        if *ticks > 3 {
+            io.kept.set(*read);
+        }
+        Outcome::Ok
+    }
+}
+
 /// Ports of [`Player`].
 #[ports]
 pub struct PlayerIo {
@@ -157,6 +187,7 @@ fn agent(text: &str, options: Options) -> Agent {
     let more = [
         Plugin::linked::<Watcher>(),
         Plugin::linked::<Slow>(),
+        Plugin::linked::<Sleeper>(),
         Plugin::linked::<Player>(),
         Plugin::linked::<Bomb>(),
         Plugin::linked::<Poster>(),
@@ -261,6 +292,32 @@ fn a_hanging_module_on_a_worker_holds_nobody_up() {
     for workers in [1, 2] {
         let options = Options { workers, always_help: true, ..Options::default() };
         check_hang(&samples_of_a_hang("", options), false);
+    }
+}
+
+#[test]
+fn a_late_step_keeps_its_inputs_while_their_writer_goes_on() {
+    for (workers, always_help) in [(0, false), (1, true)] {
+        let text = r#"
+loop.period = "5ms"
+loop.hang = "50ms"
+[modules.counter]
+[modules.sleeper]
+[links]
+"sleeper/input" = "counter/number"
+"#;
+        let mut agent = agent(text, Options { workers, always_help, ..Options::default() });
+        let start = Instant::now();
+        let end = agent.run(Box::new(move |cycle| {
+            let back = value(cycle, "sleeper/kept/second").is_some_and(|kept| kept > 0.0);
+            let late = start.elapsed() > Duration::from_secs(20);
+            if back || late { Control::Stop } else { Control::Continue }
+        }));
+        assert_eq!(end.unwrap(), End::Stopped);
+        let (before, after) = (number(&agent, "sleeper/kept/first"), number(&agent, "sleeper/kept/second"));
+        let written = number(&agent, "counter/number/value");
+        assert!(written > before + 20.0, "from {before} on the writer came to {written}");
+        assert_eq!(before, after, "what the late step read stayed as it was");
     }
 }
 
