@@ -82,17 +82,17 @@ pub struct Sleeper;
 impl Module for Sleeper {
     type Io = SleeperIo;
     type Params = ();
-    type State = (u32, Pair);
+    type State = (u32, f64, f64);
 
-    fn tick((ticks, read): &mut (u32, Pair), io: &SleeperIo, _: &(), _: &Tick) -> Outcome {
+    fn tick((ticks, before, after): &mut (u32, f64, f64), io: &SleeperIo, _: &(), _: &Tick) -> Outcome {
         *ticks += 1;
         if *ticks == 3 {
-            read.first = std::hint::black_box(&io.input).value;
+            *before = std::hint::black_box(&io.input).value;
             std::thread::sleep(Duration::from_millis(300));
-            read.second = std::hint::black_box(&io.input).value;
+            *after = std::hint::black_box(&io.input).value;
         }
         if *ticks > 3 {
-            io.kept.set(*read);
+            io.kept.set(Pair { first: *before, second: *after });
         }
         Outcome::Ok
     }
