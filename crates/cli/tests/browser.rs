@@ -10,7 +10,7 @@ use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use common::Running;
 use serde_json::Value;
@@ -41,6 +41,9 @@ fn run(command: &mut Command, advice: &str) -> Output {
 
 /// A folder that has the packages.
 fn packages() -> PathBuf {
+    // Made once, though tests run beside each other.
+    static MAKING: Mutex<()> = Mutex::new(());
+    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-node");
     let marker = folder.join("packages");
     let wanted = PACKAGES.join("\n");
