@@ -1,6 +1,6 @@
 //! What the agent of the tests is made of.
 
-use slate_interfaces::{Image, ImageFormat};
+use slate_interfaces::{Image, ImageFormat, Path, Point2};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 
@@ -31,6 +31,8 @@ pub struct SensorIo {
     place: Output<Place>,
     #[capacity(12288)]
     image: Output<Image>,
+    #[capacity(2)]
+    way: Output<Path>,
 }
 
 #[params]
@@ -41,7 +43,7 @@ pub struct SensorParams {
     label: Text<20>,
 }
 
-/// Counts, is somewhere, and sees a picture.
+/// Counts, is somewhere, sees a picture, and has a way to go.
 pub struct Sensor;
 
 #[module(stage = SensorAcquire)]
@@ -57,6 +59,10 @@ impl Module for Sensor {
         io.image.write(64 * 64 * 3, |image| {
             (image.width, image.height, image.step, image.format) = (64, 64, 64 * 3, ImageFormat::RGB8);
             image.data.fill(*state as u8);
+        });
+        io.way.write(2, |way| {
+            way.length = 5.0;
+            way.points.copy_from_slice(&[Point2 { x: 0.0, y: 0.0 }, Point2 { x: 3.0, y: 4.0 }]);
         });
         Outcome::Ok
     }
