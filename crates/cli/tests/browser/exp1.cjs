@@ -36,13 +36,6 @@ visit(async () => {
     return (goal.x !== 0 || goal.y !== 0) && goal;
   });
   await until("the goal is in the log", async () => (await page.innerText("[role=log]")).includes("knowledge/params"));
-  await page.waitForTimeout(2500);
-  for (const theme of ["light", "dark"]) {
-    await browser.theme(page, theme);
-    await page.waitForTimeout(150);
-    await browser.picture(page, `overview-${theme}`);
-    await browser.accessible(page, `the overview (${theme})`);
-  }
   const far = distance(await robot(), goal);
   await page.keyboard.press("Escape");
 
@@ -95,6 +88,15 @@ visit(async () => {
   }
   await until("the robot goes as before", async () => (await fast()).linear > 0.2);
 
+  // The overview in both themes, with the way so far.
+  await browser.view(page, "overview");
+  for (const theme of ["light", "dark"]) {
+    await browser.theme(page, theme);
+    await page.waitForTimeout(150);
+    await browser.picture(page, `overview-${theme}`);
+    await browser.accessible(page, `the overview (${theme})`);
+  }
+
   // Plots, timing, log.
   await browser.view(page, "plots");
   await until("numbers of the plot", async () => /rad\/s/.test(await page.locator(".series b").first().innerText()));
@@ -113,7 +115,6 @@ visit(async () => {
     return Math.abs(twice - 2 * single) < 0.1;
   });
   await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));
-  await page.waitForTimeout(2000);
   await browser.accessible(page, "the plots");
   await browser.picture(page, "plots");
   await browser.view(page, "timing");
@@ -133,7 +134,6 @@ visit(async () => {
   assert((await page.locator(".stage.analyze .block").count()) === 3, "three Analyzes");
   const wall = page.getByRole("switch", { name: "avoid_wall" });
   assert(!(await wall.isChecked()), "avoid_wall is on");
-  await page.waitForTimeout(1000);
   await browser.accessible(page, "MAPE-K");
   await browser.picture(page, "mapek");
   await wall.click();
@@ -153,6 +153,12 @@ visit(async () => {
   assert(await page.locator(".relink button.primary").isDisabled(), "what does not fit can be linked");
   await browser.accessible(page, "the graph");
   await browser.picture(page, "graph");
+  // What goes over a link.
+  const line = page.locator(".edge[data-edge='simulator r2/range_monitor']");
+  await line.locator(".near").dispatchEvent("click");
+  await until("how often and how old", async () => /Rate\s+\d+ Hz\s+Age\s+\d+ ms/.test(await page.innerText(".links")));
+  assert((await line.getAttribute("data-state")) === "chosen", "the line that was chosen does not stand out");
+  await browser.accessible(page, "a link of the graph");
 
   // The stop is one press; what ends it takes two steps, of which one is held.
   await page.click("#stop");
