@@ -50,6 +50,23 @@ visit(async () => {
   assert((await page.locator(".inspector tbody th").allInnerTexts()).join(" ") === "x y theta", "fields are not as their interface has them");
   await page.click("button[aria-label='Plot theta']");
   await until("it is plotted", async () => /rad$/.test(await page.innerText(".tile[data-panel=plot] .series b")));
+  // A part of one, by JSONPath and by JSON Pointer.
+  await page.fill("input[aria-label='Search for properties']", "sonar");
+  await page.click("[data-path='simulator/r2/sonar']");
+  const wanted = page.locator(".part input");
+  const part = async (text) => {
+    await wanted.fill(text);
+    await wanted.press("Enter");
+  };
+  await part("$.echoes[*].range");
+  await until("all that the path leads to", async () => (await page.locator(".part code").count()) === 16);
+  await part("$.echoes[");
+  await until("it is said what is wrong with it", async () => (await page.innerText(".part")).includes("is no JSONPath"));
+  await part("/echoes/3/range");
+  await until("the one with its unit", async () => /^\d\.\d+ m$/.test(await page.innerText(".part output")));
+  await browser.accessible(page, "a part of a property");
+  await page.click("button:has-text('Plot the part')");
+  await until("the part is plotted", async () => /sonar\/echoes\/3\/range\s+\d\.\d+ m/.test(await page.innerText(".tile[data-panel=plot] .series")));
   await page.fill("input[aria-label='Search for properties']", "r2");
   await page.focus("[role=row][tabindex='0']");
   await page.keyboard.press("ArrowDown");
@@ -114,6 +131,13 @@ visit(async () => {
     const [single, twice] = (await page.locator(".tile").nth(1).locator(".series b").allInnerTexts()).map((text) => Number.parseFloat(text));
     return Math.abs(twice - 2 * single) < 0.1;
   });
+  await add.fill("simulator/r2/sonar$.echoes[3].range");
+  await add.press("Enter");
+  await until("a part by JSONPath is a line, too", async () => (await page.locator(".tile").nth(1).locator(".series li").count()) === 3);
+  await add.fill("simulator/r2/sonar$.echoes");
+  await add.press("Enter");
+  await until("what is no number is said to be none", async () => (await page.innerText(".tile .trouble")).includes("There is no number at $.echoes"));
+  await add.fill("");
   await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));
   await browser.accessible(page, "the plots");
   await browser.picture(page, "plots");

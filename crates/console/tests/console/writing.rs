@@ -130,6 +130,21 @@ fn a_message_is_sent_and_answered() {
 }
 
 #[test]
+fn a_message_that_is_refused_is_so_in_the_words_of_the_module() {
+    let run = Running::start("refusal");
+    let operator = run.client("operator");
+    let send = |value: f64| operator.send("POST", &run.at("driver/notes"), Some(&json!({ "value": value })));
+    // One that it refuses without a word between those of which it says why.
+    for _ in 0..2 {
+        let said = send(-3.0).problem(409);
+        assert!(said.contains("/driver/notes refuses the message: -3 is less than nothing; send 0 or more"), "{said}");
+        let said = send(-300.0).problem(409);
+        assert!(said.contains("code 2") && said.contains("the interface Speed"), "{said}");
+    }
+    assert_eq!(send(4.0).json()["status"], "done");
+}
+
+#[test]
 fn anybody_stops_and_an_operator_lets_it_go_on() {
     let run = Running::start("stop");
     let (viewer, operator) = (run.client("viewer"), run.client("operator"));
