@@ -17,6 +17,7 @@ use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
 use crate::route::Ask;
+use crate::schema::complete;
 use crate::text::{quoted, toml};
 
 /// How long a message may take to be answered before its sender is told that it waits.
@@ -53,19 +54,8 @@ pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> 
             let message = format!("/{} is an object of fields", target.property.path());
             Problem::unfit(message, "GET /api/v1/interfaces/NAME tells what values are made of")
         })?;
-        let named = |name: &str| entries.contains_key(name);
-        let missing: Vec<_> = target
-            .property
-            .descriptor()
-            .fields
-            .iter()
-            .map(|field| field.name)
-            .filter(|name| !named(name))
-            .collect();
-        if !missing.is_empty() {
-            let message = format!("it lacks {}", missing.join(", "));
-            return Err(Problem::unfit(message, "PATCH leaves what is not named as it is"));
-        }
+        let help = "PATCH leaves what is not named as it is";
+        complete(target.property.descriptor(), |name| entries.contains_key(name), help)?;
     }
     set(context, ask, &target, &body)
 }
@@ -251,6 +241,7 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
     let mut bytes = vec![0; shape.bytes(shape.capacity)];
     let wrong = |error| BoardError::Access { url: format!("/{path}"), error };
     let items = edit(property.descriptor(), &mut bytes, 0, "", &value(&body)?).map_err(wrong)?;
+    complete(property.descriptor(), |name| body.get(name).is_some(), "name all fields of the message")?;
     if dry {
         return Ok(Answer::json(json!({ "status": "fits" })));
     }

@@ -126,6 +126,7 @@ fn a_message_is_sent_and_answered() {
     assert_eq!(sent["status"], "done");
     run.wait_for("the message", || run.number("driver/heard/value") == 4.0);
     assert!(operator.send("POST", &at, Some(&json!({ "speed": 4.0 }))).problem(422).contains("value"));
+    assert!(operator.send("POST", &at, Some(&json!({}))).problem(422).contains("it lacks value"));
     operator.send("POST", &run.at("sensor/count"), Some(&json!({ "value": 4.0 }))).problem(405);
 }
 
