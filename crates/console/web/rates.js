@@ -1,17 +1,24 @@
 // How often properties are written.
 import { useMemo, useRef } from "/lib/preact.js";
 
-/** The rates of properties by their paths, Hz, after two looks. */
+// After so long without news it is none, ms.
+const SILENCE = 2500;
+
+/** The rates of properties with their values, by their paths: Hz of the agent's time, after two looks. */
 export function useRates(properties) {
   const before = useRef(new Map());
   return useMemo(() => {
     const now = performance.now();
     const rates = new Map();
-    for (const { path, sequence } of properties) {
+    for (const { path, sequence, time } of properties) {
       const last = before.current.get(path);
-      const seconds = last ? (now - last.when) / 1000 : 0;
-      if (last && seconds > 0.2) rates.set(path, Math.max(0, sequence - last.sequence) / seconds);
-      before.current.set(path, { when: now, sequence });
+      const isNews = sequence !== last?.sequence;
+      // Another run counts from the beginning.
+      const rate = !last || sequence < last.sequence ? undefined
+        : isNews ? (time > last.time ? ((sequence - last.sequence) * 1e9) / (time - last.time) : undefined)
+        : now - last.when > SILENCE ? 0 : last.rate;
+      before.current.set(path, { sequence, time, rate, when: isNews ? now : last.when });
+      if (rate !== undefined) rates.set(path, rate);
     }
     return rates;
   }, [properties]);

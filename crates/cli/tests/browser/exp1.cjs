@@ -82,12 +82,24 @@ visit(async () => {
   const old = await value(parameters);
   for (const name of ["careful_speed", "speed"]) {
     const parameter = page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`);
-    await parameter.locator("input[type=range]").evaluate((element) => {
-      element.value = 0.1;
-      element.dispatchEvent(new Event("input", { bubbles: true }));
-      element.dispatchEvent(new Event("change", { bubbles: true }));
-    });
-    await until(`the slider sets ${name}`, async () => (await value(parameters))[name] === 0.1);
+    // By a hand on the slider: down on what it is, and on to where a twentieth of its range is left.
+    const slider = await parameter.locator("input[type=range]").boundingBox();
+    const most = Number(await parameter.locator("input[type=range]").getAttribute("max"));
+    const x = (speed) => slider.x + 8 + (slider.width - 16) * (speed / most);
+    await page.mouse.move(x(old[name]), slider.y + slider.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x(0.3), slider.y + slider.height / 2);
+    await page.waitForTimeout(100);
+    await page.mouse.move(x(0.1), slider.y + slider.height / 2);
+    await page.waitForTimeout(100);
+    await page.mouse.up();
+    await until(`the slider sets ${name}`, async () => Math.abs((await value(parameters))[name] - 0.1) < 0.04);
+    const set = (await value(parameters))[name];
+    await parameter.locator("input[type=range]").press("ArrowRight");
+    await until(`a key on the slider sets ${name}`, async () => (await value(parameters))[name] > set);
+    await parameter.locator("form input").fill("0.1");
+    await parameter.locator("form input").press("Enter");
+    await until(`${name} is entered`, async () => (await value(parameters))[name] === 0.1);
     await until("what is not as in the file is marked", async () => (await parameter.getAttribute("data-differs")) === "true");
   }
   const away = async (x, y) => api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { goal_x: x, goal_y: y });
@@ -100,8 +112,10 @@ visit(async () => {
   await browser.accessible(page, "the parameters");
   await browser.picture(page, "parameters");
   for (const name of ["speed", "careful_speed"]) {
-    await page.click("button:has-text('Undo')");
+    // What was entered, the key, and the slider.
+    for (let change = 0; change < 3; change += 1) await page.click("button:has-text('Undo')");
     await until(`${name} is taken back`, async () => (await value(parameters))[name] === old[name]);
+    await until(`${name} is as in the file`, async () => (await page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`).getAttribute("data-differs")) !== "true");
   }
   await until("the robot goes as before", async () => (await fast()).linear > 0.2);
 
@@ -279,8 +293,15 @@ visit(async () => {
   await page.selectOption(".tile:nth-of-type(1) >> nth=1 >> select[aria-label=Panel]", "clearance");
   await until("the project's panel shows a value", async () => /^\d\.\d+ m$/.test(await page.innerText(".own-clearance")));
   const shared = page.url();
-  page.once("dialog", (dialog) => dialog.accept("Times and clearance"));
-  await page.click("button:has-text('Save')");
+  await page.click(".layouts button:has-text('Save')");
+  await page.fill("[role=dialog] input", "Times and clearance");
+  await browser.accessible(page, "the question for a name");
+  // The page goes on meanwhile, with the stop.
+  await page.keyboard.press("Control+.");
+  await until("a question is not in the way of the stop", async () => (await api("GET", "/agent")).stopped !== null);
+  await api("POST", "/reset");
+  await api("POST", "/arm", {});
+  await page.click("[role=dialog] button.primary");
   await page.waitForSelector("nav a:has-text('Times and clearance')");
   await until("the layout is in the project", async () => (await api("GET", "/layouts"))["times-and-clearance"].columns.length === 2);
 

@@ -95,7 +95,7 @@ function Edge({ edge, rates, change, close }) {
 function Panel({ options, setOptions }) {
   const agent = useAgent();
   const modules = useResource("/modules", 2);
-  const properties = useResource("/properties", 2) ?? [];
+  const properties = useResource("/properties?values", 1) ?? [];
   const links = useResource("/links", 3) ?? [];
   const actuators = useResource("/actuators", 5) ?? [];
   const [chosen, setChosen] = useState("");

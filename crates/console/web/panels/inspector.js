@@ -21,6 +21,8 @@ function Editor({ property, value }) {
     setProblem(null);
     setSaid("");
   }, [property.path]);
+  // What was there comes a moment later.
+  useEffect(() => setText((text) => text || (value === undefined ? "" : JSON.stringify(value, null, 1))), [value === undefined]);
   const apply = async (event) => {
     event.preventDefault();
     setProblem(null);
