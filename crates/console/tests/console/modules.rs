@@ -77,7 +77,7 @@ pub struct DriverIo {
     history: Queue<Speed>,
 }
 
-/// Commands what its goal says, and hears messages.
+/// Commands what its goal says, and hears messages that are not less than nothing.
 pub struct Driver;
 
 #[module(stage = Act)]
@@ -86,9 +86,18 @@ impl Module for Driver {
     type Params = ();
     type State = f64;
 
-    fn tick(state: &mut f64, io: &DriverIo, _: &(), _: &Tick) -> Outcome {
+    fn tick(state: &mut f64, io: &DriverIo, _: &(), now: &Tick) -> Outcome {
         io.wheel.send(Speed { value: io.goal.x }, Priority::Plan);
-        *state += io.notes.iter().map(|note| note.value).sum::<f64>();
+        for note in io.notes.iter() {
+            match note.value {
+                value if value < -100.0 => note.refuse(2),
+                value if value < 0.0 => {
+                    now.warn(format_args!("{value} is less than nothing; send 0 or more"));
+                    note.refuse(1);
+                }
+                value => *state += value,
+            }
+        }
         let _ = io.history.iter().count();
         io.heard.set(Speed { value: *state });
         Outcome::Ok
