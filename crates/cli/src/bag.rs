@@ -76,22 +76,19 @@ pub enum BagVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Writes messages as tables, a CSV file for each topic, as a log of CARMEN, or as the messages that ROS has.
+    /// Writes messages as tables, a CSV file for each topic, or as a log of CARMEN.
     Export {
         /// The file.
         file: PathBuf,
         /// Topics, or patterns such as `/r2/*`; all unless given.
         topics: Vec<String>,
         /// As tables of comma-separated values.
-        #[arg(long, required_unless_present_any = ["carmen", "ros"])]
+        #[arg(long, required_unless_present = "carmen")]
         csv: bool,
         /// As a log of CARMEN: sweeps of lasers and odometry.
         #[arg(long, conflicts_with = "csv")]
         carmen: bool,
-        /// As a recording with the message of ROS 2 for each value that it has one for, such as `sensor_msgs/msg/LaserScan`.
-        #[arg(long, conflicts_with_all = ["csv", "carmen"])]
-        ros: bool,
-        /// The log or recording, or for tables a file that ends with `.csv` for one topic, else a folder.
+        /// The log, or for tables a file that ends with `.csv` for one topic, else a folder.
         #[arg(long)]
         out: PathBuf,
         /// Replaces what is there already.
@@ -277,12 +274,6 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             let log = logs::export_carmen(file, &span.of(file, topics)?, out)?;
             show::carmen(out, &log);
             return Ok(all_read(file, &log.unread));
-        }
-        BagVerb::Export { file, topics, out, span, force, ros: true, .. } => {
-            target::free(out, &[file], *force)?;
-            let export = bag::export_ros(file, &span.of(file, topics)?, out)?;
-            show::written(out, export.messages);
-            output::columns(export.topics.into_iter().map(|(topic, kind)| [topic, kind]));
         }
         BagVerb::Export { file, topics, out, span, force, .. } => {
             target::free(out, &[file], *force)?;

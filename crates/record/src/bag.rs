@@ -4,7 +4,7 @@
 //!   of a whole file what is in it.
 //! - [`repair`] makes a whole file of what is left of one.
 //! - [`copy`] copies a [`Selection`] of a file, [`merge`] makes one of several, [`diff`] compares two, [`export_csv`] and [`plot`] show
-//!   numbers to others, [`export_ros`] makes the messages that ROS has, and a [`Decoder`] reads the values of messages.
+//!   numbers to others, and a [`Decoder`] reads the values of messages.
 //! - [`Writer`] writes a file with all checksums and indexes.
 //!
 //! Chunks are read uncompressed, with LZ4 and with Zstandard, and written uncompressed or with LZ4.
@@ -16,7 +16,6 @@ mod definitions;
 mod diff;
 mod ends;
 mod error;
-mod export_ros;
 mod info;
 mod outline;
 mod reader;
@@ -40,7 +39,6 @@ pub use copy::{copy, merge};
 pub use curves::plot;
 pub use diff::{Compared, Counts, Diff, Difference, diff, diff_of};
 pub use error::Error;
-pub use export_ros::{RosExport, export_ros};
 pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
 pub use reader::{Attachment, Message, Reader};
 pub(crate) use reader::{ChannelTopic, Spot};
