@@ -95,6 +95,7 @@ impl Desk {
             holds()?;
             if let Some(changed) = proposal.apply() {
                 self.composer.say_changes("a tool has changed", &changed);
+                self.composer.settle_changes();
                 return Ok(self.changed(changed));
             }
         }
@@ -109,6 +110,13 @@ impl Desk {
     }
 
     fn call(&self, call: Call, visit: &mut Visit) -> Done {
+        let done = self.carry_out(call, visit);
+        // A tool that is told of a change finds it in the recording, whatever becomes of this process.
+        self.composer.settle_changes();
+        done
+    }
+
+    fn carry_out(&self, call: Call, visit: &mut Visit) -> Done {
         match call {
             Call::PluginList {} => self.plugins(),
             Call::PluginLoad { name, file } => self.load(name.as_deref(), file.as_deref()),
