@@ -19,7 +19,7 @@ pub mod wake;
 
 pub use board::{
     Access, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError, Placement, Property, Setter,
-    Settings, Store, Taps, Watching, nearest_names, nearest_paths,
+    Settings, Store, Taps, Watch, Watchers, Watching, nearest_names, nearest_paths,
 };
 pub use channel::Channel;
 pub use shape::Shape;

@@ -12,7 +12,7 @@ pub use error::BoardError;
 pub use events::{Event, Observer, Settings};
 pub use nearest::{nearest_names, nearest_paths};
 pub use pattern::{Pattern, PatternError};
-pub use property::{Access, Carrier, Property, Setter, Watching};
+pub use property::{Access, Carrier, Property, Setter, Watch, Watchers, Watching};
 
 use crate::channel::{Budget, Channel, FrozenValue, Tap, ValueMemory};
 use crate::interface::{Descriptor, FieldPath, Value, View, find};

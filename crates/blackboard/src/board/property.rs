@@ -23,7 +23,7 @@ pub struct Property {
     probe: Mutex<Option<Latest>>,
     /// Fields that links fill, so that nobody sets them, each with what it is linked to.
     reserved: Mutex<Vec<(String, String)>>,
-    watchers: AtomicU32,
+    watchers: Watchers,
     listeners: Mutex<Vec<Arc<Wake>>>,
 }
 
@@ -70,7 +70,7 @@ impl Property {
             setter: Mutex::new(setter),
             probe: Mutex::new(None),
             reserved: Mutex::new(Vec::new()),
-            watchers: AtomicU32::new(0),
+            watchers: Watchers::default(),
             listeners: Mutex::new(Vec::new()),
         }
     }
@@ -118,13 +118,17 @@ impl Property {
 
     /// Whether somebody watches, so that debug outputs are worth computing.
     pub fn is_watched(&self) -> bool {
-        self.watchers.load(Ordering::Relaxed) > 0
+        self.watchers.0.load(Ordering::Relaxed) > 0
     }
 
     /// Watches until what is returned is dropped.
     pub fn watch(self: &Arc<Self>) -> Watching {
-        self.watchers.fetch_add(1, Ordering::Relaxed);
-        Watching { property: Arc::clone(self) }
+        Watching { property: Arc::clone(self), _watch: self.watchers.watch() }
+    }
+
+    /// Counts those who watch, for who is not to keep the property.
+    pub fn watchers(&self) -> Watchers {
+        self.watchers.clone()
     }
 
     /// How many readers of its values there are; tools that look at the newest one don't count.
@@ -312,6 +316,7 @@ impl Setter<'_> {
 #[derive(Debug)]
 pub struct Watching {
     property: Arc<Property>,
+    _watch: Watch,
 }
 
 impl Watching {
@@ -321,8 +326,24 @@ impl Watching {
     }
 }
 
-impl Drop for Watching {
+/// Counts those who watch a property.
+#[derive(Clone, Debug, Default)]
+pub struct Watchers(Arc<AtomicU32>);
+
+impl Watchers {
+    /// Watches until what is returned is dropped.
+    pub fn watch(&self) -> Watch {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        Watch(Arc::clone(&self.0))
+    }
+}
+
+/// Somebody watches a property as long as this is there.
+#[derive(Debug)]
+pub struct Watch(Arc<AtomicU32>);
+
+impl Drop for Watch {
     fn drop(&mut self) {
-        self.property.watchers.fetch_sub(1, Ordering::Relaxed);
+        self.0.fetch_sub(1, Ordering::Relaxed);
     }
 }

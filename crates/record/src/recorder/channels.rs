@@ -1,12 +1,12 @@
 //! The properties that are recorded.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use slate_blackboard::channel::Tap;
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Message;
-use slate_blackboard::{Access, Carrier, Property, Stamp};
+use slate_blackboard::{Access, Carrier, Property, Stamp, Watch, Watchers};
 
 use super::hub::Hub;
 use crate::ros;
@@ -24,6 +24,9 @@ pub(crate) struct Channel {
     pub dropped: Arc<AtomicU64>,
     /// Whether anybody wants values.
     pub wanted: Arc<AtomicBool>,
+    /// Whoever wants all that there can be watches: else debug outputs have no values.
+    watchers: Watchers,
+    watch: Arc<Mutex<Option<Watch>>>,
     repeats: bool,
 }
 
@@ -40,7 +43,17 @@ impl Channel {
             largest: shape.bytes(shape.capacity),
             dropped: Arc::default(),
             wanted: Arc::default(),
+            watchers: property.watchers(),
+            watch: Arc::default(),
             repeats: repeats(property.path()),
+        }
+    }
+
+    /// Watches the property, or no longer.
+    pub fn watch(&self, watches: bool) {
+        let mut watch = self.watch.lock().unwrap_or_else(PoisonError::into_inner);
+        if watches != watch.is_some() {
+            *watch = watches.then(|| self.watchers.watch());
         }
     }
 

@@ -31,7 +31,7 @@ pub(crate) struct Hub {
     pub urgent: AtomicBool,
     channels: Mutex<Vec<Channel>>,
     /// Who wants which values, by number.
-    wants: Mutex<BTreeMap<u64, Want>>,
+    wants: Mutex<BTreeMap<u64, Wanting>>,
     /// Rings that nobody takes values out of yet.
     fresh: Mutex<Vec<(ThreadId, Outlet)>>,
     /// Rings for threads that have none, so that they need not make one in the middle of a tick.
@@ -42,6 +42,12 @@ pub(crate) struct Hub {
 
 /// Whether somebody wants the values of a property.
 pub(crate) type Want = Box<dyn Fn(&Channel) -> bool + Send>;
+
+struct Wanting {
+    wants: Want,
+    /// Whether for them is computed what is written only while somebody watches.
+    watches: bool,
+}
 
 /// Where values go that come from the rings.
 pub(crate) trait Sink: Send {
@@ -80,6 +86,15 @@ static NUMBERS: AtomicU64 = AtomicU64::new(0);
 /// How many rings are kept for threads that have none: the loop's, the one of its timing, and another.
 const SPARES: usize = 3;
 
+/// Has values of a property come that somebody wants, and no others. Returns whether anybody does.
+fn ask(wants: &BTreeMap<u64, Wanting>, channel: &Channel) -> bool {
+    let mut wanting = wants.values().filter(|wanting| (wanting.wants)(channel)).peekable();
+    let is_wanted = wanting.peek().is_some();
+    channel.watch(wanting.any(|wanting| wanting.watches));
+    channel.wanted.store(is_wanted, Ordering::Relaxed);
+    is_wanted
+}
+
 impl Hub {
     /// Nobody wants anything yet; each thread that writes values may be ahead by so many bytes.
     pub fn new(buffer: u64) -> Arc<Self> {
@@ -111,9 +126,8 @@ impl Hub {
         let (dropped, wanted) = (Arc::clone(&channel.dropped), Arc::clone(&channel.wanted));
         // Held until it is among the channels, so that no want misses it.
         let wants = self.wants();
-        if wants.values().any(|wants| wants(&channel)) {
+        if ask(&wants, &channel) {
             self.largest.fetch_max(channel.largest, Ordering::Relaxed);
-            wanted.store(true, Ordering::Relaxed);
         }
         let mut channels = self.channels();
         let id = u32::try_from(channels.len()).ok().filter(|id| *id < OTHERS)?;
@@ -124,11 +138,15 @@ impl Hub {
     /// Somebody of that number wants values from now on.
     pub fn want(&self, number: u64, want: Want) {
         self.begin.store(self.buffer, Ordering::Relaxed);
-        self.want_lightly(number, want);
+        self.add(number, want, true);
     }
 
-    /// As [`want`](Hub::want), in rings that begin with less memory.
+    /// As [`want`](Hub::want), in rings that begin with less memory, and nothing is computed for it alone.
     pub fn want_lightly(&self, number: u64, want: Want) {
+        self.add(number, want, false);
+    }
+
+    fn add(&self, number: u64, want: Want, watches: bool) {
         let mut wants = self.wants();
         let channels = self.channels();
         let largest = channels.iter().filter(|channel| want(channel)).map(|channel| channel.largest).max();
@@ -138,7 +156,7 @@ impl Hub {
             // All memory that this takes is there before the first value comes.
             self.make_spares();
         }
-        wants.insert(number, want);
+        wants.insert(number, Wanting { wants: want, watches });
         self.ask(&wants);
         // Who reads what is there now, and then takes what comes, misses nothing.
         fence(Ordering::SeqCst);
@@ -151,14 +169,14 @@ impl Hub {
         self.ask(&wants);
     }
 
-    fn ask(&self, wants: &BTreeMap<u64, Want>) {
+    fn ask(&self, wants: &BTreeMap<u64, Wanting>) {
         for channel in &*self.channels() {
-            channel.wanted.store(wants.values().any(|wants| wants(channel)), Ordering::Relaxed);
+            ask(wants, channel);
         }
         self.listens.store(!wants.is_empty(), Ordering::Relaxed);
     }
 
-    fn wants(&self) -> MutexGuard<'_, BTreeMap<u64, Want>> {
+    fn wants(&self) -> MutexGuard<'_, BTreeMap<u64, Wanting>> {
         self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

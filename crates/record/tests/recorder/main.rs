@@ -29,6 +29,24 @@ fn every_write_is_recorded_also_several_in_one_cycle_and_those_before_the_file_i
     assert_eq!(numbers(&file, "/counter/number"), [1, 2]);
 }
 
+#[test]
+fn who_records_what_is_written_only_for_those_who_watch_has_all_of_it() {
+    for (extra, is_watched) in
+        [("", true), ("select = \"/counter/number\"", false), ("exclude = \"/**/half\"", false)]
+    {
+        let (mut agent, recorder, _) = agent(LOCKSTEP, extra);
+        let bytes = Bytes::default();
+        recorder.begin_with(&agent, Path::new("here"), Box::new(bytes.clone()));
+        agent.step();
+        // The last seconds are kept all the time, and nothing is computed for them.
+        assert_eq!(agent.board().find("counter/half").unwrap().0.is_watched(), is_watched, "{extra}");
+        agent.step();
+        recorder.end(&mut agent).unwrap();
+        let file = bytes.0.lock().unwrap().clone();
+        assert_eq!(numbers(&file, "/counter/half"), if is_watched { vec![1, 2] } else { vec![] }, "{extra}");
+    }
+}
+
 /// A recording of a run, as it is on the disk.
 fn reference() -> Vec<u8> {
     let (mut agent, recorder, _) = agent(LOCKSTEP, "chunk = \"2KiB\"");

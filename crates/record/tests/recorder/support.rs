@@ -25,6 +25,8 @@ pub struct Number {
 #[ports]
 pub struct CounterIo {
     number: Output<Number>,
+    /// Made only for who looks.
+    half: Debug<Number>,
 }
 
 /// How it counts.
@@ -49,6 +51,7 @@ impl Module for Counter {
         *state += params.step;
         assert!(*state < params.limit, "it can't count that far");
         io.number.set(Number { value: *state, others: [0.0; 16] });
+        io.half.set(|| Number { value: *state / 2.0, others: [0.0; 16] });
         Outcome::Ok
     }
 }
