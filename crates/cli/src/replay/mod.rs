@@ -28,7 +28,7 @@ pub struct ReplayOptions {
     file: Option<PathBuf>,
 
     /// Makes a run in lockstep again and compares every value that it writes with the recorded one.
-    #[arg(long, conflicts_with_all = ["rate", "start", "end", "repeat", "pause", "select", "exclude", "map", "recompute", "partial", "set"])]
+    #[arg(long, conflicts_with_all = ["rate", "start", "end", "repeat", "pause", "stay", "select", "exclude", "map", "recompute", "partial", "set"])]
     verify: bool,
 
     /// How fast: `realtime`, a factor, or `max`.
@@ -50,6 +50,10 @@ pub struct ReplayOptions {
     /// Stands still at the beginning, until `slate replay resume` or `step`.
     #[arg(long)]
     pause: bool,
+
+    /// Stands still at the end, so that tools can look at the last values, until Ctrl-C.
+    #[arg(long, conflicts_with = "repeat")]
+    stay: bool,
 
     /// Topics that are played, or patterns such as `/r2/*`; all unless given.
     #[arg(long, num_args = 1.., value_name = "TOPIC")]
@@ -120,6 +124,7 @@ pub fn replay(options: &ReplayOptions) -> Result<u8, Failure> {
         end: options.end,
         repeats: options.repeat,
         is_paused: options.pause,
+        stays: options.stay,
         rate: options.rate.0,
         modules: options
             .recompute

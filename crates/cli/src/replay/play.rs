@@ -20,7 +20,8 @@ use crate::output::{self, counted};
 pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     let plugins = examples::plugins();
     // What goes as fast as it can is over before anybody looks.
-    let is_watched = plan.rate.is_some() || plan.is_paused;
+    let is_paused = plan.is_paused;
+    let is_watched = plan.rate.is_some() || is_paused || plan.stays;
     let mut player = Player::open(file, &plugins, plan)?;
     tell(&player);
     let database = player.configuration()?;
@@ -66,6 +67,9 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
             let (properties, time) = player.extent();
             let seconds = time as f64 * 1e-9;
             eprintln!("agent {} plays {properties} properties, {seconds:.3} s", server.name());
+            if is_paused {
+                eprintln!("it stands still until `slate replay resume` or `slate replay step`");
+            }
         }
         // It is played all the same.
         Err(error) => eprintln!("{error}"),

@@ -14,10 +14,18 @@ use crate::logs::open;
 /// a whole run, and what the run says of its values is counted anew. Returns how many messages there are.
 ///
 /// # Errors
-/// When the file is damaged or can't be read, `out` can't be written, or a topic is not there.
+/// When the file is damaged or can't be read, `out` can't be written, a topic is not there, or nothing is in the time that is asked
+/// for.
 pub fn copy(path: &Path, out: &Path, selection: &Selection) -> Result<u64, Error> {
     let input = Input::new(open(path)?, "");
-    whole::write(out, |file| join(vec![input], file, out, selection, None))
+    whole::write(out, |file| match join(vec![input], file, out, selection, None)? {
+        0 if selection.is_span() => {
+            let what =
+                "it has no such message in the time that is asked for; `slate bag info` says how long it is";
+            Err(Error::Unfit { path: path.into(), what: what.into() })
+        }
+        messages => Ok(messages),
+    })
 }
 
 /// Makes one file of several, in the order of the log times. Channels of the same topic, type and encoding are one. What several

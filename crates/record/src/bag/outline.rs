@@ -7,6 +7,7 @@ use super::record::{
     AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, Header, MAGIC, MessageIndex,
     MessageRecord, Metadata, MetadataIndex, Record, Schema, attachment_crc,
 };
+use super::repeated::{self, REPEATED};
 use super::source::{Frame, Source};
 use super::summary::Summary;
 use super::tail::{is_cut_behind_data, next_or_cut};
@@ -140,7 +141,12 @@ impl Outline {
                         ))),
                     };
                 }
-                private if private >= 0x80 => self.private += 1,
+                private if private >= 0x80 => {
+                    self.private += 1;
+                    if private == REPEATED {
+                        repeated::sound(body).transpose().map_err(damaged)?;
+                    }
+                }
                 other => {
                     return Err(damaged(format!("a record of opcode {other:#04x} can't stand here")));
                 }

@@ -12,6 +12,7 @@ use super::record::{
     MessageRecord, Metadata, MetadataIndex, Record, Records, Schema, Statistics, SummaryOffset,
     attachment_crc,
 };
+use super::repeated::{self, REPEATED};
 use super::resume::{is_chain, is_plausible, next_record};
 use super::source::{Frame, Source};
 use super::{Error, MAXIMUM_RECORD, Writer, whole};
@@ -164,6 +165,12 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     }
 
     fn lose(&mut self, offset: u64, end: u64, what: String) {
+        if let Some(last) = self.repaired.lost.last_mut()
+            && (last.offset + last.bytes, &last.what) == (offset, &what)
+        {
+            last.bytes = end - last.offset;
+            return;
+        }
         self.repaired.lost.push(Lost { offset, bytes: end - offset, what });
     }
 
@@ -275,6 +282,12 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
             Statistics::OPCODE => Statistics::parse(body).map(drop),
             SummaryOffset::OPCODE => SummaryOffset::parse(body).map(drop),
             Footer::OPCODE => Footer::parse(body).map(drop),
+            // For messages of chunks that come, where that is lost which has defined their channels.
+            REPEATED if repeated::sound(body).is_some() => {
+                let mut known = self.known.clone();
+                let sound = repeated::sound(body).unwrap_or(Ok(&[]));
+                sound.and_then(|records| repeated::take(records, &mut known)).map(|()| self.known = known)
+            }
             other => Err(format!("a record of opcode {other:#04x} is none that is known")),
         };
         Ok(checked.map(|()| Step::On(frame.end())))

@@ -6,6 +6,7 @@ use super::definitions::chunk_head;
 use super::record::{
     AttachmentRecord, Channel, Chunk, DataEnd, FRAME, MessageIndex, MessageRecord, Metadata, Record, Schema,
 };
+use super::repeated::{self, REPEATED};
 use super::source::Source;
 use super::{Error, MAXIMUM_RECORD};
 
@@ -41,7 +42,8 @@ fn could_be(bytes: &[u8], left: u64) -> bool {
         return false;
     };
     let length = u64::from_le_bytes(*length);
-    let is_known = (Schema::OPCODE..=Metadata::OPCODE).contains(opcode) || *opcode == DataEnd::OPCODE;
+    let is_known =
+        (Schema::OPCODE..=Metadata::OPCODE).contains(opcode) || [DataEnd::OPCODE, REPEATED].contains(opcode);
     is_known && length <= left && length <= MAXIMUM_RECORD
 }
 
@@ -92,6 +94,7 @@ pub(super) fn is_chain<R: Read + Seek>(source: &mut Source<R>, offset: u64) -> R
                     MessageIndex::OPCODE => MessageIndex::parse(&body).is_ok(),
                     AttachmentRecord::OPCODE => AttachmentRecord::parse(&body).is_ok(),
                     Metadata::OPCODE => Metadata::parse(&body).is_ok(),
+                    REPEATED => repeated::sound(&body).is_some_and(|sound| sound.is_ok()),
                     DataEnd::OPCODE => return Ok(DataEnd::parse(&body).is_ok()),
                     _ => false,
                 }

@@ -4,6 +4,7 @@ use std::io::{Read, Seek};
 
 use super::definitions::chunk_head;
 use super::record::{Chunk, DataEnd, FRAME, Footer, Header, MAGIC, MessageIndex, Record};
+use super::repeated::REPEATED;
 use super::resume::next_record;
 use super::source::{Frame, Source};
 use super::{Error, MAXIMUM_RECORD};
@@ -60,7 +61,7 @@ fn is_cut<R: Read + Seek>(source: &mut Source<R>, offset: u64) -> Result<bool, E
     source.seek(offset)?;
     source.part(FRAME + HEAD, &mut bytes)?;
     let Some((opcode, rest)) = bytes.split_first() else { return Ok(!has_end) };
-    let is_known = (Header::OPCODE..=DataEnd::OPCODE).contains(opcode);
+    let is_known = (Header::OPCODE..=DataEnd::OPCODE).contains(opcode) || *opcode == REPEATED;
     if has_end || !is_known {
         return Ok(false);
     }

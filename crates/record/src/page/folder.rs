@@ -107,7 +107,7 @@ fn pictures(path: &Path) -> Result<Section, Error> {
     ];
     for (name, caption) in pictures {
         if let Some(svg) = text(&path.join(name))? {
-            section.parts.push(Part::Found(caption.into(), svg.into_bytes()));
+            section.parts.push(Part::Found(name, caption.into(), svg.into_bytes()));
         }
     }
     if section.parts.is_empty() {

@@ -65,8 +65,8 @@ enum Part {
     Table(Table),
     /// A picture that was drawn now: the name of its file, what it shows, and its text.
     Drawn(&'static str, String, String),
-    /// A picture that is in a file already.
-    Found(String, Vec<u8>),
+    /// A picture that is in a file of that name already: what it shows, and what is in it.
+    Found(&'static str, String, Vec<u8>),
 }
 
 impl Section {
@@ -165,7 +165,7 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
     };
     let is_new = !out.exists();
     std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
-    let files = put_all(&story, out).inspect_err(|_| {
+    let files = put_all(&story, path, out).inspect_err(|_| {
         if is_new {
             // A folder with files in it stays.
             let _ = std::fs::remove_dir(out);
@@ -174,20 +174,24 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
     Ok(Page { files, unread: story.unread })
 }
 
-fn put_all(story: &Story, out: &Path) -> Result<Vec<PathBuf>, Error> {
-    let put = |name: String, text: &str| {
+fn put_all(story: &Story, path: &Path, out: &Path) -> Result<Vec<PathBuf>, Error> {
+    let put = |name: String, text: &[u8]| {
         let path = out.join(name);
         whole::write(&path, |file| {
-            std::io::Write::write_all(file, text.as_bytes())
+            std::io::Write::write_all(file, text)
                 .map_err(|source| Error::Write { path: path.clone(), source })
         })?;
         Ok::<_, Error>(path)
     };
-    let mut files = vec![put("report.html".into(), &page(story))?];
+    let mut files = vec![put("report.html".into(), page(story).as_bytes())?];
     for part in story.sections.iter().flat_map(|section| &section.parts) {
         match part {
-            Part::Drawn(name, _, svg) => files.push(put(format!("{name}.svg"), svg)?),
-            Part::Table(table) => files.push(put(format!("{}.csv", table.name), &table.csv())?),
+            Part::Drawn(name, _, svg) => files.push(put(format!("{name}.svg"), svg.as_bytes())?),
+            Part::Table(table) => files.push(put(format!("{}.csv", table.name), table.csv().as_bytes())?),
+            // Those of the folder are where they were.
+            Part::Found(name, _, picture) if path != out => {
+                files.push(put((*name).into(), picture)?);
+            }
             Part::Text(_) | Part::Found(..) => {}
         }
     }
@@ -205,7 +209,7 @@ fn page(story: &Story) -> String {
                 Part::Text(text) => html.paragraph(text, false),
                 Part::Table(table) => html.table(table, ROWS),
                 Part::Drawn(_, caption, svg) => html.drawn(svg, caption),
-                Part::Found(caption, svg) => html.found(svg, caption),
+                Part::Found(_, caption, svg) => html.found(svg, caption),
             }
         }
     }

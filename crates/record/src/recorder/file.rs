@@ -10,11 +10,11 @@ use super::disk::{Disk, DiskQueue};
 use super::hub::{OTHERS, Sink};
 use super::messages::{self, TOPICS, Topic};
 use super::run::Preface;
+use crate::bag::{self, REPEATED, Repeated};
 use crate::ros;
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Attachment, WriteOptions};
-use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, Stamp};
 
 /// How much there is of a file before its disk has it, bytes.
@@ -39,6 +39,8 @@ pub(super) struct File {
     /// Those of mailboxes, by number and sender.
     mailboxes: BTreeMap<(u32, u32), u16>,
     others: BTreeMap<u32, u16>,
+    /// What the present piece has defined.
+    repeated: Repeated,
     /// What is added to the agent's time for the file's.
     epoch: u64,
     limits: Limits,
@@ -72,6 +74,7 @@ impl File {
             channels: Vec::new(),
             mailboxes: BTreeMap::new(),
             others: BTreeMap::new(),
+            repeated: Repeated::default(),
             epoch: preface.epoch,
             limits,
             open: 0,
@@ -109,7 +112,6 @@ impl File {
     }
 
     fn add(&mut self, channel: &Channel, sender: Option<u32>) -> Result<u16, String> {
-        let schema = self.schema(channel.descriptor)?;
         let access = match channel.access {
             Access::Output => "output",
             Access::Setting => "setting",
@@ -123,23 +125,35 @@ impl File {
         ]);
         metadata.extend(sender.map(|sender| ("sender".to_owned(), sender.to_string())));
         let topic = format!("/{}", channel.path);
-        self.writer()?.add_channel(schema, &topic, "cdr", &metadata).map_err(text)
+        let ros::Definition { name, text } = ros::definition(channel.descriptor);
+        self.define(&name, &text, &topic, metadata)
     }
 
-    fn schema(&mut self, descriptor: &'static Descriptor) -> Result<u16, String> {
-        let definition = ros::definition(descriptor);
-        let text_of = definition.text.as_bytes();
-        self.writer()?.add_schema(&definition.name, "ros2msg", text_of).map_err(text)
+    /// Adds a channel with its schema, which will stand in the file once more behind the present piece.
+    fn define(
+        &mut self,
+        schema: &str,
+        definition: &str,
+        topic: &str,
+        metadata: BTreeMap<String, String>,
+    ) -> Result<u16, String> {
+        let writer = self.writer()?;
+        let encoding = "ros2msg";
+        let schema_id = writer.add_schema(schema, encoding, definition.as_bytes()).map_err(text)?;
+        let id = writer.add_channel(schema_id, topic, "cdr", &metadata).map_err(text)?;
+        let (name, encoding, data) = (schema.into(), encoding.into(), definition.into());
+        let schema = bag::Schema { id: schema_id, name, encoding, data };
+        let (topic, message_encoding) = (topic.into(), "cdr".into());
+        self.repeated.add(&schema, &bag::Channel { id, schema_id, topic, message_encoding, metadata });
+        Ok(id)
     }
 
     fn other(&mut self, topic: &Topic) -> Result<u16, String> {
         if let Some(id) = self.others.get(&topic.id) {
             return Ok(*id);
         }
-        let writer = self.writer()?;
-        let schema = writer.add_schema(topic.schema, "ros2msg", topic.definition.as_bytes()).map_err(text)?;
         let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), String::new())]);
-        let id = writer.add_channel(schema, topic.name, "cdr", &metadata).map_err(text)?;
+        let id = self.define(topic.schema, topic.definition, topic.name, metadata)?;
         self.others.insert(topic.id, id);
         Ok(id)
     }
@@ -217,7 +231,11 @@ impl File {
     /// Closes the present piece: what is in it is in the hands of the system then.
     pub fn close_piece(&mut self) -> Result<(), String> {
         (self.open, self.urgent) = (0, false);
-        self.writer()?.flush().map_err(text)
+        self.writer()?.flush().map_err(text)?;
+        let Some(repeated) = self.repeated.take() else { return Ok(()) };
+        let writer = self.writer()?;
+        writer.write_private_record(REPEATED, &repeated, Default::default()).map_err(text)?;
+        writer.flush().map_err(text)
     }
 
     /// Whether there is something in the present piece, and whether that must not wait.
@@ -298,6 +316,7 @@ impl File {
 
     /// Writes what is known at the end, under that name, and the index, and waits for the disk.
     pub fn end(&mut self, name: &str, end: BTreeMap<String, String>) -> Result<(), String> {
+        self.close_piece()?;
         let drops = self.told.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
         self.metadata("dropped", drops)?;
         self.metadata(name, end)?;

@@ -86,6 +86,8 @@ pub(super) struct Target {
     before: Vec<u64>,
     missed: BTreeMap<u32, u64>,
     within: Duration,
+    /// Whether it goes into a file, which somebody could remove.
+    is_file: bool,
     /// Whether nothing may be missing, as the run waits for the disk.
     waits: bool,
     /// Whether it was told that the disk stands still.
@@ -115,6 +117,7 @@ impl Target {
             before: Vec::new(),
             missed: BTreeMap::new(),
             within: Duration::from_nanos(within),
+            is_file: progress.path.is_file(),
             waits,
             is_stuck: false,
             wanted: 0,
@@ -277,6 +280,9 @@ impl Target {
         let end = all.into_iter().chain(end).map(|(key, value)| (key.to_owned(), value)).collect();
         self.file.tell_unwritten(unwritten(board))?;
         self.file.end("end", end)?;
+        if self.is_file && !self.progress.path.is_file() {
+            return Err("its file is not there any more: somebody has removed or moved it".into());
+        }
         self.show(&[], time);
         self.progress.dropped.store(entry.dropped, Ordering::Relaxed);
         Ok(self.progress.recorded())

@@ -21,6 +21,8 @@ pub struct Plan {
     pub repeats: bool,
     /// Whether it stands still until somebody lets it go on.
     pub is_paused: bool,
+    /// Whether it stands still at its end, until it is stopped.
+    pub stays: bool,
     /// How many times as fast as it was recorded; nothing for as fast as it can.
     pub rate: Option<f64>,
     /// The modules that run on what is played; what is recorded of them is not.

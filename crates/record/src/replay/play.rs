@@ -80,6 +80,11 @@ impl Player {
             if self.is_over(&turn) {
                 let Some(section) = turn.section else {
                     turn.is_whole = true;
+                    if self.plan.stays {
+                        turn.is_paused = true;
+                        agent.publish_timing();
+                        continue;
+                    }
                     break;
                 };
                 self.jump(section.from, agent, &mut turn)?;

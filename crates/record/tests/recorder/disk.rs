@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use mcap::MessageStream;
 use slate_blackboard::interface::Value;
-use slate_record::bag::Reader;
+use slate_record::bag::{Reader, repair_into};
 use slate_runtime::Control;
 use slate_runtime::recording::RecordingControl;
 use slate_runtime::remote::{Call, Desk};
@@ -250,4 +250,49 @@ fn in_lockstep_the_last_seconds_are_there_while_the_loop_waits_for_a_disk() {
     assert_eq!(recorder.end(&mut agent).unwrap().dropped, 0);
     let file = bytes.0.lock().unwrap().clone();
     assert_eq!(numbers(&file, "/counter/number"), (1..=1000).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_recording_whose_file_somebody_has_removed_is_none() {
+    let (mut agent, recorder, _) = agent(LOCKSTEP, "");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("removed.mcap");
+    recorder.begin(&agent, &path);
+    assert!(agent.step());
+    std::fs::remove_file(&path).unwrap();
+    let error = recorder.end(&mut agent).unwrap_err().to_string();
+    assert!(error.contains("removed.mcap") && error.contains("somebody has removed or moved it"), "{error}");
+}
+
+#[test]
+fn a_damaged_piece_takes_no_others_with_it_that_have_values_of_what_it_defines() {
+    let (mut agent, recorder, _) = agent(LOCKSTEP, "chunk = \"4KiB\"");
+    let bytes = Bytes::default();
+    recorder.begin_with(&agent, Path::new("here"), Box::new(bytes.clone()));
+    (0..300).for_each(|_| assert!(agent.step()));
+    recorder.end(&mut agent).unwrap();
+    let whole = bytes.0.lock().unwrap().clone();
+    let all = read(&whole).unwrap().len();
+    let first = whole.windows(14).position(|part| part == b"/counter/state").unwrap();
+    // A kill, so that there is no summary, and one wrong bit in the piece that defines what there is.
+    let mut cut = whole[..whole.len() * 3 / 4].to_vec();
+    let kept = |file: &[u8]| {
+        let mut out = Vec::new();
+        let repaired = repair_into(Cursor::new(file), &mut out).unwrap();
+        (read(&out).unwrap(), repaired)
+    };
+    let (sound, _) = kept(&cut);
+    assert!(sound.len() > all / 2, "{} of {all}", sound.len());
+    cut[first] ^= 1;
+    let (left, repaired) = kept(&cut);
+    assert_eq!(repaired.lost.len(), 2, "the piece and the end: {:?}", repaired.lost);
+    assert!(left.len() > sound.len() - 40 && sound.ends_with(&left), "{} of {}", left.len(), sound.len());
+    // What is repeated is checked, too.
+    let again = whole.windows(17).position(|part| part == b"slate definitions").unwrap();
+    for place in [again + 20, again + 40] {
+        let mut other = whole[..whole.len() * 3 / 4].to_vec();
+        other[place] ^= 1;
+        let error = Reader::unfinished(Cursor::new(&other), "here").map(drop).unwrap_err().to_string();
+        assert!(error.contains("repeated definitions"), "{error}");
+        assert_eq!(kept(&other).0, sound);
+    }
 }

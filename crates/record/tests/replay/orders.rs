@@ -91,6 +91,28 @@ fn to_modules_time_never_goes_back() {
     assert!(!agent.jump(0));
 }
 
+#[test]
+fn a_playback_stays_at_its_end_where_that_is_wanted() {
+    let path = recorded("stays.mcap");
+    let plan = Plan { stays: true, ..Plan::default() };
+    let mut player = Player::open(&path, &plugins(), plan).unwrap();
+    let (mut agent, control, stop) = (load(&player, None), player.control(), AtomicBool::new(false));
+    let board = std::sync::Arc::clone(agent.board());
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let _end = End(&stop);
+            while !control.order(Order::Status).unwrap().is_paused {
+                std::thread::yield_now();
+            }
+            let number = || board.read("source/number/value").unwrap().unwrap().0.as_f64();
+            assert_eq!((control.order(Order::Status).unwrap().time, number()), (290 * MS, Some(30.0)));
+            control.order(Order::Seek(100 * MS)).unwrap();
+            assert_eq!(number(), Some(11.0));
+        });
+        assert!(player.run(&mut agent, &stop).unwrap().is_whole);
+    });
+}
+
 /// Texts of which each fills a page of the disk and more, as CDR has them.
 fn pages() -> Foreign<'static> {
     let text = |letter: u8| [&20_001_u32.to_le_bytes()[..], &[letter; 20_000], &[0]].concat();

@@ -1,0 +1,55 @@
+//! Definitions that stand in a file once more, outside of its chunks: so a damaged chunk takes no others with it, which have messages
+//! of what it defines.
+
+use std::collections::BTreeSet;
+
+use super::definitions::Definitions;
+use super::record::{Channel, Malformed, Record, Records, Schema};
+
+/// The opcode of such a record. Readers pass over those that they do not know from 0x80 on.
+pub(crate) const REPEATED: u8 = 0x80;
+
+/// What it begins with, as others may use that opcode; then there is the checksum of all that follows.
+const MARK: &[u8] = b"slate definitions\0";
+
+/// Definitions that are to be repeated.
+#[derive(Debug, Default)]
+pub(crate) struct Repeated {
+    records: Vec<u8>,
+    schemas: BTreeSet<u16>,
+}
+
+impl Repeated {
+    /// Repeats a channel, with its schema.
+    pub fn add(&mut self, schema: &Schema, channel: &Channel) {
+        if self.schemas.insert(schema.id) {
+            schema.append(&mut self.records);
+        }
+        channel.append(&mut self.records);
+    }
+
+    /// What the next record of them says; nothing when nothing was added since the last one.
+    pub fn take(&mut self) -> Option<Vec<u8>> {
+        let Self { records, .. } = std::mem::take(self);
+        (!records.is_empty()).then(|| [MARK, &crc32fast::hash(&records).to_le_bytes(), &records].concat())
+    }
+}
+
+/// The records in the body of such a record, or what is wrong with it; nothing when it is somebody else's.
+pub(super) fn sound(body: &[u8]) -> Option<Result<&[u8], Malformed>> {
+    let (said, records) = body.strip_prefix(MARK)?.split_first_chunk::<4>()?;
+    let (said, found) = (u32::from_le_bytes(*said), crc32fast::hash(records));
+    Some(match said == found {
+        true => Ok(records),
+        false => Err(format!("the checksum of repeated definitions is {found:08x} and should be {said:08x}")),
+    })
+}
+
+/// Takes what is repeated.
+pub(super) fn take(records: &[u8], definitions: &mut Definitions) -> Result<(), Malformed> {
+    for record in Records::new(records) {
+        let (_, opcode, bytes) = record?;
+        definitions.take(opcode, bytes)?;
+    }
+    Ok(())
+}
