@@ -181,6 +181,8 @@ fn a_page_that_is_open_goes_on_with_the_next_run_of_the_same_token_and_says_when
     let mut page = browser("restart.cjs", &link, "exp1").stdout(Stdio::piped()).spawn().unwrap();
     for line in BufReader::new(page.stdout.take().unwrap()).lines() {
         match line.unwrap().as_str() {
+            "freeze" => running.signal("STOP"),
+            "thaw" => running.signal("CONT"),
             "kill" => running.kill(),
             "again" => drop(open(&mut running, "exp1", "exp1", &kept)),
             "other" => drop(open(&mut running, "exp1", "exp1", &[&ENDLESS[..], &["--set", &port]].concat())),

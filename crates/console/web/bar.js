@@ -3,7 +3,7 @@ import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { post, Problem } from "/api.js";
 import { clock, isPast, lookBack, lookLive, onConnection } from "/live.js";
 import { rememberedBy } from "/history.js";
-import { reload, useResource } from "/store.js";
+import { reload, usePlayback, useResource } from "/store.js";
 import { time } from "/format.js";
 import { Trouble } from "/parts.js";
 
@@ -83,7 +83,7 @@ export function Bar({ agent }) {
   const operations = useResource("")?.operations ?? [];
   const has = (path) => operations.some((operation) => operation.path.endsWith(path));
   const recordings = useResource(has("/recordings") ? "/recordings" : null, 1);
-  const playback = useResource(has("/playback") ? "/playback" : null, 0.5);
+  const playback = usePlayback();
   const isRemembered = Boolean(recordings?.flight || playback);
   useEffect(() => {
     if (isRemembered && agent) rememberedBy(agent.name);

@@ -157,6 +157,10 @@ visit(async () => {
   await browser.picture(page, "plots");
   await browser.view(page, "timing");
   await until("rows", async () => (await page.locator("tr", { hasText: "r2/planner" }).innerText()).includes("µs"));
+  const loop = page.locator(".threads tr", { hasText: "main loop" });
+  await until("the load of a thread, and how long it waits", async () => /main loop\s+\d+\s+[\d.]+ %\s+[\d.]+ (ns|µs|ms)/.test(await loop.innerText()));
+  const load = Number.parseFloat(await loop.locator("td").nth(1).innerText());
+  assert(load > 0 && load <= 100, `the loop takes ${load} % of a processor`);
   await browser.accessible(page, "the timing");
   await browser.picture(page, "timing");
   await browser.view(page, "log");

@@ -63,7 +63,12 @@ pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
 
 /// The number of the newest line.
 pub(super) fn newest(context: &Context) -> u64 {
-    context.board().find(TAIL).ok().and_then(|(property, _)| Some(property.channel()?.published())).unwrap_or(0)
+    context
+        .board()
+        .find(TAIL)
+        .ok()
+        .and_then(|(property, _)| Some(property.channel()?.published()))
+        .unwrap_or(0)
 }
 
 /// The last line after that number in which a module warns.
@@ -72,7 +77,8 @@ pub(super) fn warning(context: &Context, module: &str, after: u64) -> Option<Str
     context.logger.flush(WRITTEN);
     let lines = context.board().history(TAIL).ok()?.into_iter();
     let lines = lines.filter(|(_, stamp)| stamp.sequence > after).map(line);
-    let warns = |line: &Json| line["module"] == module && (line["level"] == "warn" || line["level"] == "error");
+    let warns =
+        |line: &Json| line["module"] == module && (line["level"] == "warn" || line["level"] == "error");
     lines.filter(warns).last().and_then(|line| line["text"].as_str().map(ToOwned::to_owned))
 }
 

@@ -13,6 +13,7 @@ mod settings;
 mod shape;
 mod snapshots;
 mod statistics;
+mod threads;
 mod tree;
 mod values;
 mod write;
@@ -499,6 +500,7 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         kinds: &[],
         handler: statistics::statistics,
     },
+    threads::READ,
     Operation {
         method: "GET",
         path: "/metrics",

@@ -138,7 +138,10 @@ fn a_message_that_is_refused_is_so_in_the_words_of_the_module() {
     // One that it refuses without a word between those of which it says why.
     for _ in 0..2 {
         let said = send(-3.0).problem(409);
-        assert!(said.contains("/driver/notes refuses the message: -3 is less than nothing; send 0 or more"), "{said}");
+        assert!(
+            said.contains("/driver/notes refuses the message: -3 is less than nothing; send 0 or more"),
+            "{said}"
+        );
         let said = send(-300.0).problem(409);
         assert!(said.contains("code 2") && said.contains("the interface Speed"), "{said}");
     }
