@@ -33,6 +33,7 @@ function Recording({ recordings, act, isAllowed }) {
   return html`
     <button class="record" aria-pressed=${Boolean(own)} disabled=${!isAllowed} title=${own ? "Ends the recording" : "Records everything into a new file"} onClick=${() => (own ? act(`/recordings/${nameOf(own.file)}/stop`) : begin())}>
       ${own ? "■ End" : "● Record"}</button>
+    <button id="mark" disabled=${!isAllowed} title="Marks this moment in the log (b)" onClick=${() => act("/log", { text: "mark" })}>Mark</button>
     ${flight && html`<button disabled=${!isAllowed} title="Writes what is in memory into a file" onClick=${() => act(`/recordings/${free("moment", files)}/snapshot`)}>Save the last ${Math.round((flight.to - flight.from) / 1e9)} s</button>`}
     ${going.map(({ file, bytes, values, dropped, failure }) => html`<span class="going" key=${file} data-state=${failure || dropped ? "bad" : undefined} title=${file}>${nameOf(file)}: ${size(bytes)}, ${values} values${dropped ? `, ${dropped} dropped` : ""}${failure ? `, ${failure}` : ""}</span>`)}`;
 }

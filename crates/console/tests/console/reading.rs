@@ -163,6 +163,24 @@ fn every_operation_is_in_the_document() {
 }
 
 #[test]
+fn who_marks_a_moment_finds_it_in_the_log() {
+    let run = Running::start("mark");
+    let operator = run.client("operator");
+    operator.send("POST", "/log", Some(&json!({ "text": "it slips" }))).json();
+    let marked = || {
+        let lines = run.get("/log").json();
+        lines.as_array().unwrap().iter().any(|line| {
+            let text = line["text"].as_str().unwrap();
+            text.starts_with("operator") && text.ends_with(": it slips")
+        })
+    };
+    run.wait_for("the line", marked);
+    for text in ["", " ", "two\nlines", &"long".repeat(100)] {
+        operator.send("POST", "/log", Some(&json!({ "text": text }))).problem(422);
+    }
+}
+
+#[test]
 fn what_a_thread_takes_of_a_processor_is_told() {
     let run = Running::start("threads");
     let busy = || {
