@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
-use common::Running;
+use common::{Running, wait_for};
 use serde_json::Value;
 
 /// A browser wants a machine that draws and answers at once; those that look at little can share it.
@@ -87,9 +87,14 @@ fn open(running: &mut Running, agent: &str, example: &str, arguments: &[&str]) -
 
 /// The link that was printed.
 fn link(running: &Running) -> String {
-    let files = std::fs::read_dir(running.sockets().join("slate")).unwrap();
-    let mut files = files.map(|entry| entry.unwrap().path());
-    let file = files.find(|path| path.extension().is_some_and(|extension| extension == "console")).unwrap();
+    let find = || {
+        let files = std::fs::read_dir(running.sockets().join("slate")).unwrap();
+        let mut files = files.map(|entry| entry.unwrap().path());
+        files.find(|path| path.extension().is_some_and(|extension| extension == "console"))
+    };
+    // It is there a moment after the socket.
+    wait_for("the link", || find().is_some());
+    let file = find().unwrap();
     let content: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
     format!(
         "{}/#token={}",
@@ -181,6 +186,8 @@ fn a_page_that_is_open_goes_on_with_the_next_run_of_the_same_token_and_says_when
     let mut page = browser("restart.cjs", &link, "exp1").stdout(Stdio::piped()).spawn().unwrap();
     for line in BufReader::new(page.stdout.take().unwrap()).lines() {
         match line.unwrap().as_str() {
+            "freeze" => running.signal("STOP"),
+            "thaw" => running.signal("CONT"),
             "kill" => running.kill(),
             "again" => drop(open(&mut running, "exp1", "exp1", &kept)),
             "other" => drop(open(&mut running, "exp1", "exp1", &[&ENDLESS[..], &["--set", &port]].concat())),

@@ -36,11 +36,11 @@ impl Query {
         self.0.remove(name)
     }
 
-    /// Whether something is meant: `?name` and `?name=true`.
+    /// Whether something is meant: `?name`, `?name=true` and `?name=1`.
     pub fn flag(&self, name: &str) -> Result<bool, Problem> {
         match self.get(name) {
-            None | Some("false") => Ok(false),
-            Some("" | "true") => Ok(true),
+            None | Some("false" | "0") => Ok(false),
+            Some("" | "true" | "1") => Ok(true),
             Some(other) => Err(Problem::bad(
                 format!("`{name}` is `{other}`"),
                 format!("write {name}=true or {name}=false"),

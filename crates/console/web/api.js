@@ -31,6 +31,9 @@ export class Problem extends Error {
   }
 }
 
+/** When anything was heard of the agent last, ms of `performance.now`. */
+export const life = { heard: performance.now() };
+
 /** An answer that is read as it comes. */
 export async function request(method, path, { body, signal } = {}) {
   const options = { method, signal, headers: { Authorization: `Bearer ${token()}` } };
@@ -44,6 +47,7 @@ export async function request(method, path, { body, signal } = {}) {
   } catch {
     throw new Problem(0, "the agent does not answer", "see whether it still runs");
   }
+  life.heard = performance.now();
   if (response.ok) return response;
   const value = await read(response);
   throw new Problem(response.status, value.detail ?? String(value), value.help, value.report);

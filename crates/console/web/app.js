@@ -129,6 +129,7 @@ function App() {
         if (found.length) show(found[(found.indexOf(view.name) + 1) % found.length]);
       } else if (event.key === "g") goes = performance.now();
       else if (event.key === "?") setHelp((shown) => !shown);
+      else if (event.key === "b") document.getElementById("mark")?.click();
       else if (event.key === "/") {
         const field = document.querySelector("input[type=search]");
         if (field) {

@@ -29,7 +29,7 @@ function Hold({ children, done }) {
     onKeyDown=${(event) => isKey(event) && (event.preventDefault(), begin())} onKeyUp=${(event) => isKey(event) && end()}>${children}</button>`;
 }
 
-function Gone() {
+function Gone({ state }) {
   const [, redraw] = useState(0);
   useEffect(() => {
     const timer = setInterval(() => redraw((count) => count + 1), 1000);
@@ -39,6 +39,9 @@ function Gone() {
     return html`<div class="banner lost" role="alert"><b>This is another run now.</b> It has tokens of its own: open the link that it has printed.</div>`;
   }
   const seconds = Math.round((performance.now() - connection.since) / 1000);
+  if (state === "silent") {
+    return html`<div class="banner disarmed" role="alert"><b>No answer for ${seconds} s.</b> What is shown is as old. The agent is connected and says nothing.</div>`;
+  }
   return html`<div class="banner lost" role="alert">
     <b>No connection for ${seconds} s.</b> What is shown is as old. The agent has ended, or can't be reached; the page goes on when it is back.
   </div>`;
@@ -71,7 +74,7 @@ export function Banner({ agent, state, broken, isOther, seen }) {
     if (stopped === null) isOver();
   }, [stopped]);
   return html`<div class="banners">
-    ${state === "lost" && html`<${Gone} />`}
+    ${["lost", "silent"].includes(state) && html`<${Gone} state=${state} />`}
     ${isOther && html`<div class="banner other" role="status"><b>Another run has begun.</b> Trails and plots are of this one alone. <span class="grow"></span> <button onClick=${seen}>Good</button></div>`}
     ${stopped !== null && html`<div class="banner stopped" role="alert">
       <b>Stopped</b> ${stopped} <span class="grow"></span> <${Hold} done=${act("/reset")}>Hold to reset</${Hold}>

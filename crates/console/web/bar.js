@@ -3,7 +3,7 @@ import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { post, Problem } from "/api.js";
 import { clock, isPast, lookBack, lookLive, onConnection } from "/live.js";
 import { rememberedBy } from "/history.js";
-import { reload, useResource } from "/store.js";
+import { reload, usePlayback, useResource } from "/store.js";
 import { time } from "/format.js";
 import { Trouble } from "/parts.js";
 
@@ -33,6 +33,7 @@ function Recording({ recordings, act, isAllowed }) {
   return html`
     <button class="record" aria-pressed=${Boolean(own)} disabled=${!isAllowed} title=${own ? "Ends the recording" : "Records everything into a new file"} onClick=${() => (own ? act(`/recordings/${nameOf(own.file)}/stop`) : begin())}>
       ${own ? "■ End" : "● Record"}</button>
+    <button id="mark" disabled=${!isAllowed} title="Marks this moment in the log (b)" onClick=${() => act("/log", { text: "mark" })}>Mark</button>
     ${flight && html`<button disabled=${!isAllowed} title="Writes what is in memory into a file" onClick=${() => act(`/recordings/${free("moment", files)}/snapshot`)}>Save the last ${Math.round((flight.to - flight.from) / 1e9)} s</button>`}
     ${going.map(({ file, bytes, values, dropped, failure }) => html`<span class="going" key=${file} data-state=${failure || dropped ? "bad" : undefined} title=${file}>${nameOf(file)}: ${size(bytes)}, ${values} values${dropped ? `, ${dropped} dropped` : ""}${failure ? `, ${failure}` : ""}</span>`)}`;
 }
@@ -83,7 +84,7 @@ export function Bar({ agent }) {
   const operations = useResource("")?.operations ?? [];
   const has = (path) => operations.some((operation) => operation.path.endsWith(path));
   const recordings = useResource(has("/recordings") ? "/recordings" : null, 1);
-  const playback = useResource(has("/playback") ? "/playback" : null, 0.5);
+  const playback = usePlayback();
   const isRemembered = Boolean(recordings?.flight || playback);
   useEffect(() => {
     if (isRemembered && agent) rememberedBy(agent.name);

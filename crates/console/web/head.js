@@ -2,7 +2,7 @@
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { clock, isPast, useReading } from "/live.js";
 import { time, word } from "/format.js";
-import { useProperties } from "/store.js";
+import { usePlayback, useProperties } from "/store.js";
 import { toggleTheme } from "/theme.js";
 import { copy, write } from "/layouts.js";
 import { Problem, put } from "/api.js";
@@ -79,12 +79,14 @@ export function Head(properties) {
   // A narrow bar shows a part of itself.
   useEffect(() => bar.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }), [view.name]);
   const verdicts = useProperties().filter(({ interface: name }) => name === "Verdict");
-  const names = { live: "Live", connecting: "Connecting", lost: "No connection" };
+  const names = { live: "Live", connecting: "Connecting", silent: "No answer", lost: "No connection" };
+  const isPlayed = Boolean(usePlayback());
+  const isBack = state === "live" && (isPast() || isPlayed);
   return html`<header class="head">
     <div class="title">
       <img src="/icon.svg" alt="" width="28" height="28" />
       <h1>${agent?.name ?? "Slate"}</h1>
-      <span class="connection" data-state=${state === "live" && isPast() ? "past" : state}>${state === "live" && isPast() ? "Looking back" : names[state]}</span>
+      <span class="connection" data-state=${isBack ? "past" : state}>${isBack ? (isPlayed ? "A recording" : "Looking back") : names[state]}</span>
       <${Clock} />
       ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
       <span class="grow"></span>

@@ -6,6 +6,7 @@ const KEYS = [
   ["Ctrl .", "stop all actuators, from anywhere"],
   ["Ctrl K", "find layouts, panels, properties, and what can be done"],
   ["g and the first letter", "go to a layout: g o is the overview, g t is timing; again for the next one with that letter"],
+  ["b", "mark this moment in the log"],
   ["/", "search in the panel"],
   ["Tab, arrows", "move among panels, rows and borders"],
   ["W A S D or arrows", "drive, in the panel Drive, as long as they are held"],

@@ -1,12 +1,15 @@
 // Values as they come, over one WebSocket. Whoever wants a property watches it; what several want comes once, as often as the
 // most eager of them likes. A page that nobody sees asks for one value a second. Who looks back gets what was then instead, while
 // the robot goes on.
-import { at, get, openSocket, Problem } from "/api.js";
+import { at, get, life, openSocket, Problem } from "/api.js";
 import { selection } from "/schema.js";
 import { useEffect, useRef, useState } from "/lib/preact.js";
 
 const RETRY = [500, 1000, 2000];
 const HIDDEN_RATE = 1;
+// A page asks at least once a second. After so long without a word the agent does not answer, and how often that is looked for, ms.
+const SILENCE = 2500;
+const LOOK = 500;
 // How soon it is asked again for what was not there.
 const MISSING = 2000;
 
@@ -17,7 +20,7 @@ let socket = null;
 let nextId = 1;
 let attempts = 0;
 
-/** How the connection is: `connecting`, `live` or `lost`, and since when (ms of `performance.now`). */
+/** How the connection is: `connecting`, `live`, `silent` or `lost`, and since when (ms of `performance.now`). */
 export const connection = { state: "connecting", since: performance.now() };
 
 /** The agent's time, ns: `live` as far as it is known, `now` that which is looked at. */
@@ -28,8 +31,8 @@ let past = null;
 let shown = null;
 let isAsking = false;
 
-function tell(state) {
-  if (connection.state !== state) Object.assign(connection, { state, since: performance.now() });
+function tell(state, since = performance.now()) {
+  if (connection.state !== state) Object.assign(connection, { state, since });
   for (const listener of connectionListeners) listener(connection);
 }
 
@@ -56,6 +59,18 @@ export function connect() {
   };
 }
 
+// An agent that is frozen keeps its connections.
+let looked = performance.now();
+setInterval(() => {
+  const now = performance.now();
+  // A page that was frozen itself has heard nothing either, and one that nobody sees asks less often.
+  if (now - looked > 2 * LOOK || document.hidden) life.heard = now;
+  looked = now;
+  const isSilent = now - life.heard > SILENCE;
+  if (connection.state === "live" && isSilent) tell("silent", life.heard);
+  else if (connection.state === "silent" && !isSilent) tell("live");
+}, LOOK);
+
 const isOpen = () => socket?.readyState === WebSocket.OPEN;
 
 const rateOf = (subscription) => {
@@ -70,6 +85,7 @@ function subscribe(wanted) {
 }
 
 function hear(message) {
+  life.heard = performance.now();
   const subscription = byId.get(message.id);
   if (subscription === undefined) return;
   if (message.problem) {

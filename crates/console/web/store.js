@@ -68,6 +68,12 @@ export function useResource(path, seconds = Infinity) {
 /** Why the agent does not say what is at a path, for a component that already shows it. */
 export const problemOf = (path) => resource(path).problem;
 
+/** How the recording is played that the agent plays; nothing of one that plays none. */
+export function usePlayback() {
+  const operations = useResource("")?.operations ?? [];
+  return useResource(operations.some(({ path }) => path.endsWith("/playback")) ? "/playback" : null, 0.5);
+}
+
 /** The agent: name, role of who looks, why it is stopped. */
 export const useAgent = () => useResource("/agent", 1);
 

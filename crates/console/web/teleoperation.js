@@ -4,12 +4,14 @@ import { alsoStop } from "/stop.js";
 
 // A command holds for 150 ms, so one that is lost is no jerk.
 const PERIOD = 50;
+// A page that says nothing for so long was frozen: what a person held then has to be taken anew, ms.
+export const LAPSE = 500;
 
-/** The controls of one actuator, until `leave` is called. `told` gets `{state, gate, delay, problem, hold}` whenever that changes. */
+/** The controls of one actuator, until `leave` is called. `told` gets `{state, gate, delay, problem, hold, lapses}` whenever that changes. */
 export class Controls {
   constructor(actuator, told) {
     Object.assign(this, { actuator, told, command: null, sent: new Map(), sequence: 0, timer: 0 });
-    this.status = { state: "asks", gate: null, delay: null, problem: null, hold: 150 };
+    this.status = { state: "asks", gate: null, delay: null, problem: null, hold: 150, lapses: 0 };
     this.socket = openSocket("teleoperation");
     this.socket.onopen = () => this.say({ take: actuator });
     this.socket.onmessage = ({ data }) => this.hear(JSON.parse(data));
@@ -44,7 +46,18 @@ export class Controls {
     this.command = command;
     if (this.timer) return;
     this.say({ command });
-    this.timer = setInterval(() => this.say({ command: this.command }), PERIOD);
+    let said = performance.now();
+    this.timer = setInterval(() => {
+      const isLate = performance.now() - said > LAPSE;
+      said = performance.now();
+      if (isLate) this.lapse();
+      else this.say({ command: this.command });
+    }, PERIOD);
+  }
+
+  lapse() {
+    this.release();
+    this.tell({ lapses: this.status.lapses + 1 });
   }
 
   /** Ends the command: said once, and then silence. */

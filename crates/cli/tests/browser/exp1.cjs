@@ -152,11 +152,21 @@ visit(async () => {
   await add.press("Enter");
   await until("what is no number is said to be none", async () => (await page.innerText(".tile .trouble")).includes("There is no number at $.echoes"));
   await add.fill("");
+  // What it was where the pointer is.
+  const chart = await page.locator(".tile").nth(1).locator(".chart").boundingBox();
+  await page.mouse.move(chart.x + chart.width * 0.6, chart.y + chart.height / 2);
+  await until("the time at the pointer", async () => /\d s$/.test(await page.locator(".tile").nth(1).locator(".series").innerText()));
+  await page.mouse.move(5, 5);
+  await until("the present again", async () => !/\d s$/.test(await page.locator(".tile").nth(1).locator(".series").innerText()));
   await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));
   await browser.accessible(page, "the plots");
   await browser.picture(page, "plots");
   await browser.view(page, "timing");
   await until("rows", async () => (await page.locator("tr", { hasText: "r2/planner" }).innerText()).includes("µs"));
+  const loop = page.locator(".threads tr", { hasText: "main loop" });
+  await until("the load of a thread, and how long it waits", async () => /main loop\s+\d+\s+[\d.]+ %\s+[\d.]+ (ns|µs|ms)/.test(await loop.innerText()));
+  const load = Number.parseFloat(await loop.locator("td").nth(1).innerText());
+  assert(load > 0 && load <= 100, `the loop takes ${load} % of a processor`);
   await browser.accessible(page, "the timing");
   await browser.picture(page, "timing");
   await browser.view(page, "log");
@@ -191,6 +201,18 @@ visit(async () => {
   assert(await page.locator(".relink button.primary").isDisabled(), "what does not fit can be linked");
   await browser.accessible(page, "the graph");
   await browser.picture(page, "graph");
+  // Dragging from a module to another asks for a link; nothing is made of one that does not fit.
+  await page.click(".links button:has-text('Cancel')");
+  const place = async (name) => {
+    const { x, y, width, height } = await page.locator(`.node[data-name='${name}'] rect`).boundingBox();
+    return [x + width / 2, y + height / 2];
+  };
+  await page.mouse.move(...(await place("r2/pass_position")));
+  await page.mouse.down();
+  await page.mouse.move(...(await place("referee")), { steps: 4 });
+  await page.mouse.up();
+  await until("the input is chosen", async () => (await page.locator(".links label select").inputValue()) === "referee/clearance");
+  await until("it is said why it does not fit", async () => (await page.innerText(".relink .trouble")).includes("/r2/pass_position/change"));
   // What goes over a link.
   const line = page.locator(".edge[data-edge='simulator r2/range_monitor']");
   await line.locator(".near").dispatchEvent("click");

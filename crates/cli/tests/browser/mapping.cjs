@@ -99,7 +99,7 @@ visit(async () => {
   await page.mouse.up();
   const off = ({ pose }, dx, dy) => Math.hypot(pose.x - start.x - dx, pose.y - start.y - dy);
   await until("the pose is where it was dragged", async () => off(await estimate(), 0.5, 0.4) < 0.35);
-  assert((await page.innerText(".said")).startsWith("Pose:"), "nothing says where the pose is");
+  await until("it is said where the pose is", async () => (await page.innerText(".said")).startsWith("Pose:"));
   await page.click("button:has-text('Undo')");
   await until("the pose is back", async () => off(await estimate(), 0, 0) < 0.45);
 

@@ -35,6 +35,10 @@ visit(async () => {
   await until("the past of the line", async () => (await page.locator(".foot[data-past=true]").count()) === 1);
   await page.click("button:has-text('Go live')");
 
+  // A moment is marked by a key, and is in the log.
+  await page.keyboard.press("b");
+  await until("the mark is in the log", async () => /developer at .*: mark/.test(await page.innerText("[role=log]")));
+
   // A recording, begun and ended, and the last seconds.
   await page.click(".record");
   await until("it records", async () => /recording-1: .* values/.test(await page.innerText(".foot")));

@@ -1,4 +1,4 @@
-// A page that stays open while its agent is killed and started again: with the same token, and with another one. What shall be done
+// A page that stays open while its agent is frozen, killed and started again: with the same token, and with another one. What shall be done
 // with the agent is said on stdout.
 const { Visit, assert, link, until, visit } = require("./page.cjs");
 
@@ -11,6 +11,13 @@ visit(async () => {
   const clock = async () => (await page.innerText(".clock")).split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
   await until("a while", async () => (await clock()) > 6, 20);
   const late = await clock();
+
+  // One that is frozen keeps its connections, and is not live.
+  console.log("freeze");
+  await until("the page says that nobody answers", async () => /No answer for \d+ s/.test(await page.locator(".banner").first().innerText()));
+  assert((await page.innerText(".connection")) === "No answer", "the head says that it is live");
+  console.log("thaw");
+  await until("it is live again", async () => (await page.innerText(".connection")) === "Live");
 
   // What the browser itself says of an agent that does not answer is what is asked for.
   const complained = browser.complaints.length;

@@ -162,8 +162,13 @@ impl Running {
 
     /// Asks the first run to end, as Ctrl-C does.
     pub fn interrupt(&self) {
+        self.signal("INT");
+    }
+
+    /// Sends the first run a signal.
+    pub fn signal(&self, name: &str) {
         let id = self.runs[0].id().to_string();
-        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        assert!(Command::new("kill").args([&format!("-{name}"), &id]).status().unwrap().success());
     }
 
     /// Ends the first run at once, without a chance to clean up.

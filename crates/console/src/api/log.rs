@@ -3,9 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_blackboard::Stamp;
 use slate_blackboard::interface::Value;
+use slate_module::Level;
 
 use crate::answer::Answer;
 use crate::context::Context;
@@ -59,6 +61,25 @@ pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
     };
     let kept = context.board().history(TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
     Ok(Answer::json(kept.map(line).filter(is_wanted).collect()))
+}
+
+/// The longest text that somebody may write, bytes.
+const LONGEST: usize = 256;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Note {
+    text: String,
+}
+
+pub(super) fn note(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let Note { text } = ask.body()?;
+    if text.trim().is_empty() || text.len() > LONGEST || text.chars().any(char::is_control) {
+        let help = format!("it is one line of 1 to {LONGEST} bytes");
+        return Err(Problem::unfit("this is no line for the log", help));
+    }
+    context.log(Level::Info, &format!("{}: {text}", ask.who));
+    Ok(Answer::Nothing)
 }
 
 /// The number of the newest line.

@@ -13,6 +13,7 @@ mod settings;
 mod shape;
 mod snapshots;
 mod statistics;
+mod threads;
 mod tree;
 mod values;
 mod write;
@@ -481,6 +482,20 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         handler: log::lines,
     },
     Operation {
+        method: "POST",
+        path: "/log",
+        name: "note",
+        summary: "Writes a line into the log, such as of something that is to be found again in the recording",
+        role: Role::Operator,
+        parameters: &[],
+        body: Some(|| {
+            shape::object(&[("text", json!({ "type": "string", "minLength": 1, "maxLength": 256 }))])
+        }),
+        answer: || json!({ "type": "object", "maxProperties": 0 }),
+        kinds: &[],
+        handler: log::note,
+    },
+    Operation {
         method: "GET",
         path: "/statistics",
         name: "statistics",
@@ -499,6 +514,7 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         kinds: &[],
         handler: statistics::statistics,
     },
+    threads::READ,
     Operation {
         method: "GET",
         path: "/metrics",
@@ -531,7 +547,7 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         role: Role::Viewer,
         parameters: &[],
         body: Some(
-            || json!({ "type": "object", "properties": { "reason": shape::text() }, "additionalProperties": false }),
+            || json!({ "description": "Such as {\"reason\": \"...\"}; nothing that comes with it is a reason not to stop." }),
         ),
         answer: || shape::object(&[("stopped", shape::list(shape::text()))]),
         kinds: &[],
@@ -556,9 +572,10 @@ pub(crate) const OPERATIONS: &[Operation] = &[
         summary: "Lets commands through to the actuators, or to one",
         role: Role::Operator,
         parameters: &[],
-        body: Some(
-            || json!({ "type": "object", "properties": { "actuator": shape::text() }, "additionalProperties": false }),
-        ),
+        body: Some(|| {
+            let actuator = shape::optional(shape::text());
+            json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
+        }),
         answer: || json!({ "type": "object", "maxProperties": 0 }),
         kinds: &[],
         handler: motion::arm,

@@ -50,7 +50,7 @@ pub(super) const START: Operation = Operation {
             "properties": {
                 "select": patterns(),
                 "exclude": patterns(),
-                "rate": { "type": "number", "exclusiveMinimum": 0, "description": "Values a second of each." },
+                "rate": { "type": ["number", "null"], "exclusiveMinimum": 0, "description": "Values a second of each." },
                 "on_change": { "type": "boolean", "description": "Only values that are other ones than the last." },
             },
             "additionalProperties": false,

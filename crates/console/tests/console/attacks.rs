@@ -39,6 +39,7 @@ fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
         ("POST", "/playback/seek".into(), json!({ "time": 0 }), "operator"),
         ("POST", "/playback/rate".into(), json!({ "factor": 2.0 }), "operator"),
         ("POST", "/playback/loop".into(), json!({ "section": null }), "operator"),
+        ("POST", "/log".into(), json!({ "text": "attack" }), "operator"),
         ("POST", "/leases".into(), json!({ "actuator": "wheel" }), "operator"),
         ("PUT", "/leases/0123456789abcdef".into(), json!({ "release": true }), "operator"),
         ("DELETE", "/leases/0123456789abcdef".into(), json!(null), "operator"),
@@ -60,7 +61,11 @@ fn state(run: &Running) -> String {
     let conditions: Vec<_> =
         modules.as_array().unwrap().iter().map(|module| module["condition"].clone()).collect();
     let stopped = run.get("/agent").json()["stopped"].clone();
-    format!("{parts:?} {recordings:?} {conditions:?} {stopped} {}", run.number("driver/heard/value"))
+    let lines = run.get("/log").json();
+    let noted =
+        lines.as_array().unwrap().iter().filter(|line| line["text"].as_str().unwrap().ends_with(": attack"));
+    let (noted, heard) = (noted.count(), run.number("driver/heard/value"));
+    format!("{parts:?} {recordings:?} {conditions:?} {stopped} {noted} {heard}")
 }
 
 #[test]
@@ -77,7 +82,7 @@ fn no_attack_changes_anything() {
         })
         .collect();
     // Whoever adds an operation adds it here.
-    assert_eq!(listed.len(), 31, "{listed:?}");
+    assert_eq!(listed.len(), 32, "{listed:?}");
     let mut attacks = 0;
     for (method, path, body, role) in changes(&run) {
         let body = Some(&body).filter(|body| !body.is_null());

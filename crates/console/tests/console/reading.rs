@@ -129,9 +129,18 @@ fn what_there_is_is_listed() {
     assert_eq!(run.get("/documents/world").json(), json!({ "walls": [] }));
     let agent = run.client("viewer").send("GET", "/agent", None).json();
     assert_eq!((&agent["role"], &agent["name"]), (&json!("viewer"), &json!(run.name())));
-    for path in
-        ["/modules", "/plugins", "/links", "/peers", "/settings", "/log", "/statistics", "/actuators", ""]
-    {
+    for path in [
+        "/modules",
+        "/plugins",
+        "/links",
+        "/peers",
+        "/settings",
+        "/log",
+        "/statistics",
+        "/threads",
+        "/actuators",
+        "",
+    ] {
         assert!(!run.get(path).json().is_null(), "{path}");
     }
     assert!(run.get("/metrics").text().contains("slate_module_ticks_total{module=\"sensor\"}"));
@@ -151,4 +160,39 @@ fn every_operation_is_in_the_document() {
         let path = operation["path"].as_str().unwrap();
         assert!(document["paths"][path][&method]["operationId"].is_string(), "{method} {path}");
     }
+}
+
+#[test]
+fn who_marks_a_moment_finds_it_in_the_log() {
+    let run = Running::start("mark");
+    let operator = run.client("operator");
+    operator.send("POST", "/log", Some(&json!({ "text": "it slips" }))).json();
+    let marked = || {
+        let lines = run.get("/log").json();
+        lines.as_array().unwrap().iter().any(|line| {
+            let text = line["text"].as_str().unwrap();
+            text.starts_with("operator") && text.ends_with(": it slips")
+        })
+    };
+    run.wait_for("the line", marked);
+    for text in ["", " ", "two\nlines", &"long".repeat(100)] {
+        operator.send("POST", "/log", Some(&json!({ "text": text }))).problem(422);
+    }
+}
+
+#[test]
+fn what_a_thread_takes_of_a_processor_is_told() {
+    let run = Running::start("threads");
+    let busy = || {
+        let threads = run.get("/threads").json();
+        let threads = threads.as_array().unwrap().clone();
+        let console = threads.into_iter().find(|thread| thread["name"] == "console").unwrap();
+        assert!(console["turns"].as_u64().unwrap() > 0 && console["waited"].is_u64(), "{console}");
+        console["busy"].as_u64().unwrap()
+    };
+    let before = busy();
+    for _ in 0..20 {
+        run.get("/properties?values").json();
+    }
+    assert!(busy() > before);
 }

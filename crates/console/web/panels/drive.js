@@ -1,6 +1,6 @@
 // Driving by hand: by keys, a stick on the screen, or a gamepad; only as long as something is held.
 import { Empty, Field, html, number, Trouble, useAgent, useEffect, useReading, useRef, useResource, useState, word } from "/slate.js";
-import { Controls } from "/teleoperation.js";
+import { Controls, LAPSE } from "/teleoperation.js";
 import { stop } from "/stop.js";
 
 // What a full stick means at first; a person raises it when he knows the robot.
@@ -120,14 +120,22 @@ function Panel({ options, setOptions }) {
     };
   }, [isHeld]);
 
+  // What was held while the page was frozen is let go.
+  const lapses = status?.lapses ?? 0;
+  useEffect(letGo, [lapses]);
+
   // A gamepad is asked, as it says nothing by itself. It drives only while its lower left shoulder button is held.
   useEffect(() => {
     if (!isHeld) return undefined;
-    let was = false;
+    let [was, isLapsed, looked] = [false, false, performance.now()];
     const timer = setInterval(() => {
+      isLapsed ||= performance.now() - looked > LAPSE;
+      looked = performance.now();
       const found = [...(navigator.getGamepads?.() ?? [])].find((one) => one?.connected);
       setPad(found?.id ?? "");
-      const holds = found?.buttons[4]?.pressed === true;
+      const isPressed = found?.buttons[4]?.pressed === true;
+      isLapsed &&= isPressed;
+      const holds = isPressed && !isLapsed;
       const axis = (place) => (Math.abs(found?.axes[place] ?? 0) < DEAD ? 0 : -found.axes[place]);
       if (holds) go([axis(1), axis(0)]);
       else if (was) letGo();
@@ -150,7 +158,7 @@ function Panel({ options, setOptions }) {
     ${status?.state === "gone" && html`<p class="trouble" role="alert">The controls are gone with the connection; take them again.</p>`}
     ${!isKnown && html`<p class="trouble">Commands of the kind ${actuator.interface} are not known here; use the API.</p>`}
     <div class="scroll drive" data-held=${isHeld}>
-      <div class="drive-part"><${Stick} position=${position} move=${go} release=${letGo} />
+      <div class="drive-part"><${Stick} key=${lapses} position=${position} move=${go} release=${letGo} />
         <p class="muted">${isHeld ? "Hold the stick, W A S D or arrows; Space stops." : "Take the controls to drive."}${pad && ` Gamepad: hold its left shoulder button.`}</p></div>
       <div class="drive-part">
         ${cap("speed", speed, 1.5, "m/s")}${cap("turn", turn, 3, "rad/s")}

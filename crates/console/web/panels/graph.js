@@ -188,7 +188,7 @@ function Panel({ options, setOptions }) {
         })}
         ${graph.edges.filter((edge) => isChosen(edge) && placed.ways.has(edge)).map((edge) => html`<text key=${`${edge.from} ${edge.to}`} class="rate" x=${placed.ways.get(edge).x} y=${placed.ways.get(edge).y - 5}>${rate(edge)}</text>`)}</svg></div>
       ${chosen && html`<aside class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => choose("")}>✕</button></header>
-        ${editing ? html`${editing.sources && html`<label class="muted">Input <select value=${editing.input} onChange=${(event) => setEditing({ ...editing, input: event.target.value })}>${inputsOf(chosen).map((input) => html`<option key=${input}>${input}</option>`)}</select></label>`}
+        ${editing ? html`${editing.sources && html`<label class="muted">Input <select value=${editing.input} onChange=${(event) => setEditing({ ...editing, input: event.target.value })}>${inputsOf(chosen).map((input) => html`<option key=${input} value=${input}>${input}</option>`)}</select></label>`}
             <${Relink} key=${editing.input} input=${editing.input} from=${editing.from} sources=${editing.sources ?? sources} isAllowed=${isAllowed} done=${() => setEditing(null)} />`
         : html`<h3>Inputs</h3><ul>${inputsOf(chosen).map((input) => html`<li key=${input}><button class="output" onClick=${() => setEditing({ input, from: source(input) })}>
             <span>${input.slice(chosen.length + 1)}</span><span class="muted number">${source(input) || "no link"}</span><span class="muted number">${hertz(rates.get(source(input).slice(1)))}</span></button></li>`)}</ul>

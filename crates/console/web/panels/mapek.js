@@ -44,7 +44,7 @@ function Execute({ status }) {
     <table class="pipeline"><caption class="hidden">Pipeline</caption><tbody>
       <tr><th scope="row">Reflexes wait</th><td class="number">${status.high}</td><th scope="row">taken</th><td class="number">${status.reflexes}</td></tr>
       <tr><th scope="row">Actions wait</th><td class="number">${status.normal}</td><th scope="row">done</th><td class="number">${status.completed}</td></tr>
-      <tr><th scope="row">Cancelled</th><td class="number">${status.cancelled}</td><th scope="row">too late</th><td class="number">${status.dropped}</td></tr></tbody></table>
+      <tr><th scope="row">Cancelled</th><td class="number">${status.cancelled}</td><th scope="row" title="Planned before a reflex, and so not taken">too late</th><td class="number">${status.dropped}</td></tr></tbody></table>
     <h3>Ended last</h3>
     <ul class="ended">${ended.map(({ number, kind, ending, route }) => html`<li key=${number}><span class="route" data-route=${route}>${kind}</span> <span class="muted">${word(ending)}</span></li>`)}
       ${!ended.length && html`<li class="muted">none</li>`}</ul>`;
@@ -67,7 +67,7 @@ function Robot({ robot, isAllowed, fail }) {
       <div class="stage monitor"><h3>Monitor</h3>${cards(Monitor, deliberative)}</div>
       <div class="stage analyze"><h3>Analyze</h3>${cards(Analyze, deliberative)}</div>
       <div class="stage plan"><h3>Plan</h3>${cards(Plan, deliberative)}
-        <p class="muted">${status ? `plan ${status.ticket}, epoch ${status.epoch}${status.replan ? ", plans anew" : ""}` : ""}</p></div>
+        <p class="muted" title="What was planned before the last reflex or failure comes too late">${status ? `${status.ticket} actions planned, ${status.epoch} reflexes and failures${status.replan ? "; a new plan is wanted" : ""}` : ""}</p></div>
       <div class="stage execute"><h3>Execute</h3>
         ${executes.map(({ name, outputs }) => html`<article class="block" key=${name} data-active=${route ?? ""}><header><b>${name.slice(name.lastIndexOf("/") + 1)}</b></header>
           <${Execute} status=${status} />

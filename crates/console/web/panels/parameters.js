@@ -12,7 +12,10 @@ function Parameter({ leaf, module, value, file, set, isAllowed }) {
   const differs = file !== undefined;
   const enter = (event) => {
     event.preventDefault();
-    if (text !== null && text.trim() !== "") set(isNumber ? Number(text.replace(",", ".")) : text);
+    // Whoever types and enters at once is faster than the page is drawn.
+    const typed = event.type === "submit" ? event.target.querySelector("input").value : text;
+    const isTouched = text !== null || (typed !== null && typed !== String(value ?? "NaN"));
+    if (isTouched && typed.trim() !== "") set(isNumber ? Number(typed.replace(",", ".")) : typed);
     setText(null);
   };
   // A slider has no more digits than a hundredth of its range tells apart.
@@ -65,7 +68,6 @@ function Panel({ options, setOptions }) {
     }
   };
   const set = (path, leaf, before, isUndo = false) => (value) => {
-    if (value === before) return;
     const names = leaf.pointer.split("/").slice(1);
     const body = names.reduceRight((inner, name) => ({ [name]: inner }), value);
     attempt(() => patch(at(agent.name, path), body)).then((done) => {

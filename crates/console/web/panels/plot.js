@@ -72,7 +72,17 @@ function vertical(chart, least, most) {
 
 const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
 
-function Chart({ series, seconds, paused, size }) {
+/** What the lines are where the pointer is: `{time, values}`, each the last before it; nothing while it is elsewhere. */
+function pointed({ cursor, data }) {
+  if (cursor.idx === null || cursor.idx === undefined || !(cursor.left >= 0)) return null;
+  const last = (values) => {
+    for (let place = cursor.idx; place >= 0; place -= 1) if (values[place] !== null && values[place] !== undefined) return values[place];
+    return undefined;
+  };
+  return { time: data[0][cursor.idx], values: data.slice(1).map(last) };
+}
+
+function Chart({ series, seconds, paused, size, point }) {
   const box = useRef(null);
   const newest = useRef({ paused });
   newest.current.paused = paused;
@@ -87,6 +97,7 @@ function Chart({ series, seconds, paused, size }) {
       pxAlign: 1,
       legend: { show: false },
       cursor: { sync: { key: "slate" }, drag: { x: false, y: false } },
+      hooks: { setCursor: [(chart) => point(pointed(chart))] },
       scales: { x: { time: false, range: () => range() }, ...Object.fromEntries(units.map((unit) => [unit || "1", { range: vertical }])) },
       series: [
         {},
@@ -101,7 +112,7 @@ function Chart({ series, seconds, paused, size }) {
       ],
       axes: [
         { ...axis, label: "time, s", labelSize: 18, labelFont: axis.font, size: 34 },
-        ...units.slice(0, 2).map((unit, place) => ({ ...axis, scale: unit || "1", side: place ? 1 : 3, label: unit || "–", labelSize: 16, labelFont: axis.font, size: 54, grid: place ? { show: false } : axis.grid })),
+        ...units.slice(0, 2).map((unit, place) => ({ ...axis, scale: unit || "1", side: place ? 1 : 3, label: unit, labelSize: 16, labelFont: axis.font, size: 54, grid: place ? { show: false } : axis.grid })),
       ],
     };
     let end = clock.now / 1e9;
@@ -133,8 +144,8 @@ function Chart({ series, seconds, paused, size }) {
   return html`<div class="chart" ref=${box} role="img" aria-label=${`Plot of ${series.map(title).join(", ")}`}></div>`;
 }
 
-/** The newest number of each line, which says what it is. */
-function Legend({ series, remove }) {
+/** The number of each line where the pointer is, else the newest, with what it is. */
+function Legend({ series, at, remove }) {
   const [, redraw] = useState(0);
   useEffect(() => {
     const timer = setInterval(() => redraw((count) => count + 1), 250);
@@ -142,11 +153,14 @@ function Legend({ series, remove }) {
   }, []);
   const scheme = colors();
   const newest = (line) => table(line, clock.now / 1e9 - 1)[1].at(-1);
-  const written = (line) => (newest(line) === undefined ? "–" : number(newest(line), line.unit));
+  const written = (line, place) => {
+    const value = at ? at.values[place] : newest(line);
+    return value === undefined ? "–" : number(value, line.unit);
+  };
   return html`<ul class="series">${series.map((line, place) => html`<li key=${title(line)}>
     <span class="swatch" style=${{ background: scheme.series[place % scheme.series.length] }}></span>
-    <span>${title(line)}</span><b class="number">${written(line)}</b>
-    <button class="quiet" aria-label=${`Take ${title(line)} out`} onClick=${() => remove(line)}>✕</button></li>`)}</ul>`;
+    <span>${title(line)}</span><b class="number">${written(line, place)}</b>
+    <button class="quiet" aria-label=${`Take ${title(line)} out`} onClick=${() => remove(line)}>✕</button></li>`)}${at && html`<li class="muted number">${number(at.time, "s")}</li>`}</ul>`;
 }
 
 function Panel({ options, setOptions }) {
@@ -155,6 +169,7 @@ function Panel({ options, setOptions }) {
   const interfaces = useInterfaces();
   const [box, size] = useSize();
   const [paused, setPaused] = useState(false);
+  const [cursor, setCursor] = useState(null);
   const [, redraw] = useState(0);
   const [text, setText] = useState("");
   const [problem, setProblem] = useState(null);
@@ -211,9 +226,9 @@ function Panel({ options, setOptions }) {
       <button class="tool" aria-pressed=${paused} onClick=${() => setPaused(!paused)}>${paused ? "Go on" : "Pause"}</button>
     </div>
     <${Trouble} problem=${problem} />
-    <${Legend} series=${series} remove=${remove} />
+    <${Legend} series=${series} at=${cursor} remove=${remove} />
     <div class="canvas-box" ref=${box}>
-      ${!series.length ? html`<${Empty}>Add a number to see it over time.</${Empty}>` : size && size.height > 60 && html`<${Chart} series=${series} seconds=${seconds} paused=${paused} size=${size} />`}
+      ${!series.length ? html`<${Empty}>Add a number to see it over time.</${Empty}>` : size && size.height > 60 && html`<${Chart} series=${series} seconds=${seconds} paused=${paused} size=${size} point=${setCursor} />`}
     </div>`;
 }
 

@@ -1,5 +1,5 @@
-// How long everything takes: cycles, stages, modules.
-import { Bar, duration, Empty, html, useReadings, useResource, useState, word } from "/slate.js";
+// How long everything takes: cycles, stages, modules, threads.
+import { Bar, duration, Empty, html, useMemo, useReadings, useRef, useResource, useState, word } from "/slate.js";
 
 const STAGES = ["PreLoop", "SensorAcquire", "SensorPrepare", "SensorProcess", "WorldState", "Think", "Skill", "Act", "ActExec", "PostLoop"];
 
@@ -24,6 +24,33 @@ function Head({ first, sort, setSort }) {
     <th>99 % of the period</th>${column("Misses", "", "Ticks that took longer than their deadline")}${column("Panics")}</tr></thead>`;
 }
 
+/** What each thread took of a processor since the last look, and how long it waited for one in the middle. */
+function useLoads() {
+  const threads = useResource("/threads", 2) ?? [];
+  const before = useRef({ when: 0, threads: new Map(), loads: [] });
+  return useMemo(() => {
+    const now = performance.now();
+    const last = before.current;
+    const passed = (now - last.when) * 1e6;
+    const loads = threads.map((thread) => {
+      const earlier = last.threads.get(thread.id);
+      const turns = earlier && thread.turns - earlier.turns;
+      return { ...thread, load: earlier && (thread.busy - earlier.busy) / passed, wait: turns ? (thread.waited - earlier.waited) / turns : undefined };
+    });
+    before.current = { when: now, threads: new Map(threads.map((thread) => [thread.id, thread])) };
+    return loads.sort((one, other) => (other.load ?? 0) - (one.load ?? 0));
+  }, [threads]);
+}
+
+function Threads() {
+  const loads = useLoads();
+  const percent = (load) => (load === undefined ? "–" : `${(100 * load).toFixed(1)} %`);
+  return loads.length > 0 && html`<table class="threads"><thead><tr><th>Thread</th><th class="number">Processor</th><th class="number" title="Of one processor, in the last seconds">Load</th>
+    <th class="number" title="From being ready to running, on average of the last seconds">Waits</th><th>Part of a processor</th></tr></thead>
+    <tbody>${loads.map(({ id, name, processor, load, wait }) => html`<tr key=${id}><th scope="row">${name}</th><td class="number">${processor}</td><td class="number">${percent(load)}</td>
+      <td class="number">${wait === undefined ? "–" : duration(wait)}</td><td><${Bar} share=${load ?? 0} label=${`${name} takes ${percent(load)} of a processor`} /></td></tr>`)}</tbody></table>`;
+}
+
 function Panel() {
   const [sort, setSort] = useState("p99");
   const modules = useResource("/modules", 2);
@@ -46,7 +73,7 @@ function Panel() {
       ${stages.filter(value).map((path) => html`<${Row} key=${path} name=${path.split("/")[1]} histogram=${value(path)} most=${whole} />`)}</tbody></table>
     <table><${Head} first="Module" sort=${sort} setSort=${setSort} />
     <tbody>${sorted.map((module) => html`<${Row} key=${module.name} ...${module} histogram=${value(`${module.name}/histogram`)} timing=${value(`${module.name}/timing`)} most=${whole} />`)}</tbody>
-  </table></div>`;
+  </table><${Threads} /></div>`;
 }
 
 export default { id: "timing", title: "Timing", Panel };
