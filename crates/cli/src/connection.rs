@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::runtime::remote::{Client, agents};
+use slate::runtime::remote::{Client, ClientError, agents};
 use slate::runtime::sharing::TEAM;
 
 use crate::complete;
@@ -168,6 +168,18 @@ pub fn ask_all<T: Send + 'static>(
         asked[index].1 = Some(answer);
     }
     asked
+}
+
+/// Asks the agent that is usual when that is elsewhere, else all that run here, and returns what came in time.
+pub fn ask_usual<T: Send + 'static>(
+    ask: impl Fn(&mut Client) -> Result<T, ClientError> + Send + Sync + 'static,
+) -> Vec<T> {
+    let usual = AgentOption { agent: None };
+    if usual.address().is_some() {
+        return usual.connect().ok().and_then(|mut client| ask(&mut client).ok()).into_iter().collect();
+    }
+    let asked = ask_all(move |name| ask(&mut Client::connect(name)?));
+    asked.into_iter().filter_map(|(_, answer)| answer?.ok()).collect()
 }
 
 /// The agent that a URL names, if it does; what the team knows is known to each of its agents.

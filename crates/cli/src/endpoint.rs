@@ -73,6 +73,15 @@ impl Endpoint {
         })
     }
 
+    /// That of an agent of this computer that is at an address. What one left that was killed is of a process that is gone.
+    fn at(address: &Address) -> Option<Self> {
+        Self::all().find(|endpoint| {
+            let process = i32::try_from(endpoint.process).ok().and_then(Pid::from_raw);
+            process.is_some_and(|process| test_kill_process(process).is_ok())
+                && endpoint.address.parse::<Address>().is_ok_and(|own| own.is_same(address))
+        })
+    }
+
     /// The secret of a role, or of the highest that there is.
     fn token(&self, role: Option<Role>) -> Option<&str> {
         let own = |role: Role| self.tokens.get(role.name()).map(String::as_str);
@@ -98,23 +107,18 @@ impl Access {
         endpoint.access(address, role)
     }
 
-    /// That of the agent at an address. Of one of this computer the secret is known, unless one is given.
+    /// That of the agent at an address. Of one of this computer secret and certificate are known, unless others are given.
     pub fn at(text: &str, role: Option<Role>) -> Result<Self, Failure> {
         let address = parse(text)?;
-        if role.is_none()
-            && let Some(token) = token::given()?
-        {
-            return Ok(Self { address, token, certificate: certificate() });
-        }
-        let is_there = |endpoint: &Endpoint| {
-            let process = i32::try_from(endpoint.process).ok().and_then(Pid::from_raw);
-            process.is_some_and(|process| test_kill_process(process).is_ok())
-                && endpoint.address.parse::<Address>().is_ok_and(|own| own.is_same(&address))
-        };
-        match Endpoint::all().find(is_there) {
-            Some(endpoint) => endpoint.access(address, role),
-            None if role.is_some() => Err(no_token(role)),
-            None => Err(Trouble::NoToken { address: address.to_string() }.into()),
+        let given = if role.is_none() { token::given()? } else { None };
+        match (given, Endpoint::at(&address)) {
+            (Some(token), endpoint) => {
+                let known = || endpoint.and_then(|endpoint| endpoint.certificate);
+                Ok(Self { address, token, certificate: certificate().or_else(known) })
+            }
+            (None, Some(endpoint)) => endpoint.access(address, role),
+            (None, None) if role.is_some() => Err(no_token(role)),
+            (None, None) => Err(Trouble::NoToken { address: address.to_string() }.into()),
         }
     }
 }

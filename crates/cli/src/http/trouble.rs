@@ -6,6 +6,7 @@ use slate::runtime::printable;
 
 /// What was in the way.
 #[derive(Debug, thiserror::Error)]
+#[cfg_attr(not(feature = "tls"), allow(dead_code, reason = "some of it only TLS has"))]
 pub enum Trouble {
     #[error("`{text}` is no address of an agent: {reason}")]
     NoAddress { text: String, reason: &'static str },

@@ -268,3 +268,32 @@ fn a_tool_that_asks_too_fast_is_answered_more_slowly_and_delays_no_cycle() {
     let cycles = run.number("sensor/count/value") - before.0;
     assert!(cycles > 0.8 * took.as_secs_f64() * 100.0, "{cycles} cycles in {took:?}");
 }
+
+#[test]
+fn tools_that_read_nothing_are_let_go_and_delay_no_cycle() {
+    let run = Running::start("remote-frozen");
+    let bearer = format!("Bearer {}", run.token("viewer"));
+    let headers = [("Authorization", bearer.as_str())];
+    let before = (run.number("sensor/count/value"), Instant::now());
+    let call = json!({ "call": "watch", "of": vec![json!({ "url": "/sensor/image" }); 8] }).to_string();
+    let frozen: Vec<_> = (0..12)
+        .map(|_| {
+            let mut socket = Socket::try_open(&run, PATH, &headers).unwrap();
+            socket.0.get_ref().set_nonblocking(true).unwrap();
+            // As much as goes out without anything coming in.
+            for _ in 0..200 {
+                let _ = socket.0.send(Message::Text(call.clone().into()));
+            }
+            socket
+        })
+        .collect();
+    assert_eq!(Socket::try_open(&run, PATH, &headers).err(), Some(503));
+    // When what the kernel keeps for them is full, they have 5 s.
+    while Socket::try_open(&run, PATH, &headers).is_err() {
+        assert!(before.1.elapsed() < Duration::from_secs(60), "they are still there");
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    let (cycles, passed) = (run.number("sensor/count/value") - before.0, before.1.elapsed());
+    assert!(cycles > 0.8 * passed.as_secs_f64() * 100.0, "{cycles} cycles in {passed:?}");
+    drop(frozen);
+}
