@@ -146,6 +146,12 @@ fn every_verb_is_for_an_agent_elsewhere_and_each_role_may_what_it_may() {
     assert!(there.join("snapshots/now.snapshot").is_file());
     assert!(report.join("recording.mcap").is_file() && report.join("trace.json").is_file(), "{report:?}");
     assert_eq!(std::fs::read_dir(here).unwrap().count(), 0);
+    // A shell is offered its names.
+    wait_for("names", || {
+        let mut command = all.command("viewer", &["--", "slate", "get", "/r2/planner/pa"]);
+        command.env("SLATE_COMPLETE", "bash").env("_CLAP_IFS", "\n").env("_CLAP_COMPLETE_INDEX", "2");
+        text(&command.output().unwrap().stdout).lines().any(|line| line == "/r2/planner/params")
+    });
     // Forms for programs are the same.
     let modules: Value = serde_json::from_str(&all.done("viewer", &["module", "list", "--json"])).unwrap();
     assert_eq!(modules["schema"], "slate.module/1");
