@@ -1,19 +1,15 @@
 //! Any operation of an agent's HTTP API.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::Value;
 
 use crate::connection::AgentOption;
-use crate::endpoint::{Endpoint, Role};
+use crate::endpoint::Role;
 use crate::failure::Failure;
-use crate::http::{self, Request};
+use crate::http::{Access, BASE, Request};
 use crate::output;
-
-/// What stands before the paths of all operations.
-const BASE: &str = "/api/v1";
 
 #[derive(Debug, Args)]
 pub struct ApiOptions {
@@ -72,19 +68,14 @@ fn header(text: &str) -> Result<String, String> {
 
 /// Asks, and prints the answer as it comes.
 pub fn api(options: &ApiOptions) -> Result<bool, Failure> {
-    let client = options.agent.connect()?;
-    let endpoint = Endpoint::of(client.name())?;
-    let (_, token) = endpoint.token(options.role).ok_or_else(|| no_token(options.role))?;
+    let access = options.agent.over_http(options.role)?;
     let (Some(method), Some(path)) = (&options.method, &options.path) else {
-        return list(&endpoint, token, options.json);
+        return list(&access, options.json);
     };
     let body = options.body.as_deref().map(body).transpose()?;
     let accept = options.accept.as_deref();
-    let request = Request { method, path, token, accept, body: body.as_deref() };
-    let mut response = http::ask(&endpoint.address, &request)?;
-    if response.status >= 400 {
-        return Err(problem(response));
-    }
+    let request = Request { method, path, accept, body: body.as_deref(), key: None };
+    let mut response = access.ask(&request)?.well()?;
     let lost = |source| Failure::File { path: place(options.out.as_deref()), source };
     let mut to: Box<dyn std::io::Write> = match &options.out {
         Some(file) => Box::new(std::fs::File::create(file).map_err(lost)?),
@@ -106,14 +97,6 @@ fn place(file: Option<&Path>) -> PathBuf {
     file.map_or_else(|| "the answer".into(), Path::to_owned)
 }
 
-/// The agent has no such secret.
-pub fn no_token(role: Option<Role>) -> Failure {
-    let role = role.map_or("role", Role::name);
-    let detail = format!("the agent has no secret of a {role}");
-    let help = "its configuration names those that there are: console.tokens".to_owned();
-    Failure::Http { status: 401, detail, help, code: None }
-}
-
 fn body(text: &str) -> Result<String, Failure> {
     let failed = |path: &str, source| Failure::File { path: path.into(), source };
     let content = match text.strip_prefix('@') {
@@ -128,29 +111,9 @@ fn body(text: &str) -> Result<String, Failure> {
     Ok(content)
 }
 
-/// What an agent says that does not do it.
-fn problem(mut response: http::Response) -> Failure {
-    let mut text = String::new();
-    // What came of it is better than nothing.
-    let _ = response.body.read_to_string(&mut text);
-    let problem: Value = serde_json::from_str(&text).unwrap_or_default();
-    let field = |name: &str| problem.get(name).and_then(Value::as_str).map(str::to_owned);
-    let status = response.status;
-    let detail = field("detail").unwrap_or_else(|| format!("the agent answers with status {status}"));
-    Failure::Http { status, detail, help: field("help").unwrap_or_default(), code: field("code") }
-}
-
 /// Lists the operations.
-fn list(endpoint: &Endpoint, token: &str, json: bool) -> Result<bool, Failure> {
-    let request = Request { method: "GET", path: BASE, token, accept: None, body: None };
-    let mut response = http::ask(&endpoint.address, &request)?;
-    if response.status >= 400 {
-        return Err(problem(response));
-    }
-    let mut text = String::new();
-    let lost = |source| Failure::File { path: place(None), source };
-    response.body.read_to_string(&mut text).map_err(lost)?;
-    let index: Value = serde_json::from_str(&text).unwrap_or_default();
+fn list(access: &Access, json: bool) -> Result<bool, Failure> {
+    let index = access.value(&Request { method: "GET", path: BASE, ..Request::default() })?;
     if json {
         output::document("slate.api/1", &index);
         return Ok(true);
@@ -162,7 +125,7 @@ fn list(endpoint: &Endpoint, token: &str, json: bool) -> Result<bool, Failure> {
             text.strip_prefix(BASE).filter(|rest| rest.starts_with('/')).unwrap_or(text).to_owned()
         })
     };
-    let head = ["method", "path", "for a", "what it does"].map(String::from);
+    let head = ["method", "path", "for", "what it does"].map(String::from);
     output::columns([head].into_iter().chain(operations.map(row)));
     Ok(true)
 }

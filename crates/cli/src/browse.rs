@@ -5,10 +5,10 @@ use std::process::{Command, Stdio};
 use clap::Args;
 use serde_json::json;
 
-use crate::api::no_token;
 use crate::connection::AgentOption;
-use crate::endpoint::{Endpoint, Role};
+use crate::endpoint::Role;
 use crate::failure::Failure;
+use crate::http::{BASE, Request};
 use crate::output;
 
 #[derive(Debug, Args)]
@@ -31,16 +31,18 @@ pub struct ConsoleOptions {
 
 /// Prints the link, which has a secret in it.
 pub fn console(options: &ConsoleOptions) -> Result<bool, Failure> {
-    let client = options.agent.connect()?;
-    let endpoint = Endpoint::of(client.name())?;
-    let (role, token) = endpoint.token(options.role).ok_or_else(|| no_token(options.role))?;
+    let access = options.agent.over_http(options.role)?;
     // What stands behind # stays in the browser.
-    let link = format!("{}/#token={token}", endpoint.address);
+    let link = format!("{}/#token={}", access.address, access.token);
     match options.json {
-        true => output::json(&json!({
-            "schema": "slate.console/1", "agent": client.name(), "address": endpoint.address, "role": role.name(),
-            "link": link,
-        })),
+        true => {
+            let path = format!("{BASE}/agent");
+            let agent = access.value(&Request { method: "GET", path: &path, ..Request::default() })?;
+            output::json(&json!({
+                "schema": "slate.console/1", "agent": agent["name"], "address": access.address.to_string(),
+                "role": agent["role"], "link": link,
+            }));
+        }
         false => output::line(&link),
     }
     if options.open {

@@ -11,7 +11,7 @@ use clap_complete::env::{CompleteEnv, Shells};
 use slate::runtime::remote::{Client, agents};
 
 use crate::arguments::Arguments;
-use crate::connection::ask_all;
+use crate::connection::ask_usual;
 use crate::failure::Failure;
 use crate::{examples, output};
 
@@ -65,35 +65,27 @@ pub fn of_agents(current: &OsStr) -> Vec<CompletionCandidate> {
     candidates(in_time(|| agents().into_iter().collect()), current)
 }
 
-/// The properties of all agents that run here.
+/// The properties of the agent elsewhere that is usual, else of all agents that run here.
 pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
     // A path may begin without its slash.
     let slash = if current.to_string_lossy().starts_with('/') || current.is_empty() { "/" } else { "" };
     let found = in_time(move || {
-        let asked = ask_all(|name| Client::connect(name)?.properties(None));
-        let all = asked.into_iter().filter_map(|(_, answer)| answer?.ok()).flatten();
+        let all = ask_usual(|client| client.properties(None)).into_iter().flatten();
         all.map(|property| format!("{slash}{}", property.path)).collect()
     });
     candidates(found, current)
 }
 
-/// The modules of all agents that run here.
+/// Their modules.
 pub fn of_modules(current: &OsStr) -> Vec<CompletionCandidate> {
-    let found = in_time(|| {
-        let asked = ask_all(|name| Client::connect(name)?.modules());
-        let all = asked.into_iter().filter_map(|(_, answer)| answer?.ok()).flatten();
-        all.map(|module| module.name).collect()
-    });
+    let found =
+        in_time(|| ask_usual(Client::modules).into_iter().flatten().map(|module| module.name).collect());
     candidates(found, current)
 }
 
-/// The inputs of all agents that run here which are linked.
+/// Their inputs that are linked.
 pub fn of_links(current: &OsStr) -> Vec<CompletionCandidate> {
-    let found = in_time(|| {
-        let asked = ask_all(|name| Client::connect(name)?.links());
-        let all = asked.into_iter().filter_map(|(_, answer)| answer?.ok()).flatten();
-        all.map(|link| link.to).collect()
-    });
+    let found = in_time(|| ask_usual(Client::links).into_iter().flatten().map(|link| link.to).collect());
     candidates(found, current)
 }
 

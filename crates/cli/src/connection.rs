@@ -1,31 +1,79 @@
 //! Finding the agent that a command is for.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::runtime::remote::{Client, agents};
+use slate::runtime::remote::{Client, ClientError, agents};
 use slate::runtime::sharing::TEAM;
 
 use crate::complete;
+use crate::endpoint::Role;
 use crate::failure::Failure;
+use crate::http::trouble::Trouble;
+use crate::http::{Access, socket};
 use crate::watch::now;
 
 /// Which agent is asked.
 #[derive(Debug, Args)]
 pub struct AgentOption {
-    /// The agent, by name; needed when several run and no URL names one.
-    #[arg(long, value_name = "NAME", add = ArgValueCompleter::new(complete::of_agents))]
+    /// The agent, by name, or over HTTP by its address such as https://robot.local:7878, with SLATE_TOKEN as secret; that in
+    /// SLATE_AGENT unless given. Needed when several run and no URL names one.
+    #[arg(long, value_name = "NAME|ADDRESS", add = ArgValueCompleter::new(complete::of_agents))]
     pub agent: Option<String>,
 }
 
 impl AgentOption {
+    /// The name or the address that was said, if any was.
+    fn said(&self) -> Option<String> {
+        let usual = || std::env::var("SLATE_AGENT").ok().filter(|said| !said.is_empty());
+        self.agent.clone().or_else(usual)
+    }
+
+    /// The address that was said, if it is no name.
+    fn address(&self) -> Option<String> {
+        self.said().filter(|said| said.contains("://"))
+    }
+
+    /// The agent over HTTP, when it is reached in no other way.
+    pub fn elsewhere(&self) -> Result<Option<Access>, Failure> {
+        self.address().map(|address| Access::at(&address, None)).transpose()
+    }
+
+    /// The agent over HTTP, asked with the secret of a role, or of the highest that is known.
+    pub fn over_http(&self, role: Option<Role>) -> Result<Access, Failure> {
+        match self.address() {
+            Some(address) => Access::at(&address, role),
+            None => Access::of(self.connect()?.name(), role),
+        }
+    }
+
+    /// A file as the agent is told of it, whose folder is another one. One that is reached over HTTP has it in a folder of its own.
+    pub fn file(&self, path: &Path) -> Result<PathBuf, Failure> {
+        if self.address().is_none() {
+            return std::path::absolute(path).map_err(|source| Failure::File { path: path.into(), source });
+        }
+        match path.file_name() == Some(path.as_os_str()) {
+            true => Ok(path.into()),
+            false => Err(Trouble::FileHere { path: path.into() }.into()),
+        }
+    }
+
+    /// As [`file`](AgentOption::file), for the library of a plugin. An agent that is reached over HTTP takes none, and says so.
+    pub fn library(&self, path: &Path) -> Result<PathBuf, Failure> {
+        if self.address().is_some() { Ok(path.into()) } else { self.file(path) }
+    }
+
     /// Connects to it.
     pub fn connect(&self) -> Result<Client, Failure> {
-        if let Some(name) = &self.agent {
-            return Ok(Client::connect(name)?);
+        if let Some(access) = self.elsewhere()? {
+            return socket::connect(&access);
+        }
+        if let Some(name) = self.said() {
+            return Ok(Client::connect(&name)?);
         }
         let running = agents();
         match &running[..] {
@@ -45,7 +93,7 @@ impl AgentOption {
     /// The only agent of several that has the property at a path.
     fn owner(&self, path: &str) -> Option<Client> {
         let running = agents();
-        if self.agent.is_some() || running.len() < 2 || path.contains("://") {
+        if self.said().is_some() || running.len() < 2 || path.contains("://") {
             return None;
         }
         let path = path.to_owned();
@@ -66,7 +114,7 @@ impl AgentOption {
 
     /// Connects to an agent that knows the one that a URL names.
     pub fn connect_beside(&self, url: &str) -> Result<Client, Failure> {
-        let (None, Some(name)) = (&self.agent, named(url)) else { return self.connect() };
+        let (None, Some(name)) = (self.said(), named(url)) else { return self.connect() };
         let running = agents();
         if running.len() < 2 {
             return self.connect();
@@ -95,7 +143,7 @@ impl AgentOption {
 
     /// The agent that a URL names, if it is here and no other one is to be asked.
     fn named<'u>(&self, url: &'u str) -> Option<&'u str> {
-        named(url).filter(|name| self.agent.is_none() && agents().iter().any(|own| own == name))
+        named(url).filter(|name| self.said().is_none() && agents().iter().any(|own| own == name))
     }
 }
 
@@ -120,6 +168,18 @@ pub fn ask_all<T: Send + 'static>(
         asked[index].1 = Some(answer);
     }
     asked
+}
+
+/// Asks the agent that is usual when that is elsewhere, else all that run here, and returns what came in time.
+pub fn ask_usual<T: Send + 'static>(
+    ask: impl Fn(&mut Client) -> Result<T, ClientError> + Send + Sync + 'static,
+) -> Vec<T> {
+    let usual = AgentOption { agent: None };
+    if usual.address().is_some() {
+        return usual.connect().ok().and_then(|mut client| ask(&mut client).ok()).into_iter().collect();
+    }
+    let asked = ask_all(move |name| ask(&mut Client::connect(name)?));
+    asked.into_iter().filter_map(|(_, answer)| answer?.ok()).collect()
 }
 
 /// The agent that a URL names, if it does; what the team knows is known to each of its agents.

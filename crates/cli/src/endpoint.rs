@@ -2,24 +2,32 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::PathBuf;
 
+use rustix::process::{Pid, test_kill_process};
 use serde::Deserialize;
 use slate::runtime::remote::{Lock, folder};
 
 use crate::failure::Failure;
+use crate::http::address::Address;
+use crate::http::trouble::Trouble;
+use crate::http::{Access, token};
 
 /// The end of the names of these files.
 const FILE: &str = ".console";
 
 /// Where an agent is reached.
 #[derive(Debug, Deserialize)]
-pub struct Endpoint {
+struct Endpoint {
     /// Such as `http://127.0.0.1:7878`.
-    pub address: String,
+    address: String,
     /// By the names of roles, from the lowest.
     tokens: BTreeMap<String, String>,
     /// Whose file it is.
     process: u32,
+    /// The file of its certificate, if it speaks TLS.
+    #[serde(default)]
+    certificate: Option<PathBuf>,
 }
 
 /// What somebody may do who asks, from the least to the most.
@@ -36,6 +44,15 @@ pub enum Role {
 impl Role {
     const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Developer];
 
+    /// With its article, as sentences call it.
+    pub fn one(self) -> &'static str {
+        match self {
+            Self::Viewer => "a viewer",
+            Self::Operator => "an operator",
+            Self::Developer => "a developer",
+        }
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Self::Viewer => "viewer",
@@ -46,25 +63,81 @@ impl Role {
 }
 
 impl Endpoint {
-    /// That of the agent which is reached by a name. What an agent left that was killed is of another process.
-    pub fn of(agent: &str) -> Result<Self, Failure> {
-        let process = Lock::holder(&folder().join(format!("{agent}.lock")));
+    /// Those of all agents of this user.
+    fn all() -> impl Iterator<Item = Self> {
         let files = fs::read_dir(folder()).into_iter().flatten().flatten();
         let files = files.filter(|file| file.file_name().to_string_lossy().ends_with(FILE));
-        let mut endpoints = files.filter_map(|file| {
+        files.filter_map(|file| {
             let text = fs::read_to_string(file.path()).ok()?;
-            serde_json::from_str::<Self>(&text).ok()
-        });
-        let found = endpoints.find(|endpoint| Some(endpoint.process) == process);
-        found.ok_or_else(|| Failure::NoConsole { agent: agent.into() })
+            serde_json::from_str(&text).ok()
+        })
+    }
+
+    /// That of an agent of this computer that is at an address. What one left that was killed is of a process that is gone.
+    fn at(address: &Address) -> Option<Self> {
+        Self::all().find(|endpoint| {
+            let process = i32::try_from(endpoint.process).ok().and_then(Pid::from_raw);
+            process.is_some_and(|process| test_kill_process(process).is_ok())
+                && endpoint.address.parse::<Address>().is_ok_and(|own| own.is_same(address))
+        })
     }
 
     /// The secret of a role, or of the highest that there is.
-    pub fn token(&self, role: Option<Role>) -> Option<(Role, &str)> {
-        let own = |role: Role| Some((role, self.tokens.get(role.name())?.as_str()));
+    fn token(&self, role: Option<Role>) -> Option<&str> {
+        let own = |role: Role| self.tokens.get(role.name()).map(String::as_str);
         match role {
             Some(role) => own(role),
             None => Role::ALL.into_iter().rev().find_map(own),
         }
     }
+
+    fn access(self, address: Address, role: Option<Role>) -> Result<Access, Failure> {
+        let token = self.token(role).ok_or_else(|| no_token(role))?.to_owned();
+        Ok(Access { address, token, certificate: certificate().or(self.certificate) })
+    }
+}
+
+impl Access {
+    /// That of the agent of this computer which is reached by a name. What an agent left that was killed is of another process.
+    pub fn of(agent: &str, role: Option<Role>) -> Result<Self, Failure> {
+        let process = Lock::holder(&folder().join(format!("{agent}.lock")));
+        let found = Endpoint::all().find(|endpoint| Some(endpoint.process) == process);
+        let endpoint = found.ok_or_else(|| Failure::NoConsole { agent: agent.into() })?;
+        let address = parse(&endpoint.address)?;
+        endpoint.access(address, role)
+    }
+
+    /// That of the agent at an address. Of one of this computer secret and certificate are known, unless others are given.
+    pub fn at(text: &str, role: Option<Role>) -> Result<Self, Failure> {
+        let address = parse(text)?;
+        let given = if role.is_none() { token::given()? } else { None };
+        match (given, Endpoint::at(&address)) {
+            (Some(token), endpoint) => {
+                let known = || endpoint.and_then(|endpoint| endpoint.certificate);
+                Ok(Self { address, token, certificate: certificate().or_else(known) })
+            }
+            (None, Some(endpoint)) => endpoint.access(address, role),
+            (None, None) if role.is_some() => Err(no_token(role)),
+            (None, None) => Err(Trouble::NoToken { address: address.to_string() }.into()),
+        }
+    }
+}
+
+fn parse(text: &str) -> Result<Address, Failure> {
+    let wrong = |reason| Trouble::NoAddress { text: text.into(), reason };
+    Ok(text.parse().map_err(wrong)?)
+}
+
+/// The file of whom to trust that was given.
+fn certificate() -> Option<PathBuf> {
+    std::env::var_os("SLATE_CERTIFICATE").filter(|said| !said.is_empty()).map(PathBuf::from)
+}
+
+/// There is no such secret.
+fn no_token(role: Option<Role>) -> Failure {
+    let detail = format!("the secret of {} is not known", role.map_or("any role", Role::one));
+    let help = "a configuration names those that there are, `console.tokens`; for an agent elsewhere, SLATE_TOKEN has one, \
+                which is sent without --role"
+        .to_owned();
+    Failure::Http { status: 401, detail, help, code: None }
 }

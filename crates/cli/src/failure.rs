@@ -11,6 +11,7 @@ use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
 
 use crate::arguments::MAXIMUM_SEED;
+use crate::http::trouble::Trouble;
 use crate::output;
 
 /// The agent is not there, or does not answer.
@@ -93,10 +94,8 @@ pub enum Failure {
     SeveralInTable { urls: Vec<String> },
     #[error("agent `{agent}` is not reached over HTTP")]
     NoConsole { agent: String },
-    #[error("{address} is not reached: {reason}")]
-    Unreached { address: String, reason: String },
-    #[error("{address} speaks TLS, which this command does not")]
-    Tls { address: String },
+    #[error("{0}")]
+    Network(#[from] Trouble),
     #[error("{detail}")]
     Http { status: u16, detail: String, help: String, code: Option<String> },
     #[error("{}", no_goal(.found))]
@@ -194,7 +193,9 @@ impl Failure {
                 _ => REFUSED,
             },
             Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } => UNREACHED,
-            Self::NoConsole { .. } | Self::Unreached { .. } => UNREACHED,
+            Self::Network(Trouble::NoToken { .. }) => REFUSED,
+            Self::Network(trouble) if trouble.is_callers() => 2,
+            Self::NoConsole { .. } | Self::Network(_) => UNREACHED,
             Self::NotLinked { .. }
             | Self::NotLoaded { .. }
             | Self::NothingLike { .. }
@@ -323,10 +324,7 @@ impl Failure {
             Self::NoConsole { agent } => format!(
                 "start it with --set console.port=0, or without --headless; `slate ps` shows whether {agent} is the one"
             ),
-            Self::Unreached { .. } => "look whether the agent still runs: slate ps".into(),
-            Self::Tls { address } => format!(
-                "use a program that knows its certificate, such as curl --cacert FILE {address}/api/v1/agent"
-            ),
+            Self::Network(trouble) => trouble.help(),
             Self::Http { help, .. } => help.clone(),
             Self::NoGoal { found } if found.is_empty() => {
                 "a goal is an input without a link called `goal` or `target`, or parameters `goal_x` and `goal_y`; \

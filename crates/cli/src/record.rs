@@ -1,6 +1,6 @@
 //! Recordings of running agents.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use slate::runtime::printable;
@@ -63,14 +63,14 @@ pub struct StartOptions {
 pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
     match verb {
         RecordVerb::Start(options) => {
-            let file = absolute(&options.out)?;
+            let file = options.agent.file(&options.out)?;
             let mut client = options.agent.connect()?;
             let what = (&*options.select, &*options.exclude);
             client.start_recording(&file, what, options.rate, options.on_change)?;
             output::line(format_args!("{} records into {}", client.name(), printable(&options.out)));
         }
         RecordVerb::Stop { file, agent } => {
-            let file = file.as_deref().map(absolute).transpose()?;
+            let file = file.as_deref().map(|file| agent.file(file)).transpose()?;
             let entry = agent.connect()?.stop_recording(file.as_deref())?;
             output::line(format_args!("{} has {}", printable(&entry.file), counts(&entry)));
         }
@@ -79,17 +79,13 @@ pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
             if *json { output::document("slate.record/1", &status) } else { show(&status) }
         }
         RecordVerb::Snapshot { file, agent } => {
-            let saved = agent.connect()?.save_flight(&absolute(file)?)?;
+            let saved = agent.connect()?.save_flight(&agent.file(file)?)?;
             let seconds = saved.to.saturating_sub(saved.from) as f64 * 1e-9;
             let (file, values) = (printable(file), saved.values);
             output::line(format_args!("{file} has the last {seconds:.3} s: {values} values"));
         }
     }
     Ok(true)
-}
-
-fn absolute(file: &Path) -> Result<PathBuf, Failure> {
-    std::path::absolute(file).map_err(|source| Failure::File { path: file.into(), source })
 }
 
 fn counts(entry: &RecordingEntry) -> String {

@@ -1,4 +1,4 @@
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Subcommand;
 use serde_json::json;
@@ -46,7 +46,7 @@ pub enum SnapshotVerb {
 pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
     match verb {
         SnapshotVerb::Save { file, of: Some(url), agent } => {
-            let saved = agent.connect_beside(url)?.save_remote(url, &absolute(file)?)?;
+            let saved = agent.connect_beside(url)?.save_remote(url, &agent.file(file)?)?;
             let untold = match saved.untold {
                 0 => String::new(),
                 untold => format!("; it says of {untold} why they could not be had"),
@@ -60,11 +60,11 @@ pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
             ));
         }
         SnapshotVerb::Save { file, of: None, agent } => {
-            let saved = agent.connect()?.save_snapshot(&absolute(file)?)?;
+            let saved = agent.connect()?.save_snapshot(&agent.file(file)?)?;
             output::line(format_args!("{} has {}", file.display(), moment(&saved)));
         }
         SnapshotVerb::Load { file, agent } => {
-            let loaded = agent.connect()?.load_snapshot(&absolute(file)?)?;
+            let loaded = agent.connect()?.load_snapshot(&agent.file(file)?)?;
             output::line(format_args!("it goes on from {}", moment(&loaded)));
         }
         SnapshotVerb::Info { file, json, configuration } => {
@@ -77,10 +77,6 @@ pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
         }
     }
     Ok(true)
-}
-
-fn absolute(file: &Path) -> Result<PathBuf, Failure> {
-    std::path::absolute(file).map_err(|source| Failure::File { path: file.into(), source })
 }
 
 fn moment(entry: &SnapshotEntry) -> String {

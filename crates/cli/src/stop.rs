@@ -1,12 +1,27 @@
 //! The software stop of a running agent.
 
+use serde_json::json;
+
 use crate::connection::AgentOption;
 use crate::failure::Failure;
+use crate::http::{BASE, Request};
 use crate::output;
 
 /// Stops all actuators.
 pub fn stop(agent: &AgentOption, reason: &str) -> Result<bool, Failure> {
-    agent.connect()?.stop(reason)?;
+    match agent.elsewhere()? {
+        // A request of its own, for which there is always a place.
+        Some(access) => {
+            let (path, body) = (format!("{BASE}/stop"), json!({ "reason": reason }).to_string());
+            access.value(&Request {
+                method: "POST",
+                path: &path,
+                body: Some(&body),
+                ..Request::default()
+            })?;
+        }
+        None => agent.connect()?.stop(reason)?,
+    }
     output::line("all actuators are stopped, until `slate reset` and `slate arm`");
     Ok(true)
 }

@@ -163,7 +163,8 @@ impl Look {
             Order::Jitter => rows.sort_by_key(|row| std::cmp::Reverse(row.jitter)),
         }
         let (agent, count) = (client.name().to_owned(), values.len());
-        let process = Process::of(&agent);
+        // Another computer's processes are not seen here.
+        let process = Some(&agent).filter(|_| client.is_local()).and_then(|agent| Process::of(agent));
         Ok(Self { agent, process, state: values[count - 2].clone(), cycle: values[count - 1].clone(), rows })
     }
 

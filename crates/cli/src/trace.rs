@@ -40,18 +40,19 @@ const LOOK: Duration = Duration::from_millis(250);
 
 /// Records what the modules of a running agent do when.
 pub fn trace(options: &TraceOptions) -> Result<bool, Failure> {
-    let file = std::path::absolute(&options.out)
-        .map_err(|source| Failure::File { path: options.out.clone(), source })?;
+    let file = options.agent.file(&options.out)?;
     let mut client = options.agent.connect()?;
+    let is_local = client.is_local();
     let interrupted = interrupts();
     let recorded = client
         .record_trace(&file)
         .and_then(|()| record(&mut client, options.seconds, &interrupted))
-        .map_err(|error| without_end(error, &file))?;
+        // The files of an agent elsewhere are its own.
+        .map_err(|error| if is_local { without_end(error, &file) } else { error.into() })?;
     if options.json {
         output::document("slate.trace/1", &recorded);
     } else {
-        output::line(summary(&recorded, &file));
+        output::line(summary(&recorded));
     }
     if let Some(warning) = warning(&recorded) {
         eprintln!("warning: {warning}");
@@ -135,14 +136,14 @@ fn remove_abandoned(part: &Path) -> std::io::Result<bool> {
     }
 }
 
-fn summary(recorded: &TraceEntry, file: &Path) -> String {
+fn summary(recorded: &TraceEntry) -> String {
     let tracks = recorded.tracks.len();
     let seconds = recorded.to.saturating_sub(recorded.from) as f64 * 1e-9;
     format!(
         "{} spans of {tracks} {} over {seconds:.2} s in {}; open it in https://ui.perfetto.dev",
         recorded.spans(),
         if tracks == 1 { "track" } else { "tracks" },
-        printable(file)
+        printable(&recorded.file)
     )
 }
 

@@ -9,8 +9,10 @@ use slate_blackboard::message::Sender;
 use slate_module::Level;
 use slate_runtime::log::Logger;
 use slate_runtime::remote::Desk;
+use tokio::sync::Semaphore;
 
 use crate::lease::Leases;
+use crate::socket::MOST_TOOLS;
 
 /// A file that a browser gets without a token, such as a page and what belongs to it.
 #[derive(Clone, Debug)]
@@ -48,6 +50,8 @@ pub(crate) struct Context {
     pub session: String,
     /// Controls that are had over plain requests.
     pub leases: Leases,
+    /// Places of tools with a connection of their own.
+    pub tools: Arc<Semaphore>,
     /// Who sends messages, by the path of the mailbox.
     senders: Mutex<BTreeMap<String, Sender>>,
     /// Held by who changes something under a condition.
@@ -69,6 +73,7 @@ impl Context {
             is_lockstep,
             documents,
             leases: Leases::default(),
+            tools: Arc::new(Semaphore::new(MOST_TOOLS)),
             senders: Mutex::default(),
             turn: Mutex::default(),
         }

@@ -53,6 +53,12 @@ impl Problem {
         Self { mistake, report: refusal.report, ..Self::new(status, refusal.message, refusal.help) }
     }
 
+    /// As it is told at the local socket.
+    pub fn refusal(self) -> Refusal {
+        let code = self.mistake.map(|mistake| mistake.code().to_owned());
+        Refusal { message: self.detail, help: self.help, code, report: self.report }
+    }
+
     pub fn json(&self) -> Json {
         let mut body = json!({
             "type": "about:blank",

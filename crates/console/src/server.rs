@@ -144,7 +144,9 @@ impl Console {
         let hosts = listen::hosts(&addresses, &settings.names);
         let shown = hosts.first().cloned().unwrap_or_default();
         let port = addresses.first().map_or(0, SocketAddr::port);
-        let file = tokens.write(agent.board().agent(), port, &format!("{scheme}://{shown}"))?;
+        let certificate = settings.certificate.as_ref().map(|(certificate, _)| certificate.as_path());
+        let address = format!("{scheme}://{shown}");
+        let file = tokens.write(agent.board().agent(), port, &address, certificate)?;
         let link = format!("{scheme}://{shown}/#token={}", tokens.highest());
         let session = Tokens::generate()?.session();
         let context = Context::new(

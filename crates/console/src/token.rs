@@ -76,7 +76,13 @@ impl Tokens {
     /// Writes them where tools of this user find them.
     ///
     /// The port is part of the name, as there may be several agents of one name.
-    pub fn write(&self, agent: &str, port: u16, address: &str) -> io::Result<TokenFile> {
+    pub fn write(
+        &self,
+        agent: &str,
+        port: u16,
+        address: &str,
+        certificate: Option<&Path>,
+    ) -> io::Result<TokenFile> {
         let folder = folder();
         match DirBuilder::new().recursive(true).mode(0o700).create(&folder) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
@@ -87,6 +93,7 @@ impl Tokens {
             "agent": agent,
             "process": std::process::id(),
             "address": address,
+            "certificate": certificate.map(std::path::absolute).transpose()?,
             "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<BTreeMap<_, _>>(),
         });
         // What an agent left that was killed.

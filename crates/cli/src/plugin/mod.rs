@@ -155,7 +155,7 @@ fn load(agent: &AgentOption, plugin: &str) -> Result<(), Failure> {
     let path = Path::new(plugin);
     // No plugin's name has a slash or a dot.
     let is_file = plugin.contains(['/', '.']) || path.is_file();
-    let file = if is_file { Some(absolute(path)?) } else { None };
+    let file = if is_file { Some(agent.library(path)?) } else { None };
     let mut client = agent.connect()?;
     let loaded = match file {
         Some(file) => client.load_library(&file)?,
@@ -175,7 +175,7 @@ fn code(file: Option<&Path>) -> String {
 }
 
 fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {
-    let file = file.map(absolute).transpose()?;
+    let file = file.map(|file| agent.library(file)).transpose()?;
     say(&agent.connect()?.reload(name, file.as_deref())?);
     Ok(())
 }
@@ -183,7 +183,7 @@ fn reload(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
 fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Failure> {
     let mut client = agent.connect()?;
     if let Some(file) = file {
-        for (module, path) in client.shadow(name, &absolute(file)?)? {
+        for (module, path) in client.shadow(name, &agent.library(file)?)? {
             output::line(format_args!("{module}: new code runs beside it, see {path}"));
         }
         return Ok(());
@@ -225,9 +225,4 @@ fn say(reloaded: &Reloaded) {
             Some(reason) => output::line(format_args!("{module}: begins afresh: {reason}")),
         }
     }
-}
-
-/// The agent has another current folder.
-fn absolute(path: &Path) -> Result<PathBuf, Failure> {
-    std::path::absolute(path).map_err(|source| Failure::File { path: path.into(), source })
 }

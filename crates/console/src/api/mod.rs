@@ -8,10 +8,11 @@ mod motion;
 mod openapi;
 mod parts;
 mod playback;
-mod recordings;
+pub(crate) mod recordings;
 mod settings;
 mod shape;
-mod snapshots;
+pub(crate) mod snapshots;
+mod sockets;
 mod statistics;
 mod threads;
 mod tree;
@@ -682,6 +683,9 @@ pub(crate) const OPERATIONS: &[Operation] = &[
     playback::RATE,
     playback::LOOP,
     history::READ,
+    sockets::LIVE,
+    sockets::TELEOPERATION,
+    sockets::REMOTE,
     Operation {
         method: "GET",
         path: "/layouts",

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::{Map, Value as Json, json};
 use slate_blackboard::{Access, Property};
 
-use super::shape;
+use super::{shape, sockets};
 use crate::context::Context;
 use crate::route::{BASE, Operation};
 
@@ -96,13 +96,17 @@ fn of(operation: &Operation, context: &Context) -> Json {
     for kind in operation.kinds {
         content.insert((*kind).into(), json!({}));
     }
+    let (status, done) = match sockets::is_socket(operation) {
+        true => ("101", json!({ "description": "It is open." })),
+        false => ("200", json!({ "description": "It is done.", "content": content })),
+    };
     let mut document = json!({
         "operationId": operation.name,
         "summary": operation.summary,
         "description": format!("For {} and whoever may more.", operation.role.one()),
         "parameters": parameters,
         "responses": {
-            "200": { "description": "It is done.", "content": content },
+            status: done,
             "default": {
                 "description": "It is not done, and why.",
                 "content": {

@@ -130,9 +130,11 @@ fn recorded(context: &Context) -> RecordingStatus {
     serde_json::from_value(status).unwrap_or_default()
 }
 
-/// The file of a recording.
-fn file(context: &Context, ask: &Ask) -> Result<PathBuf, Problem> {
-    let name = ask.part("recording");
+/// How the files of recordings end.
+pub(crate) const KIND: &str = "mcap";
+
+/// The file of a recording, or another one that is made beside them.
+pub(crate) fn file(context: &Context, name: &str, kind: &str) -> Result<PathBuf, Problem> {
     if name.is_empty()
         || name.len() > 64
         || !name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
@@ -144,19 +146,19 @@ fn file(context: &Context, ask: &Ask) -> Result<PathBuf, Problem> {
         let help = "`slate run` has what records; a program gives its agent one with `Options::recording`";
         Problem::new(StatusCode::CONFLICT, "this agent has nothing that records", help)
     };
-    Ok(recorded(context).folder.ok_or_else(nothing)?.join(format!("{name}.mcap")))
+    Ok(recorded(context).folder.ok_or_else(nothing)?.join(format!("{name}.{kind}")))
 }
 
 /// A file that is not there yet, in a folder that is.
-fn new_file(context: &Context, ask: &Ask) -> Result<PathBuf, Problem> {
-    let file = file(context, ask)?;
+pub(crate) fn new_file(context: &Context, name: &str, kind: &str) -> Result<PathBuf, Problem> {
+    let file = file(context, name, kind)?;
     let unusable = |error: std::io::Error| {
         let message = format!("the folder of recordings can't be used: {error}");
         Problem::new(StatusCode::CONFLICT, message, "run it with `--out` into a folder that it may write to")
     };
     std::fs::create_dir_all(file.parent().unwrap_or(Path::new(""))).map_err(unusable)?;
     if file.exists() {
-        let message = format!("there is a recording `{}` already", ask.part("recording"));
+        let message = format!("there is a {name}.{kind} already");
         return Err(Problem::new(StatusCode::CONFLICT, message, "take another name"));
     }
     Ok(file)
@@ -197,15 +199,17 @@ struct Start {
 
 fn start(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     let Start { select, exclude, rate, on_change } = ask.body_or_default()?;
-    let file = new_file(context, ask)?;
+    let file = new_file(context, ask.part("recording"), KIND)?;
     make(context, Call::RecordStart { file: file.clone(), select, exclude, rate, on_change })?;
     Ok(Answer::json(json!({ "file": file })))
 }
 
 fn stop(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    make(context, Call::RecordStop { file: Some(file(context, ask)?) }).map(Answer::json)
+    make(context, Call::RecordStop { file: Some(file(context, ask.part("recording"), KIND)?) })
+        .map(Answer::json)
 }
 
 fn snapshot(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    make(context, Call::RecordSnapshot { file: new_file(context, ask)? }).map(Answer::json)
+    make(context, Call::RecordSnapshot { file: new_file(context, ask.part("recording"), KIND)? })
+        .map(Answer::json)
 }

@@ -12,9 +12,11 @@ use crate::context::Context;
 use crate::problem::Problem;
 use crate::route::Ask;
 
+/// How the files of snapshots end.
+pub(crate) const KIND: &str = "snapshot";
+
 /// The file of a snapshot.
-fn file(ask: &Ask) -> Result<PathBuf, Problem> {
-    let name = ask.part("snapshot");
+pub(crate) fn file(name: &str, kind: &str) -> Result<PathBuf, Problem> {
     if name.is_empty()
         || name.len() > 64
         || !name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
@@ -28,16 +30,16 @@ fn file(ask: &Ask) -> Result<PathBuf, Problem> {
     };
     let folder = std::env::current_dir().map_err(wrong)?.join("snapshots");
     std::fs::create_dir_all(&folder).map_err(wrong)?;
-    Ok(folder.join(format!("{name}.snapshot")))
+    Ok(folder.join(format!("{name}.{kind}")))
 }
 
 pub(super) fn save(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    let file = file(ask)?;
+    let file = file(ask.part("snapshot"), KIND)?;
     make(context, Call::SnapshotSave { file: file.clone() }, file)
 }
 
 pub(super) fn load(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    let file = file(ask)?;
+    let file = file(ask.part("snapshot"), KIND)?;
     if !file.is_file() {
         let message = format!("there is no snapshot `{}`", ask.part("snapshot"));
         return Err(Problem::not_found(message, "take one with POST /api/v1/snapshots/NAME"));

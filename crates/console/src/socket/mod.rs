@@ -1,9 +1,11 @@
-//! WebSockets: live values, teleoperation, and Foxglove.
+//! WebSockets: live values, teleoperation, tools, and Foxglove.
 
 mod foxglove;
 mod live;
+mod remote;
 mod teleoperation;
 
+pub(crate) use remote::MOST as MOST_TOOLS;
 pub(crate) use teleoperation::gate;
 
 use std::net::SocketAddr;
@@ -19,6 +21,7 @@ use hyper::upgrade::Upgraded;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::TokioIo;
 use slate_module::Level;
+use tokio::sync::OwnedSemaphorePermit;
 use tokio::time::Instant;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
@@ -65,8 +68,13 @@ enum Said {
 impl Listener {
     /// The next message; nothing when the client is gone, silent for too long, or says too much.
     async fn next(&mut self) -> Option<Said> {
+        self.next_within(SILENCE).await
+    }
+
+    /// As [`next`](Listener::next), for one that may be silent for so long.
+    async fn next_within(&mut self, silence: Duration) -> Option<Said> {
         loop {
-            let message = tokio::time::timeout(SILENCE, self.stream.next()).await.ok()??.ok()?;
+            let message = tokio::time::timeout(silence, self.stream.next()).await.ok()??.ok()?;
             let passed = self.count.1.elapsed().as_secs_f64();
             if passed >= 1.0 {
                 self.count = (0.0, Instant::now());
@@ -90,6 +98,7 @@ impl Listener {
 enum Kind {
     Live,
     Teleoperation,
+    Remote,
     Foxglove,
 }
 
@@ -103,6 +112,7 @@ impl Kind {
         match path.strip_prefix(BASE).unwrap_or(path) {
             "/live" => Some(Self::Live),
             "/teleoperation" => Some(Self::Teleoperation),
+            "/remote" => Some(Self::Remote),
             "/foxglove" => Some(Self::Foxglove),
             // Where its clients look unless a path is given.
             "/" if speaks_foxglove => Some(Self::Foxglove),
@@ -112,7 +122,7 @@ impl Kind {
 
     fn protocols(self) -> &'static [&'static str] {
         match self {
-            Self::Live | Self::Teleoperation => &[SLATE],
+            Self::Live | Self::Teleoperation | Self::Remote => &[SLATE],
             Self::Foxglove => &foxglove::PROTOCOLS,
         }
     }
@@ -124,6 +134,8 @@ struct Visitor {
     role: Role,
     /// Who it is, for the log.
     who: String,
+    /// It counts as long as this lives.
+    _place: (Arc<Place>, Option<OwnedSemaphorePermit>),
 }
 
 /// Opens a socket.
@@ -138,7 +150,7 @@ pub(crate) fn open<B>(
     let headers = request.headers();
     let offered = protocols(headers);
     let kind = Kind::of(&path, &offered).ok_or_else(|| {
-        let help = format!("there are {BASE}/live, {BASE}/teleoperation and /foxglove");
+        let help = format!("there are {BASE}/live, {BASE}/teleoperation, {BASE}/remote and /foxglove");
         Problem::not_found(format!("there is no WebSocket at {path}"), help)
     })?;
     let key = key(request.method(), headers)?.to_owned();
@@ -155,11 +167,16 @@ pub(crate) fn open<B>(
         let message = format!("{} may not drive", role.one());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of an operator"));
     }
-    if !place.becomes_socket() {
+    let full = || {
         let message = "too many WebSockets are open";
-        return Err(
-            Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
-        );
+        Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
+    };
+    let permit = match kind {
+        Kind::Remote => Some(Arc::clone(&context.tools).try_acquire_owned().map_err(|_| full())?),
+        Kind::Live | Kind::Teleoperation | Kind::Foxglove => None,
+    };
+    if !place.becomes_socket() {
+        return Err(full());
     }
     let mut answer = response(StatusCode::SWITCHING_PROTOCOLS, "", Body::Whole(None));
     let accepted = derive_accept_key(key.as_bytes());
@@ -174,16 +191,14 @@ pub(crate) fn open<B>(
     }
     answered.remove(hyper::header::CONTENT_TYPE);
     let upgrade = hyper::upgrade::on(&mut request);
-    let visitor = Visitor { context: Arc::clone(context), role, who: format!("{role} at {from}") };
-    let place = Arc::clone(place);
+    let left = Arc::clone(&place.leave);
+    let _place = (Arc::clone(place), permit);
+    let visitor = Visitor { context: Arc::clone(context), role, who: format!("{role} at {from}"), _place };
     tokio::spawn(async move {
         let Ok(upgraded) = upgrade.await else { return };
-        let left = Arc::clone(&place.leave);
         let visit = visit(kind, visitor, upgraded);
         let (visit, left) = (std::pin::pin!(visit), std::pin::pin!(left.notified()));
         futures_util::future::select(visit, left).await;
-        // Until here it counts.
-        drop(place);
     });
     Ok(answer)
 }
@@ -211,20 +226,23 @@ fn key<'h>(method: &Method, headers: &'h HeaderMap) -> Result<&'h str, Problem> 
 }
 
 async fn visit(kind: Kind, visitor: Visitor, upgraded: Upgraded) {
+    let longest = if kind == Kind::Remote { remote::CALL } else { MESSAGE };
     let mut settings = WebSocketConfig::default();
-    settings.max_message_size = Some(MESSAGE);
-    settings.max_frame_size = Some(MESSAGE);
+    settings.max_message_size = Some(longest);
+    settings.max_frame_size = Some(longest);
     // What does not go out at once waits in the kernel, or its sender does.
     settings.write_buffer_size = 0;
     let stream = WebSocketStream::from_raw_socket(TokioIo::new(upgraded), Side::Server, Some(settings)).await;
     let (sink, stream) = stream.split();
     let listener = Listener { stream, count: (0.0, Instant::now()) };
-    if kind != Kind::Live {
+    // A tool comes and goes with each command, and the log says what it changes.
+    if !matches!(kind, Kind::Live | Kind::Remote) {
         visitor.context.log(Level::Info, &format!("{} has come to {}", visitor.who, kind.name()));
     }
     match kind {
         Kind::Live => live::visit(visitor, sink, listener).await,
         Kind::Teleoperation => teleoperation::visit(visitor, sink, listener).await,
+        Kind::Remote => remote::visit(visitor, sink, listener).await,
         Kind::Foxglove => foxglove::visit(visitor, sink, listener).await,
     }
 }
@@ -234,6 +252,7 @@ impl Kind {
         match self {
             Self::Live => "the live values",
             Self::Teleoperation => "the controls",
+            Self::Remote => "the desk of the tools",
             Self::Foxglove => "the endpoint for Foxglove",
         }
     }

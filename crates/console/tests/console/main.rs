@@ -18,6 +18,7 @@ mod pages;
 mod playback;
 mod reading;
 mod recordings;
+mod remote;
 mod sockets;
 mod tls;
 mod writing;

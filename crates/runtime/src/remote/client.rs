@@ -1,19 +1,19 @@
 //! A tool's side of the socket.
 
-use std::io::{BufReader, ErrorKind, Write};
+use std::io::ErrorKind;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::Duration;
 
 use serde::de::DeserializeOwned;
 
-use super::line::{self, Line};
 use super::place;
 use super::protocol::{
     Answer, Call, Changed, ControlsEntry, Different, Greeting, HolderEntry, LinkEntry, LoadedPlugins,
     Measured, ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry,
     Saved, SetProperty, SettingEntry, SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, VERSION, Watched,
 };
+use super::wire::{LocalWire, Wire};
 use crate::configuration::SaveTo;
 use crate::playback::{Order, PlaybackStatus};
 use crate::recording::{RecordingEntry, RecordingStatus, SavedFlight};
@@ -23,9 +23,6 @@ const GREETING: Duration = Duration::from_secs(5);
 
 /// How long it may take for an answer: a module may be slow to let itself be exchanged.
 const ANSWER: Duration = Duration::from_secs(60);
-
-/// The longest answer, bytes: a tool trusts its agent more than the agent its tools.
-const ANSWER_LIMIT: usize = 1 << 28;
 
 /// Why an agent was not asked, or does not do it.
 #[derive(Debug, thiserror::Error)]
@@ -71,8 +68,8 @@ pub enum ClientError {
 #[derive(Debug)]
 pub struct Client {
     name: String,
-    stream: UnixStream,
-    reader: BufReader<UnixStream>,
+    is_local: bool,
+    wire: Box<dyn Wire>,
 }
 
 impl Client {
@@ -90,26 +87,44 @@ impl Client {
             }
             _ => lost(error),
         })?;
-        stream.set_read_timeout(Some(GREETING)).map_err(lost)?;
-        stream.set_write_timeout(Some(ANSWER)).map_err(lost)?;
-        let reader = BufReader::new(stream.try_clone().map_err(lost)?);
-        let mut client = Self { name: name.into(), stream, reader };
-        let greeting: serde_json::Value = client.receive()?;
+        let wire = Box::new(LocalWire::new(stream).map_err(lost)?);
+        let mut client = Self { name: name.into(), is_local: true, wire };
+        client.greeting()?;
+        Ok(client)
+    }
+
+    /// Speaks to an agent over another connection than its socket; `address` says where it is until it has said its name.
+    ///
+    /// # Errors
+    /// When it does not greet as it should.
+    pub fn over(address: &str, wire: Box<dyn Wire>) -> Result<Self, ClientError> {
+        let mut client = Self { name: address.into(), is_local: false, wire };
+        client.name = client.greeting()?.agent;
+        Ok(client)
+    }
+
+    /// What an agent says first.
+    fn greeting(&mut self) -> Result<Greeting, ClientError> {
+        let greeting: serde_json::Value = self.receive(GREETING)?;
         if let Ok(Answer::Error(refusal)) = serde_json::from_value(greeting.clone()) {
             return Err(ClientError::Refused(refusal));
         }
         let greeting: Greeting =
-            serde_json::from_value(greeting).map_err(|error| client.nonsense(error.to_string()))?;
-        if greeting.slate != VERSION {
-            return Err(ClientError::Version { name: name.into(), found: greeting.slate });
+            serde_json::from_value(greeting).map_err(|error| self.nonsense(error.to_string()))?;
+        match greeting.slate {
+            VERSION => Ok(greeting),
+            found => Err(ClientError::Version { name: self.name.clone(), found }),
         }
-        client.stream.set_read_timeout(Some(ANSWER)).map_err(lost)?;
-        Ok(client)
     }
 
-    /// The name under which the agent is reached.
+    /// The name under which the agent is reached, or that it has said.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Whether it is reached by a socket of this computer.
+    pub fn is_local(&self) -> bool {
+        self.is_local
     }
 
     /// Asks the agent, and returns what it answers.
@@ -117,10 +132,9 @@ impl Client {
     /// # Errors
     /// When it refuses, or the connection is lost.
     pub fn call<T: DeserializeOwned>(&mut self, call: &Call) -> Result<T, ClientError> {
-        let mut text = serde_json::to_vec(call).map_err(|error| self.nonsense(error.to_string()))?;
-        text.push(b'\n');
-        self.stream.write_all(&text).map_err(|error| self.lost(error))?;
-        match self.receive()? {
+        let text = serde_json::to_string(call).map_err(|error| self.nonsense(error.to_string()))?;
+        self.wire.send(&text).map_err(|error| self.lost(error))?;
+        match self.receive(ANSWER)? {
             Answer::Error(refusal) => Err(ClientError::Refused(refusal)),
             Answer::Result(result) => {
                 serde_json::from_value(result).map_err(|error| self.nonsense(error.to_string()))
@@ -128,19 +142,13 @@ impl Client {
         }
     }
 
-    fn receive<T: DeserializeOwned>(&mut self) -> Result<T, ClientError> {
-        match line::read(&mut self.reader, ANSWER_LIMIT) {
-            Ok(Line::Whole(line)) => {
-                serde_json::from_slice(&line).map_err(|error| self.nonsense(error.to_string()))
-            }
-            Ok(Line::TooLong) => Err(self.nonsense(format!("more than {ANSWER_LIMIT} bytes in a line"))),
-            Ok(Line::End) => {
-                Err(self.lost(std::io::Error::new(ErrorKind::UnexpectedEof, "it has closed the connection")))
-            }
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
-                let limit = self.stream.read_timeout().ok().flatten().unwrap_or(ANSWER);
+    fn receive<T: DeserializeOwned>(&mut self, within: Duration) -> Result<T, ClientError> {
+        match self.wire.receive(within) {
+            Ok(message) => serde_json::from_slice(&message).map_err(|error| self.nonsense(error.to_string())),
+            Err(error) if error.kind() == ErrorKind::InvalidData => Err(self.nonsense(error.to_string())),
+            Err(error) if error.kind() == ErrorKind::TimedOut => {
                 let said =
-                    format!("no answer within {} s; it may go on with what it was asked", limit.as_secs());
+                    format!("no answer within {} s; it may go on with what it was asked", within.as_secs());
                 Err(self.lost(std::io::Error::new(ErrorKind::TimedOut, said)))
             }
             Err(error) => Err(self.lost(error)),

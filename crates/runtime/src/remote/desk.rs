@@ -8,8 +8,8 @@ use slate_blackboard::BoardError;
 use slate_blackboard::interface;
 
 use super::protocol::{
-    Answer, Call, Changed, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
-    Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
+    Call, Changed, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
+    SnapshotEntry, Switched, UnloadedPlugin,
 };
 use super::visit::Visit;
 use crate::configuration::{Configuration, Database, Report};
@@ -61,7 +61,8 @@ impl Desk {
         self.database.as_ref()
     }
 
-    /// Does what a call asks for. Traces are recorded, and controls taken, over a connection of the local socket alone.
+    /// Does what a call asks for. Traces are recorded, and controls taken, for tools with a connection of their own alone:
+    /// see [`make_for`](Desk::make_for).
     ///
     /// # Errors
     /// When it can't be done; nothing is changed then.
@@ -76,7 +77,7 @@ impl Desk {
                     "drive with `slate teleop`, or take the controls by `Composer::take_controls`",
                 ))
             }
-            call => self.call(call, &mut Visit::default()),
+            call => self.make_for(&mut Visit::default(), call),
         }
     }
 
@@ -101,15 +102,11 @@ impl Desk {
         }
     }
 
-    /// Answers a call of the tool of that visit.
-    pub(super) fn answer(&self, call: Call, visit: &mut Visit) -> Answer {
-        match self.call(call, visit) {
-            Ok(result) => Answer::Result(result),
-            Err(refusal) => Answer::Error(refusal),
-        }
-    }
-
-    fn call(&self, call: Call, visit: &mut Visit) -> Done {
+    /// Does what a tool asks for that has a connection of its own.
+    ///
+    /// # Errors
+    /// When it can't be done; nothing is changed then.
+    pub fn make_for(&self, visit: &mut Visit, call: Call) -> Result<serde_json::Value, Refusal> {
         let done = self.carry_out(call, visit);
         // A tool that is told of a change finds it in the recording, whatever becomes of this process.
         self.composer.settle_changes();

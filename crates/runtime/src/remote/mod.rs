@@ -3,7 +3,7 @@
 //! Each agent has a Unix stream socket, `$XDG_RUNTIME_DIR/slate/<agent>.sock`, in a folder that only its user may
 //! enter; without that variable the folder is `slate-<uid>` among the temporary files. Both sides send one JSON value
 //! a line. The agent begins with a [`Greeting`]; then it answers each [`Call`] with an [`Answer`], in order. Lines are
-//! at most [`LINE_LIMIT`] bytes long.
+//! at most [`LINE_LIMIT`] bytes long. The console of an agent speaks the same over a WebSocket, each value a message.
 //!
 //! ```text
 //! < {"slate":1,"agent":"exp1"}
@@ -41,6 +41,7 @@ mod settings;
 mod trace;
 mod values;
 mod visit;
+mod wire;
 
 pub use client::{Client, ClientError};
 pub use desk::Desk;
@@ -55,3 +56,5 @@ pub use protocol::{
 };
 pub use server::{OpenError, Server};
 pub use values::LONGEST;
+pub use visit::Visit;
+pub use wire::Wire;

@@ -172,9 +172,7 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
         let mut visit = Visit::default();
         // A tool that is gone misses nothing.
         let _ = serve(stream, &shared, number, &mut visit);
-        let Visit { trace, controls } = visit;
-        drop(controls);
-        trace.leave(shared.is_closed());
+        visit.leave(shared.is_closed());
         shared.guests().present.remove(&number);
     });
     if serving.is_err() {
@@ -206,6 +204,10 @@ fn serve(mut stream: UnixStream, hall: &Hall, number: u64, visit: &mut Visit) ->
     }
 }
 
+fn answered(made: Result<serde_json::Value, Refusal>) -> Answer {
+    made.map_or_else(Answer::Error, Answer::Result)
+}
+
 fn send(stream: &mut UnixStream, value: &impl Serialize) -> std::io::Result<()> {
     let mut text = serde_json::to_vec(value)?;
     text.push(b'\n');
@@ -232,9 +234,9 @@ impl Hall {
         if self.is_closed() {
             visit.trace.finish();
         }
-        let Manner::Change(name) = manner else { return Some(self.desk.answer(call, visit)) };
+        let Manner::Change(name) = manner else { return Some(answered(self.desk.make_for(visit, call))) };
         match self.turn(name, stream)? {
-            Ok(_turn) => Some(self.desk.answer(call, visit)),
+            Ok(_turn) => Some(answered(self.desk.make_for(visit, call))),
             Err(refusal) => Some(Answer::Error(refusal)),
         }
     }

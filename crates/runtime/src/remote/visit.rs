@@ -9,11 +9,32 @@ use super::trace::ToolTrace;
 use crate::agent::{ControlsError, ControlsHolder, Teleoperation};
 use crate::mistake::Mistake;
 
-/// It ends with the connection, whatever became of the tool.
+/// What a connection of a tool has of its own: the trace that it records, and the controls that it has. They end with the
+/// connection, whatever became of the tool.
 #[derive(Default)]
-pub(super) struct Visit {
-    pub trace: ToolTrace,
-    pub controls: Option<Teleoperation>,
+pub struct Visit {
+    pub(super) trace: ToolTrace,
+    pub(super) controls: Option<Teleoperation>,
+}
+
+impl std::fmt::Debug for Visit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Visit").field("has_controls", &self.has_controls()).finish_non_exhaustive()
+    }
+}
+
+impl Visit {
+    /// Whether the tool has the controls of an actuator.
+    pub fn has_controls(&self) -> bool {
+        self.controls.is_some()
+    }
+
+    /// Ends it: the controls are given back, and a trace is thrown away, unless it is the agent that ends.
+    pub fn leave(self, agent_ends: bool) {
+        let Self { trace, controls } = self;
+        drop(controls);
+        trace.leave(agent_ends);
+    }
 }
 
 impl Desk {
