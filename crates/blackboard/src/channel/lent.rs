@@ -102,7 +102,7 @@ impl Writer {
         let (pool, ledger) = (&self.channel.pool, &mut self.ledger);
         let mut lent = std::mem::take(&mut ledger.lent);
         lent.retain(|lent| {
-            let entry = ledger.entry(lent.slot.into());
+            let entry = ledger.entry(pool, lent.slot.into());
             // All pins but the writer's own. This acquires what readers did before they gave theirs back.
             let returned = pool.slot(lent.slot).returned.load(order::ACQUIRE);
             let pinned = returned.wrapping_add(1) != entry.pins && !cfg!(feature = "mutant-readers");

@@ -20,6 +20,7 @@ mod deeper;
 mod error;
 mod frozen;
 mod latest;
+mod ledger;
 mod lent;
 mod link;
 mod memory;
@@ -45,10 +46,10 @@ pub use writer::{Blocked, Draft, SetAside, Writer};
 
 use crate::Shape;
 use crate::sync::{AtomicU32, AtomicU64, Mutex, Ordering, order};
+use ledger::{LINE, Ledger};
 use link::Hook;
 use memory::Memory;
 use pool::{NO_SLOT, Pool};
-use writer::Ledger;
 
 /// How many readers a channel serves. What they may pin decides how many slots there can be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,13 +145,17 @@ impl Channel {
             in_turn: AtomicU32::new(0),
         };
         // A budget beyond what an index can name is met by refusing the handles that don't fit. One more for a snapshot.
-        let slots = slots(depth, budget, budget.latest.into(), budget.queues.into()) + 1;
-        let slots = slots.min(NO_SLOT.into());
+        let limit = slots(depth, budget, budget.latest.into(), budget.queues.into()) + 1;
+        let limit = limit.min(NO_SLOT.into());
+        // Most channels have few readers: what these need is made at once, and looked up first.
+        let queues = if depth > 1 { budget.queues.min(1) } else { 0 };
+        let near = slots(depth, budget, budget.latest.min(2).into(), queues.into());
+        let near = near.next_multiple_of(LINE).min(limit);
         let desk = Desk {
             latest: 0,
             probes: 0,
             queues: vec![false; budget.queues.into()].into(),
-            ledger: Some(Ledger::new(slots)),
+            ledger: Some(Ledger::new(near)),
             deeper: None,
         };
         let memory = memory.map_or(Memory::Heap, Memory::Given);
@@ -158,7 +163,7 @@ impl Channel {
             shape,
             budget,
             ring: (0..depth).map(|_| cell()).collect(),
-            pool: Pool::new(shape, slots, memory),
+            pool: Pool::new(shape, near, limit, memory),
             writer: AtomicU64::new(0),
             cursors: (0..budget.queues).map(|_| AtomicU64::new(IDLE)).collect(),
             blockers: AtomicU32::new(0),

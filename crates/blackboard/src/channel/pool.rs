@@ -1,7 +1,9 @@
 use std::alloc::{Layout, alloc_zeroed, dealloc};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
+use std::sync::OnceLock;
 
+use super::ledger::FarLines;
 use super::memory::Memory;
 use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
 use crate::{Shape, Stamp};
@@ -53,9 +55,13 @@ pub(super) struct Header {
 #[derive(Debug)]
 #[repr(C)]
 pub(super) struct Pool {
-    /// First, as all else is needed only when slots are made.
-    table: Box<[Entry]>,
+    /// The first slots, which are all that most channels ever have. It stands first, as all else is needed only when slots are
+    /// made.
+    near: Box<[Entry]>,
     ready: AtomicU32,
+    limit: usize,
+    /// All others, once there are more.
+    far: OnceLock<Box<Far>>,
     /// Where the bytes are when they don't follow their slots.
     memory: Memory,
     /// Of a slot, and of the bytes that follow it.
@@ -70,6 +76,23 @@ pub(super) struct Pool {
 struct Entry {
     slot: AtomicPtr<Slot>,
     data: AtomicPtr<u8>,
+}
+
+/// What belongs to the slots beyond the first ones.
+#[derive(Debug)]
+struct Far {
+    table: Box<[Entry]>,
+    lines: FarLines,
+}
+
+impl Entry {
+    fn table(count: usize) -> Box<[Self]> {
+        let entry = |_| Self {
+            slot: AtomicPtr::new(std::ptr::null_mut()),
+            data: AtomicPtr::new(std::ptr::null_mut()),
+        };
+        (0..count).map(entry).collect()
+    }
 }
 
 /// A slot that is ready.
@@ -92,7 +115,8 @@ impl Place {
 }
 
 impl Pool {
-    pub fn new(shape: Shape, limit: usize, memory: Memory) -> Self {
+    /// A pool of at most `limit` slots, of which `near` are looked up at once.
+    pub fn new(shape: Shape, near: usize, limit: usize, memory: Memory) -> Self {
         let bytes = shape.bytes(shape.capacity);
         // What exceeds the address space fails when it is allocated.
         let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(IMPOSSIBLE);
@@ -105,17 +129,36 @@ impl Pool {
         };
         // No line is shared by two values, as their writers may differ.
         let bytes = layout(bytes.max(1).saturating_add(63) & !63, 64);
-        let entry = || Entry {
-            slot: AtomicPtr::new(std::ptr::null_mut()),
-            data: AtomicPtr::new(std::ptr::null_mut()),
-        };
-        let table = (0..limit).map(|_| entry()).collect();
-        Self { memory, slot, bytes, table, ready: AtomicU32::new(0) }
+        let (near, far) = (Entry::table(near), OnceLock::new());
+        Self { near, ready: AtomicU32::new(0), limit, far, memory, slot, bytes }
     }
 
     /// How many slots there can be.
     pub fn limit(&self) -> usize {
-        self.table.len()
+        self.limit
+    }
+
+    /// Where a slot below the number of those that are ready is.
+    #[inline]
+    fn entry(&self, index: usize) -> &Entry {
+        match self.near.get(index) {
+            Some(entry) => entry,
+            None => &self.far().table[index - self.near.len()],
+        }
+    }
+
+    /// Made before an index of them is ready, under the channel's lock.
+    #[inline(never)]
+    fn far(&self) -> &Far {
+        self.far.get_or_init(|| {
+            let count = self.limit - self.near.len();
+            Box::new(Far { table: Entry::table(count), lines: FarLines::new(count) })
+        })
+    }
+
+    /// What the writer knows of the slots beyond the first ones.
+    pub fn far_lines(&self) -> &FarLines {
+        &self.far().lines
     }
 
     /// Makes slots until there are `count`, or none and returns false when the memory is spent. Called under the
@@ -130,8 +173,9 @@ impl Pool {
         }
         for (index, place) in (first..).zip(places) {
             // What the slot holds is published with the count, and to readers with the cell that names it.
-            self.table[index].slot.store(place.slot.as_ptr(), Ordering::Relaxed);
-            self.table[index].data.store(place.data.as_ptr(), Ordering::Relaxed);
+            let entry = self.entry(index);
+            entry.slot.store(place.slot.as_ptr(), Ordering::Relaxed);
+            entry.data.store(place.data.as_ptr(), Ordering::Relaxed);
             self.ready.store(index as u32 + 1, Ordering::Release);
         }
         true
@@ -188,7 +232,7 @@ impl Pool {
     /// The slot of an index below the number of those that are ready.
     #[inline]
     pub fn slot(&self, index: u16) -> &Slot {
-        let slot = self.table[usize::from(index)].slot.load(Ordering::Relaxed);
+        let slot = self.entry(index.into()).slot.load(Ordering::Relaxed);
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
         // SAFETY: set before the index became ready, and whoever has the index learned it after that. A slot lives as
         // long as its pool, and is changed through its cells only.
@@ -198,7 +242,7 @@ impl Pool {
     /// The bytes of that slot. Who reads them has it pinned.
     #[inline]
     pub fn data(&self, index: u16) -> *mut u8 {
-        self.table[usize::from(index)].data.load(Ordering::Relaxed)
+        self.entry(index.into()).data.load(Ordering::Relaxed)
     }
 
     /// The memory that belongs to that slot, whatever stands in for it.
@@ -222,13 +266,13 @@ impl Pool {
     /// The slot is in no cell and nobody has it pinned. The bytes are as many as its next value has, and stay until it
     /// has others.
     pub unsafe fn set_data(&self, index: u16, data: NonNull<u8>) {
-        self.table[usize::from(index)].data.store(data.as_ptr(), Ordering::Relaxed);
+        self.entry(index.into()).data.store(data.as_ptr(), Ordering::Relaxed);
     }
 
     /// As [`slot`](Pool::slot) and [`data`](Pool::data) together.
     #[inline]
     pub fn place(&self, index: u16) -> Place {
-        let entry = &self.table[usize::from(index)];
+        let entry = self.entry(index.into());
         let (slot, data) = (entry.slot.load(Ordering::Relaxed), entry.data.load(Ordering::Relaxed));
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
         // SAFETY: as for `slot`; the bytes were set with it.

@@ -1,75 +1,11 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use super::lent::Lent;
+use super::ledger::Ledger;
 use super::pool::{self, Held, NO_SLOT};
 use super::{Channel, IDLE, Link, LinkError, Tap};
 use crate::sync::{Ordering, order};
 use crate::{Shape, Stamp};
-
-/// What only the writer knows of the slots, and leaves to the next writer.
-#[derive(Debug)]
-#[repr(C)]
-pub(super) struct Ledger {
-    lines: Box<[Line]>,
-    last: Stamp,
-    /// The cell that the next value goes to.
-    cell: usize,
-    /// The slot that is worked in.
-    draft: u16,
-    /// A slot that left the ring without ever having been pinned, so that nobody needs to be asked.
-    spare: u16,
-    /// Where the search for a free slot begins.
-    hint: u16,
-    /// Slots that show lent bytes; most channels never have any.
-    pub lent: Vec<Lent>,
-}
-
-/// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(128))]
-struct Line([Entry; LINE]);
-
-/// Entries of a line.
-const LINE: usize = 8;
-
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Entry {
-    /// Pins taken on the slot since it was made, counted when it leaves the ring.
-    pub pins: u64,
-    pub in_ring: bool,
-}
-
-impl Ledger {
-    pub fn new(limit: usize) -> Self {
-        let lines = vec![Line::default(); limit.div_ceil(LINE)].into();
-        let last = Stamp::default();
-        Self { lines, cell: 0, draft: NO_SLOT, spare: NO_SLOT, hint: 0, last, lent: Vec::new() }
-    }
-
-    #[inline]
-    pub fn entry(&mut self, slot: usize) -> &mut Entry {
-        // SAFETY: lines are nothing but their entries, one after the other. So there is one place to be looked up, and not two.
-        let entries = unsafe {
-            std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast::<Entry>(), self.lines.len() * LINE)
-        };
-        &mut entries[slot]
-    }
-
-    /// Counts the pins of the slot that a cell had, which has left the ring.
-    #[inline(always)] // Part of every write.
-    fn take_out(&mut self, word: u64) {
-        let left = pool::slot_of(word);
-        if left != NO_SLOT {
-            let pins = pool::pins_of(word);
-            let entry = self.entry(usize::from(left));
-            *entry = Entry { pins: entry.pins.wrapping_add(pins), in_ring: false };
-            if pins == 0 || cfg!(feature = "mutant-readers") {
-                self.spare = left;
-            }
-        }
-    }
-}
 
 /// No more are counted as missed at once, so that numbers last whatever is counted.
 const MOST_SKIPPED: u64 = 1 << 32;
@@ -188,7 +124,7 @@ impl Writer {
         let ready = self.channel.pool.ready();
         let hint = usize::from(self.ledger.hint);
         for index in (hint..ready).chain(0..hint.min(ready)) {
-            let entry = *self.ledger.entry(index);
+            let entry = *self.ledger.entry(&self.channel.pool, index);
             if entry.in_ring {
                 continue;
             }
@@ -237,8 +173,8 @@ impl Writer {
         // it never counts more pins of a reader than that may hold.
         let old = cell.word.swap(pool::word(index) | pins, order::PUBLISH);
         first.tail.store(sequence, order::RELEASE);
-        ledger.take_out(old);
-        ledger.entry(usize::from(index)).in_ring = true;
+        ledger.take_out(&channel.pool, old);
+        ledger.entry(&channel.pool, usize::from(index)).in_ring = true;
         ledger.cell = if ledger.cell + 1 == ring.len() { 0 } else { ledger.cell + 1 };
         ledger.draft = NO_SLOT;
         ledger.last = stamp;
@@ -274,8 +210,8 @@ impl Writer {
         ledger.cell = ((sequence - 1) % channel.ring.len() as u64) as usize;
         let old = channel.ring[ledger.cell].word.swap(pool::word(index), order::PUBLISH);
         channel.ring[0].tail.store(sequence, order::RELEASE);
-        ledger.take_out(old);
-        ledger.entry(usize::from(index)).in_ring = true;
+        ledger.take_out(&channel.pool, old);
+        ledger.entry(&channel.pool, usize::from(index)).in_ring = true;
         ledger.cell = (ledger.cell + 1) % channel.ring.len();
         ledger.draft = NO_SLOT;
         ledger.last = stamp;
@@ -352,7 +288,7 @@ impl Writer {
         let index = self.draft_index();
         self.channel.aside.store(1, Ordering::Relaxed);
         // To the search for a free slot it is one that a reader has pinned.
-        let entry = self.ledger.entry(usize::from(index));
+        let entry = self.ledger.entry(&self.channel.pool, usize::from(index));
         entry.pins = entry.pins.wrapping_add(1);
         self.ledger.draft = NO_SLOT;
         let held = Held::new(self.channel.pool.place(index));

@@ -223,8 +223,12 @@ impl Composition {
         self.configuration = target.configuration;
         self.catalogue = target.catalogue;
         self.ground.means.plugins.show(self.catalogue.list());
-        // Links of modules that stay to parts of what came or left.
-        self.settle_links(&configuration, shared);
+        if self.present.len() > arriving.len() {
+            // Links of modules that stay to parts of what came or left.
+            self.settle_links(&configuration, shared);
+        } else {
+            (self.remotes.misfits, self.unlinked) = (survey.misfits, None);
+        }
         Ok(changed)
     }
 

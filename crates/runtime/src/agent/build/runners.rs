@@ -164,6 +164,8 @@ impl Builder<'_, '_> {
                 }
             }
         }
+        // There are no more of them, and of thousands of modules each takes what its ports take.
+        runner.outputs.shrink_to_fit();
         let wiring = self.wiring(m, &|_| false)?;
         runner.rewire(wiring);
         // It is not news that it has links.
