@@ -25,6 +25,7 @@ use crate::plugin::PluginVerb;
 use crate::record::RecordVerb;
 use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
+use crate::send::SendOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::stat::StatOptions;
 use crate::stop::{ArmOptions, ResetOptions, StopOptions};
@@ -121,6 +122,8 @@ pub enum Verb {
         #[command(flatten)]
         agent: AgentOption,
     },
+    /// Sends a message to what takes them.
+    Send(SendOptions),
     /// Shows the values of properties as they come.
     #[command(visible_alias = "echo")]
     Watch(WatchOptions),

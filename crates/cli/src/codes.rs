@@ -125,11 +125,17 @@ fn meaning(mistake: Mistake) -> (&'static str, &'static str) {
     }
 }
 
+/// The kind that a code is of, which may be said without its noughts: S7 is S007.
+fn found(code: &str) -> Option<Mistake> {
+    let number: Option<u16> = code.strip_prefix(['S', 's']).and_then(|digits| digits.parse().ok());
+    Mistake::from_code(code).or_else(|| Mistake::from_code(&format!("S{:03}", number?)))
+}
+
 /// Explains codes, or lists all.
 pub fn explain(wanted: &[String], json: bool) -> Result<bool, Failure> {
     let mut chosen = Vec::new();
     for name in wanted {
-        chosen.push(Mistake::from_code(name).ok_or_else(|| Failure::NoCode { code: name.clone() })?);
+        chosen.push(found(name).ok_or_else(|| Failure::NoCode { code: name.clone() })?);
     }
     let all = wanted.is_empty();
     if all {

@@ -124,6 +124,10 @@ pub enum Failure {
     NoTerminal,
     #[error("`{text}` is no body")]
     Body { text: String },
+    #[error("no drawing is written into {}", slate::runtime::printable(.path))]
+    NoDrawing { path: PathBuf },
+    #[error("`{text}` is no message: {error}")]
+    Message { text: String, error: serde_json::Error },
     #[error("no kind of mistake has the code `{code}`")]
     NoCode { code: String },
     #[error("{place}: {problem}")]
@@ -424,6 +428,12 @@ impl Failure {
             Self::Unconfirmed => "say --yes, if it may move all the same".into(),
             Self::NoTerminal => "call it in a terminal; programs drive over HTTP, see book page 28".into(),
             Self::Body { .. } => "give JSON such as '{\"enabled\": false}', @FILE, or - for stdin".into(),
+            Self::NoDrawing { .. } => {
+                "end its name with .svg, .mmd, .dot or .json, or say the --format; programs such as rsvg-convert make a PNG of \
+                 an SVG"
+                    .into()
+            }
+            Self::Message { .. } => "give JSON with all fields of the message, such as '{\"x\": 1.0}'".into(),
             Self::NoCode { .. } => "`slate explain` lists all codes".into(),
             Self::NothingLike { .. } => "`slate tree` shows the properties that there are".into(),
             Self::SeveralInTable { .. } => "name one of them, or take --json, a line for each value".into(),

@@ -183,7 +183,11 @@ fn show(changed: &[slate::runtime::remote::Changed], dry_run: bool, json: bool) 
         (false, true) => output::line("it can be done; nothing is changed yet:"),
         (false, false) => {}
     }
-    let text = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".into());
+    // One that is taken away from what a file says is `false` there.
+    let text = |value: &Option<String>| match value.as_deref() {
+        None | Some("false") => "none".to_owned(),
+        Some(from) => from.to_owned(),
+    };
     for change in changed {
         output::line(format_args!("{}: {} -> {}", change.path, text(&change.before), text(&change.after)));
     }

@@ -43,6 +43,7 @@ mod replay;
 mod report;
 mod run;
 mod scene;
+mod send;
 mod snapshot;
 mod stat;
 mod stop;
@@ -129,6 +130,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Log(options) => log::log(options),
         Verb::Get { url, json, agent } => return property::get(agent, url, *json),
         Verb::Set { url, value, json, agent } => property::set(agent, url, value, *json),
+        Verb::Send(options) => send::send(options),
         Verb::Watch(options) => return watch::watch(options),
         Verb::Wait(options) => wait::wait(options),
         Verb::Stat(options) => return stat::stat(options),

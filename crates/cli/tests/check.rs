@@ -178,5 +178,12 @@ fn a_drawing_has_all_modules_and_links() {
     assert_eq!(live["edges"].as_array().unwrap().len(), written["edges"].as_array().unwrap().len());
     assert!(live["nodes"].as_array().unwrap().iter().any(|node| node["note"] == "working"), "{live}");
     running.done(&["graph", "--out", "exp1.svg"]);
+    // What is written is what the name says.
+    running.done(&["graph", "exp1", "--out", "exp1.dot"]);
+    assert!(std::fs::read_to_string(running.folder().join("exp1.dot")).unwrap().starts_with("digraph"));
+    running.fails(2, &["graph", "exp1", "--out", "exp1.png"], &["exp1.png", ".svg"]);
+    assert!(!running.folder().join("exp1.png").exists());
+    let said = running.done(&["unlink", "r2/planner/goal"]);
+    assert!(said.ends_with("-> none\n"), "{said}");
     assert!(running.folder().join("exp1.svg").is_file());
 }

@@ -88,5 +88,6 @@ fn what_is_no_field_or_type_is_refused() {
     write("enum.rs", "#[interface]\npub enum Mode { Off, On }\n");
     assert!(running.done(&["interface", "check", "enum.rs"]).contains("enums alone"));
     assert!(running.done(&["explain", "s006"]).contains("S006: the two ends of a link don't fit"));
+    assert!(running.done(&["explain", "S7", "s15"]).contains("S007: a circle"));
     running.fails(4, &["explain", "S999"], &["`slate explain` lists all"]);
 }

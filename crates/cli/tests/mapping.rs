@@ -5,7 +5,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{folder, json, slate};
+use common::{Running, folder, json, slate};
 use serde_json::Value;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/mapping/mapping.toml");
@@ -29,4 +29,28 @@ fn it_goes_round_the_box_that_it_has_mapped_and_each_run_is_the_same() {
     assert!(first["digest"].as_str().unwrap().len() == 16 && first["digest"] == again["digest"], "{again}");
     let other = run(&folder, &["agent.seed=7"]);
     assert_ne!(first["digest"], other["digest"]);
+}
+
+#[test]
+fn messages_are_checked_before_they_are_sent_and_whoever_sends_them_hears_what_becomes_of_them() {
+    let mut running = Running::new("send");
+    running.start("mapping", &["run", EXAMPLE, "--headless", "--rate", "1"]);
+    let url = "/r2/occupancy_mapper/strokes";
+    let stroke = r#"{"width": 0.1, "mark": "OCCUPIED", "points": [{"x": 1.0, "y": 1.0}]}"#;
+    let undo = r#"{"width": 0.1, "mark": "UNDO", "points": []}"#;
+    let nothing = ["refuses the message, with code 3", "slate log"];
+    running.fails(5, &["send", url, undo], &nothing);
+    assert_eq!(running.done(&["send", url, stroke, "--dry-run"]), "it would be taken\n");
+    running.fails(5, &["send", url, undo], &nothing);
+    assert_eq!(running.done(&["send", url, stroke]), "done\n");
+    let said: Value = serde_json::from_str(&running.done(&["send", url, undo, "--json"])).unwrap();
+    assert_eq!((&said["schema"], &said["status"]), (&"slate.send/1".into(), &"done".into()));
+    running.fails(5, &["send", url, undo], &nothing);
+
+    running.fails(5, &["send", url, r#"{"width": 0.1, "mark": "OCCUPIED"}"#], &["lacks points", "MapStroke"]);
+    running.fails(5, &["send", url, &stroke.replace("0.1", "\"wide\"")], &["`MapStroke/width` is f64"]);
+    running.fails(4, &["send", url, &stroke.replace("width", "widht")], &["`widht`", "width"]);
+    running.fails(2, &["send", url, "{width}"], &["is no message"]);
+    running.fails(5, &["send", "/r2/occupancy_mapper/map", stroke], &["takes no messages", "slate set"]);
+    running.fails(4, &["send", "/r2/occupancy_mapper/stroke", stroke], &["strokes"]);
 }

@@ -5,7 +5,7 @@ mod svg;
 mod text;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;
@@ -22,9 +22,9 @@ pub struct GraphOptions {
     #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
     name: Option<String>,
 
-    /// What is written.
-    #[arg(long, value_enum, default_value_t = Format::Svg)]
-    format: Format,
+    /// What is written; what the name of the file says unless given, and a drawing to stdout.
+    #[arg(long, value_enum)]
+    format: Option<Format>,
 
     /// The same as `--format json`.
     #[arg(long, conflicts_with = "format")]
@@ -119,6 +119,17 @@ struct Found {
     mailboxes: Vec<String>,
 }
 
+/// What a file has in it by the ending of its name.
+fn named(path: &Path) -> Result<Format, Failure> {
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("svg") | None => Ok(Format::Svg),
+        Some("mmd" | "mermaid" | "md") => Ok(Format::Mermaid),
+        Some("dot" | "gv") => Ok(Format::Dot),
+        Some("json") => Ok(Format::Json),
+        Some(_) => Err(Failure::NoDrawing { path: path.into() }),
+    }
+}
+
 /// Draws it.
 pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
     let found = match &options.name {
@@ -126,7 +137,13 @@ pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
         None => of_agent(&options.agent)?,
     };
     let graph = made(found, &options.hide);
-    let text = match if options.json { Format::Json } else { options.format } {
+    let format = match (options.json, options.format, &options.out) {
+        (true, ..) => Format::Json,
+        (false, Some(format), _) => format,
+        (false, None, Some(path)) => named(path)?,
+        (false, None, None) => Format::Svg,
+    };
+    let text = match format {
         Format::Svg => svg::draw(&graph),
         Format::Mermaid => text::mermaid(&graph),
         Format::Dot => text::dot(&graph),

@@ -227,6 +227,16 @@ impl Client {
         self.call(&Call::TraceEnd {})
     }
 
+    /// Sends a message, or only finds out whether it would be taken; what becomes of it.
+    pub fn send(
+        &mut self,
+        url: &str,
+        value: serde_json::Value,
+        dry_run: bool,
+    ) -> Result<String, ClientError> {
+        self.call(&Call::MessageSend { url: url.into(), value, dry_run })
+    }
+
     /// Stops all actuators until `reset` and `arm`.
     pub fn stop(&mut self, reason: &str) -> Result<(), ClientError> {
         self.call(&Call::Stop { reason: reason.into() })

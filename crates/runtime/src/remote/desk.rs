@@ -207,6 +207,7 @@ impl Desk {
             Call::ReadHistory { url } => self.history(&url),
             Call::Watch { of, within } => self.watch(&of, Duration::from_millis(within)),
             Call::Measure { urls, time } => self.measure(&urls, Duration::from_millis(time)),
+            Call::MessageSend { url, value, dry_run } => self.send(&url, &value, dry_run),
             Call::PropertySet { url, value } => self.set_property(&url, &value),
             Call::Stop { reason } => {
                 let reason = if reason.is_empty() { "by a tool" } else { &reason };

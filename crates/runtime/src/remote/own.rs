@@ -17,7 +17,10 @@ pub(super) fn make_own(call: &mut Call, name: &str) {
     };
     match call {
         Call::PropertyList { pattern } => pattern.iter_mut().for_each(own),
-        Call::Read { url } | Call::ReadHistory { url } | Call::PropertySet { url, .. } => own(url),
+        Call::Read { url }
+        | Call::ReadHistory { url }
+        | Call::PropertySet { url, .. }
+        | Call::MessageSend { url, .. } => own(url),
         Call::Watch { of, .. } => of.iter_mut().for_each(|watched| own(&mut watched.url)),
         Call::Measure { urls, .. } => urls.iter_mut().for_each(own),
         Call::Link { to, from, .. } => [to, from].into_iter().for_each(own),

@@ -274,6 +274,17 @@ pub enum Call {
         /// What it shall be.
         value: serde_json::Value,
     },
+    /// Sends a message to a property that takes them: `done`, or `accepted` when it is not answered within a second.
+    #[serde(rename = "message/send")]
+    MessageSend {
+        /// Its URL.
+        url: String,
+        /// The message, with all its fields.
+        value: serde_json::Value,
+        /// Whether it is only found out if it would be taken: `fits`.
+        #[serde(default)]
+        dry_run: bool,
+    },
     /// Stops all actuators until `reset` and `arm`; nothing.
     #[serde(rename = "stop")]
     Stop {

@@ -309,7 +309,7 @@ impl Manner {
         match call {
             // Another agent is waited for, and no module of this one.
             Call::Read { url } if elsewhere::split(url).is_some() => Self::Slow,
-            Call::SnapshotRemote { .. } => Self::Slow,
+            Call::SnapshotRemote { .. } | Call::MessageSend { .. } => Self::Slow,
             Call::Stop { .. }
             | Call::Reset {}
             | Call::Arm { .. }

@@ -188,7 +188,10 @@ impl Desk {
             Access::Messages => {
                 let message = Mistake::Messages
                     .of(format!("/{} takes messages of modules that are linked to it", property.path()));
-                return Err(refusal(message, "link the output of a module to it: slate link"));
+                return Err(refusal(
+                    message,
+                    "send one: slate send; or link the output of a module to it: slate link",
+                ));
             }
         }
         let names: Vec<&str> = rest.split('/').collect();

@@ -61,7 +61,8 @@ pub(super) fn need<'c>(context: &Context, call: &'c mut Call) -> Need<'c> {
             true => Operator,
             false => Developer,
         },
-        Call::ControlsTake { .. }
+        Call::MessageSend { .. }
+        | Call::ControlsTake { .. }
         | Call::ControlsCommand { .. }
         | Call::ControlsRelease {}
         | Call::ControlsLeave {}
