@@ -76,19 +76,25 @@ pub enum BagVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Writes messages as tables, a CSV file for each topic, or as a log of CARMEN.
+    /// Writes messages as tables, a CSV file for each topic, as a log of CARMEN, or as a recording with the messages of ROS 2.
     Export {
         /// The file.
         file: PathBuf,
         /// Topics, or patterns such as `/r2/*`; all unless given.
         topics: Vec<String>,
         /// As tables of comma-separated values.
-        #[arg(long, required_unless_present = "carmen")]
+        #[arg(long, required_unless_present_any = ["carmen", "ros"])]
         csv: bool,
         /// As a log of CARMEN: sweeps of lasers and odometry.
         #[arg(long, conflicts_with = "csv")]
         carmen: bool,
-        /// The log, or for tables a file that ends with `.csv` for one topic, else a folder.
+        /// As MCAP with the messages that ROS 2 has, such as `sensor_msgs/msg/LaserScan`, where it has one.
+        #[arg(long, conflicts_with_all = ["csv", "carmen"])]
+        ros: bool,
+        /// The topic that tells where the robot is in the map, to be transforms from `map` to `base_link` in `/tf`.
+        #[arg(long, value_name = "TOPIC", requires = "ros")]
+        pose: Option<String>,
+        /// The log or recording, or for tables a file that ends with `.csv` for one topic, else a folder.
         #[arg(long)]
         out: PathBuf,
         /// Replaces what is there already.
@@ -273,6 +279,13 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
             target::free(out, &[file], *force)?;
             let log = logs::export_carmen(file, &span.of(file, topics)?, out)?;
             show::carmen(out, &log);
+            return Ok(all_read(file, &log.unread));
+        }
+        BagVerb::Export { file, topics, pose, out, span, force, ros: true, .. } => {
+            target::free(out, &[file], *force)?;
+            let export = logs::RosExport { pose: pose.as_deref(), ..logs::RosExport::default() };
+            let log = logs::export_ros(file, &span.of(file, topics)?, &export, out)?;
+            show::ros(out, &log);
             return Ok(all_read(file, &log.unread));
         }
         BagVerb::Export { file, topics, out, span, force, .. } => {

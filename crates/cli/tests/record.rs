@@ -505,6 +505,44 @@ fn a_file_that_may_not_grow_ends_the_recording_with_what_it_has_and_not_the_run(
 }
 
 #[test]
+fn a_run_is_made_again_in_the_world_that_it_was_in() {
+    let folder = folder("record-world");
+    std::fs::create_dir(folder.join("worlds")).unwrap();
+    let world = folder.join("worlds/mine.toml");
+    std::fs::write(&world, include_str!("../../../worlds/rocs_arena.toml")).unwrap();
+    let own = ["--seed", "2", "--set", "world.arena=worlds/mine.toml"];
+    let own = [&own[..], &["--set", "modules.referee.params.time_limit=2.0"]].concat();
+    recorded(&folder, &own);
+    let (identical, code) = verify(&folder, "here/run.mcap");
+    assert!(identical.starts_with("identical, ") && code == Some(0), "{identical}");
+    std::fs::write(&world, "it = \"is another one\"").unwrap();
+    let (said, code) = verify(&folder, "here/run.mcap");
+    let remark = "worlds/mine.toml is another file now; that of the recording is taken\n";
+    assert_eq!((said, code), (format!("{identical}{remark}"), Some(0)));
+    assert_eq!(verified(&folder, "here/run.mcap").0["replaced"], serde_json::json!(["worlds/mine.toml"]));
+    std::fs::remove_file(&world).unwrap();
+    assert_eq!(verify(&folder, "here/run.mcap"), (identical.clone(), Some(0)));
+    // Of one without it, nobody knows whether it was this one.
+    let path = folder.join("here/run.mcap");
+    let (mut reader, mut all) = (Reader::open(&path).unwrap(), Vec::new());
+    all.extend((0..reader.attachments()).map(|number| reader.attachment(number).unwrap().unwrap()));
+    let mut writer = Writer::new(Vec::new(), &path, reader.header(), Compression::None).unwrap();
+    while let Some(message) = reader.next_message().unwrap() {
+        writer.schema(message.schema.unwrap()).unwrap();
+        writer.channel(message.channel).unwrap();
+        let (sequence, time) = (message.sequence, message.log_time);
+        writer.message(message.channel.id, sequence, time, message.publish_time, message.data).unwrap();
+    }
+    reader.metadata().unwrap().iter().for_each(|metadata| writer.metadata(metadata).unwrap());
+    all.iter().filter(|own| own.name == "configuration.toml").for_each(|own| writer.attachment(own).unwrap());
+    std::fs::write(folder.join("without.mcap"), writer.finish().unwrap()).unwrap();
+    std::fs::write(&world, include_str!("../../../worlds/rocs_arena.toml")).unwrap();
+    let (said, code) = verify(&folder, "without.mcap");
+    let remark = "worlds/mine.toml is not in the recording; that of this disk is taken\n";
+    assert_eq!((said, code), (format!("{identical}{remark}"), Some(0)));
+}
+
+#[test]
 fn a_file_that_is_no_recording_is_refused_in_words() {
     let folder = folder("record-none");
     std::fs::write(folder.join("none.mcap"), "no recording").unwrap();

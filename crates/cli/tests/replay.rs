@@ -170,6 +170,26 @@ fn a_module_that_only_sends_messages_is_not_called_identical() {
     assert!(said.contains(words) && said.contains("identical"), "{said}");
     let output = slate(&folder, &[&replay[..], &["r2/avoid_wall,r2/pass_position", "--json"]].concat());
     assert_eq!(json(&output)["unseen"], serde_json::json!(["r2/avoid_wall"]));
+    // And what they sent that nobody has looked at.
+    let said = printed(&folder, 0, &[&replay[..], &["r2/planner,r2/knowledge"]].concat());
+    assert!(said.contains("\nidentical, but for messages that were not compared\n"), "{said}");
+    assert!(said.contains("not compared: messages of /r2/planner/plan to /r2/execute/plan\n"), "{said}");
+}
+
+#[test]
+fn a_module_that_begins_later_is_said_to_have_begun_anew() {
+    let folder = folder("replay-later");
+    recorded(&folder);
+    let later = ["replay", "here/run.mcap", "--rate", "max", "--start", "1.5", "--recompute"];
+    let said = printed(&folder, 0, &[&later[..], &["r2/knowledge"]].concat());
+    assert!(said.contains("\nidentical, from fresh state at 1.500 s\n"), "{said}");
+    // What remembers where it was cannot know it.
+    let said = printed(&folder, 2, &[&later[..], &["r2/pass_position"]].concat());
+    let words = "the modules began from fresh state at 1.500 s: what they remembered then is not recorded";
+    assert!(said.contains("first difference at ") && said.contains(words), "{said}");
+    let tried =
+        slate(&folder, &["try", "r2/knowledge", "--bag", "here/run.mcap", "--start", "1.5", "--json"]);
+    assert_eq!(json(&tried)["fresh_from"], 1_500_000_000_u64, "{tried:?}");
 }
 
 #[test]

@@ -3,6 +3,22 @@
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Descriptor, Kind};
 
+use crate::problem::Problem;
+
+/// Whether a value names all fields of its interface; else which it lacks.
+pub(crate) fn complete(
+    descriptor: &Descriptor,
+    names: impl Fn(&str) -> bool,
+    help: &str,
+) -> Result<(), Problem> {
+    let fields = descriptor.fields.iter().map(|field| field.name);
+    let lacking: Vec<_> = fields.filter(|name| *name != "reserved" && !names(name)).collect();
+    if lacking.is_empty() {
+        return Ok(());
+    }
+    Err(Problem::unfit(format!("it lacks {}", lacking.join(", ")), help))
+}
+
 /// The schema of an interface's values.
 pub(crate) fn of_interface(descriptor: &Descriptor) -> Json {
     let mut schema = of_fields(descriptor);

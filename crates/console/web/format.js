@@ -3,13 +3,18 @@
 /** Decimal places that tell something of a quantity of a unit. */
 const PLACES = { m: 3, rad: 3, "m/s": 3, "rad/s": 3, s: 2, "m/s²": 2, "rad/s²": 2, "1/s": 2 };
 
+// A true minus is as wide as a digit.
+const signed = (text, unit) => (text.startsWith("-") ? `−${text.slice(1)}` : text) + (unit ? ` ${unit}` : "");
+
+/** A number with two places, as they are on a map. */
+export const fixed = (value, unit = "") => signed(value.toFixed(2), unit);
+
 /** A number and its unit. */
 export function number(value, unit = "") {
   if (value === null || value === undefined) return "NaN";
   if (unit === "ns") return duration(value);
   const text = Number.isInteger(value) && !(unit in PLACES) ? String(value) : value.toFixed(PLACES[unit] ?? 3);
-  // A true minus is as wide as a digit.
-  return (text.startsWith("-") ? `−${text.slice(1)}` : text) + (unit ? ` ${unit}` : "");
+  return signed(text, unit);
 }
 
 /** A duration of nanoseconds, with three digits. */

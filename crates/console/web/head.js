@@ -6,6 +6,7 @@ import { useProperties } from "/store.js";
 import { toggleTheme } from "/theme.js";
 import { copy, write } from "/layouts.js";
 import { Problem, put } from "/api.js";
+import { Dialog } from "/dialog.js";
 
 // The digits change often; nothing else of the head does.
 function Clock() {
@@ -27,6 +28,9 @@ function Verdict({ path, isNamed }) {
 
 function Layouts({ view, layout, layouts, built, change, saved, show }) {
   const [note, setNote] = useState("");
+  // What the page asks in a dialog of its own, as one of the browser would be in the way of the stop.
+  const [asked, setAsked] = useState(null);
+  const close = () => setAsked(null);
   const tell = (text) => {
     setNote(text);
     setTimeout(() => setNote(""), 4000);
@@ -37,11 +41,13 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
       await navigator.clipboard.writeText(link);
       tell("The link is copied; it has no token");
     } catch {
-      prompt("A link to this layout, without a token:", link);
+      setAsked({ link });
     }
   };
-  const save = async () => {
-    const title = prompt("Name of the layout, for this project:", view.name in built ? "" : layout.title)?.trim();
+  const save = async (event) => {
+    event.preventDefault();
+    const title = new FormData(event.target).get("title").trim();
+    setAsked(null);
     if (!title) return;
     const name = title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "") || "layout";
     const own = { ...copy(layout), title };
@@ -58,7 +64,11 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
     ${note && html`<span role="status" class="muted">${note}</span>`}
     ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="The layout as it was">Reset layout</button>`}
     <button class="quiet" onClick=${share} title="Copies a link to this layout">Link</button>
-    <button class="quiet" onClick=${save} title="Saves this layout in the project">Save</button>
+    <button class="quiet" onClick=${() => setAsked({ title: view.name in built ? "" : layout.title })} title="Saves this layout in the project">Save</button>
+    ${asked && html`<${Dialog} label=${asked.link ? "Link to this layout" : "Save the layout"} kind="saving" close=${close}>
+      ${asked.link ? html`<label>A link to this layout, without a token<input readonly data-first value=${asked.link} onFocus=${(event) => event.target.select()} /></label>`
+      : html`<form class="saving" onSubmit=${save}><label>Name of the layout, for this project<input name="title" data-first autocomplete="off" required defaultValue=${asked.title} /></label>
+        <div><button class="primary">Save</button><button type="button" onClick=${close}>Cancel</button></div></form>`}</${Dialog}>`}
   </span>`;
 }
 

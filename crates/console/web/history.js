@@ -1,5 +1,5 @@
 // What values were, as far as the page has seen them: one that was plotted once is kept as long as the page is open.
-import { part } from "/schema.js";
+import { part, selection } from "/schema.js";
 import { watch } from "/live.js";
 import { at, get, Problem } from "/api.js";
 
@@ -9,15 +9,23 @@ const MOST = 10 * 60 * RATE;
 
 const histories = new Map();
 
-/** The values at a pointer of a property since somebody asked for them first: `times` in s, and `values`, which are numbers or names. */
+/**
+ * The values of a part of a property since somebody asked for them first: `times` in s, and `values`, which are numbers or names. Of
+ * what a JSONPath leads to it is the first one.
+ */
 export function history(path, pointer, rate = RATE) {
   const key = `${path} ${pointer}`;
   let found = histories.get(key);
   if (found) return found;
   found = { times: [], values: [], listeners: new Set() };
   histories.set(key, found);
-  watch(path, ({ value, time }) => add(found, time / 1e9, part(value, pointer)), { rate, live: true });
-  recall(path + pointer, 5000, (values) => prepend(found, values));
+  if (pointer.startsWith("$")) {
+    watch(path, ({ value, time }) => add(found, time / 1e9, value[0]), { rate, live: true, part: pointer });
+    recall(path, 5000, (values) => prepend(found, values.map(({ time, value }) => ({ time, value: value[0] }))), pointer);
+  } else {
+    watch(path, ({ value, time }) => add(found, time / 1e9, part(value, pointer)), { rate, live: true });
+    recall(path + pointer, 5000, (values) => prepend(found, values));
+  }
   return found;
 }
 
@@ -35,10 +43,10 @@ export function rememberedBy(agent) {
 }
 
 /** Calls a function with what a property, or a part of it, was before this page was open, if an agent keeps that. */
-export function recall(path, most, take) {
+export function recall(path, most, take, part = "") {
   const fill = async (agent) => {
     try {
-      take((await get(`${at(agent, path, "history")}?limit=${most}`)).values);
+      take((await get(`${at(agent, path, "history")}?${new URLSearchParams({ limit: most, ...selection(part) })}`)).values);
     } catch (problem) {
       // It goes without; the bar says what is kept.
       if (!(problem instanceof Problem)) throw problem;

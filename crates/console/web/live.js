@@ -2,6 +2,7 @@
 // most eager of them likes. A page that nobody sees asks for one value a second. Who looks back gets what was then instead, while
 // the robot goes on.
 import { at, get, openSocket, Problem } from "/api.js";
+import { selection } from "/schema.js";
 import { useEffect, useRef, useState } from "/lib/preact.js";
 
 const RETRY = [500, 1000, 2000];
@@ -64,7 +65,7 @@ const rateOf = (subscription) => {
 
 function subscribe(wanted) {
   if (!isOpen() || wanted.length === 0) return;
-  const wishes = wanted.map((it) => ({ id: it.id, url: `/${it.path}`, rate: rateOf(it), every: it.every }));
+  const wishes = wanted.map((it) => ({ id: it.id, url: `/${it.path}`, rate: rateOf(it), every: it.every, ...selection(it.part) }));
   socket.send(JSON.stringify({ subscribe: wishes }));
 }
 
@@ -73,7 +74,9 @@ function hear(message) {
   if (subscription === undefined) return;
   if (message.problem) {
     subscription.problem = message.problem;
-    setTimeout(() => subscription.watchers.size && subscribe([subscription]), MISSING);
+    for (const { fail } of subscription.watchers.values()) fail?.(new Problem(message.problem.status, message.problem.detail, message.problem.help));
+    // A value that has no such part is followed by others.
+    if (message.sequence === undefined) setTimeout(() => subscription.watchers.size && subscribe([subscription]), MISSING);
     return;
   }
   if (message.value === undefined) {
@@ -112,7 +115,7 @@ export async function lookBack(agent, time) {
 async function recall(subscription, { agent, time }) {
   if ([...subscription.watchers.values()].every(({ live }) => live)) return;
   try {
-    const { values } = await get(`${at(agent, subscription.path, "history")}?to=${time}&limit=1`);
+    const { values } = await get(`${at(agent, subscription.path, "history")}?${new URLSearchParams({ to: time, limit: 1, ...selection(subscription.part) })}`);
     if (past !== null && values.length) deliverPast(subscription, { ...values.at(-1), received: performance.now() });
   } catch (problem) {
     // What was left out of the record stays as it was.
@@ -138,18 +141,19 @@ export const isPast = () => past !== null;
 
 /**
  * Calls a function with each reading `{value, time, sequence, received}` of a property, at most `rate` times a second, or with
- * each value that is kept if `every`; with `live`, also while somebody looks back. Returns what ends that.
+ * each value that is kept if `every`; with `live`, also while somebody looks back. With `part`, a JSON Pointer or JSONPath, the
+ * value is that of the part, or a list of all that the path leads to; `fail` is told why there is none. Returns what ends that.
  */
-export function watch(path, listener, { rate = 10, every = false, live = false } = {}) {
-  const key = every ? `${path}|every` : path;
+export function watch(path, listener, { rate = 10, every = false, live = false, part = "", fail } = {}) {
+  const key = [path, part, every ? "every" : ""].join("|");
   let subscription = subscriptions.get(key);
   if (subscription === undefined) {
-    subscription = { id: nextId++, path, every, watchers: new Map(), last: null, problem: null, interface: null };
+    subscription = { id: nextId++, path, part, every, watchers: new Map(), last: null, problem: null, interface: null };
     subscriptions.set(key, subscription);
     byId.set(subscription.id, subscription);
   }
   const before = Math.max(0, ...[...subscription.watchers.values()].map(({ rate }) => rate));
-  subscription.watchers.set(listener, { rate, live });
+  subscription.watchers.set(listener, { rate, live, fail });
   if (rate > before) subscribe([subscription]);
   if (past !== null && !live) recall(subscription, past);
   else if (subscription.last) listener(subscription.last);

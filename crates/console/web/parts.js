@@ -6,13 +6,17 @@ import { clock } from "/live.js";
 /** What a panel says when it has nothing to show, and why. */
 export const Empty = ({ children }) => html`<p class="empty">${children}</p>`;
 
-/** A refusal of the agent, with what to do about it. */
-export const Trouble = ({ problem }) =>
-  problem &&
-  html`<div class="trouble" role="alert">
-    <b>${problem.message}</b>${problem.help && html`<span>${problem.help}</span>`}
-    ${problem.report && html`<pre>${problem.report}</pre>`}
+/** A refusal of the agent, with what to do about it, and where it is in a file on demand. */
+export const Trouble = ({ problem }) => {
+  if (!problem) return null;
+  const { message, help, report } = problem;
+  // What is told beside it is not told twice.
+  const what = help && message.endsWith(`(${help})`) ? message.slice(0, -help.length - 2).trim() : message;
+  return html`<div class="trouble" role="alert">
+    <b>${report ? what.replace(/^change:\d+:\d+: /, "") : what}</b>${help && html`<span>${help}</span>`}
+    ${report && html`<details><summary>Where</summary><pre>${report}</pre></details>`}
   </div>`;
+};
 
 /** A name and what it is, as a row of a list. */
 export const Field = ({ name, children, state, title }) =>

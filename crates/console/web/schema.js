@@ -26,6 +26,15 @@ export function leaves(schema, pointer = "") {
 /** The leaves that can be drawn over time. */
 export const numbers = (schema) => leaves(schema).filter(({ type }) => ["number", "integer", "boolean"].includes(type));
 
+/** How the API is asked for a part of a value: nothing for all of it, a JSON Pointer, or a JSONPath, which begins with `$`. */
+export const selection = (part) => (!part ? {} : part.startsWith("$") ? { select: part } : { pointer: part });
+
+/** The unit at a JSON Pointer, which may lead into lists. */
+export function unitAt(schema, pointer) {
+  for (const name of pointer.split("/").slice(1)) schema = schema?.properties?.[name] ?? (/^\d+$/.test(name) ? schema?.items : undefined);
+  return schema?.["x-unit"] ?? "";
+}
+
 /** The part of a value at a JSON Pointer. */
 export function part(value, pointer) {
   for (const name of pointer.split("/").slice(1)) value = value?.[name];

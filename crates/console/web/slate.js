@@ -7,6 +7,7 @@
 export * from "/lib/preact.js";
 export * from "/api.js";
 export * from "/format.js";
+export * from "/rates.js";
 export * from "/schema.js";
 export * from "/store.js";
 export { clock, connection, onConnection, useReading, useReadings, watch } from "/live.js";

@@ -26,3 +26,38 @@ pub use pose::{Odometry, Orientation, Point2, Pose2, PoseEstimate, Position};
 pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};
 pub use sighting::{Sighting, Sightings};
 pub use transform::{FrameName, Quaternion, Transform};
+
+use slate_module::blackboard::interface::{Descriptor, Interface};
+
+/// All that are values by themselves, in the order of their names.
+pub const ALL: &[&Descriptor] = &[
+    Bumper::DESCRIPTOR,
+    Chassis::DESCRIPTOR,
+    Clearance::DESCRIPTOR,
+    Contact::DESCRIPTOR,
+    Contacts::DESCRIPTOR,
+    Echo::DESCRIPTOR,
+    FactHead::DESCRIPTOR,
+    FactTableHead::DESCRIPTOR,
+    FourWheelSpeeds::DESCRIPTOR,
+    Image::DESCRIPTOR,
+    LaserScan::DESCRIPTOR,
+    MapStroke::DESCRIPTOR,
+    OccupancyGrid::DESCRIPTOR,
+    Odometry::DESCRIPTOR,
+    Orientation::DESCRIPTOR,
+    Path::DESCRIPTOR,
+    Point2::DESCRIPTOR,
+    Pose2::DESCRIPTOR,
+    PoseEstimate::DESCRIPTOR,
+    Position::DESCRIPTOR,
+    Quaternion::DESCRIPTOR,
+    Sighting::DESCRIPTOR,
+    Sightings::DESCRIPTOR,
+    SonarPlacement::DESCRIPTOR,
+    SonarScan::DESCRIPTOR,
+    Transform::DESCRIPTOR,
+    Twist2::DESCRIPTOR,
+    Verdict::DESCRIPTOR,
+    WheelSpeeds::DESCRIPTOR,
+];

@@ -19,7 +19,7 @@ pub struct OccupancyGrid {
 }
 
 /// A way through the plane, from where the robot is.
-#[interface]
+#[interface(ros = "nav_msgs/msg/Path")]
 pub struct Path {
     /// From its first point to its last; 0 without points.
     #[unit("m")]

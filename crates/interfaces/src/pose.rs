@@ -3,7 +3,7 @@ use slate_module::interface;
 use crate::Twist2;
 
 /// A point in the plane.
-#[interface]
+#[interface(ros = "geometry_msgs/msg/Point")]
 #[derive(PartialEq)]
 pub struct Point2 {
     /// To the front, or east in a map.
@@ -30,7 +30,7 @@ pub struct Pose2 {
 }
 
 /// Where something is believed to be, and how sure that is.
-#[interface]
+#[interface(ros = "geometry_msgs/msg/PoseWithCovarianceStamped")]
 #[derive(PartialEq)]
 pub struct PoseEstimate {
     /// The most likely place and heading.
@@ -55,7 +55,7 @@ pub struct Position {
 }
 
 /// A heading in the plane, as a compass gives it.
-#[interface]
+#[interface(ros = "geometry_msgs/msg/Quaternion")]
 #[derive(PartialEq)]
 pub struct Orientation {
     /// Counter-clockwise from x, in (-pi, pi].

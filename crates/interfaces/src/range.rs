@@ -1,7 +1,7 @@
 use slate_module::{Bool, Sequence, interface};
 
 /// Where a sonar sits on its robot, and what it can see.
-#[interface]
+#[interface(ros = "geometry_msgs/msg/Pose2D")]
 #[derive(PartialEq)]
 pub struct SonarPlacement {
     /// In front of the robot's reference point.

@@ -43,6 +43,7 @@ pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
 pub use reader::{Attachment, Message, Reader};
 pub(crate) use reader::{ChannelTopic, Spot};
 pub use record::{Channel, Header, Metadata, Schema};
+pub(crate) use repair::REPAIR;
 pub use repair::{Lost, Repaired, repair, repair_into};
 pub use selection::Selection;
 pub use table::{Table, export_csv, seconds};

@@ -297,6 +297,7 @@ fn what_is_no_run_is_refused_with_what_to_do() {
     for name in ["a.mcap", "b.mcap"] {
         std::fs::write(empty.join(name), "").unwrap();
     }
+    std::fs::remove_file(empty.join("summary.json")).unwrap();
     refused(&empty, "it has several recordings, such as `a.mcap` and `b.mcap`; name one");
     let team = folder.join("team");
     for agent in ["a", "b"] {
@@ -335,6 +336,11 @@ fn of_a_folder_the_page_tells_the_recording_of_the_run_and_names_the_others() {
     for words in ["r3: collisions caused|0|", "r3: minimum clearance|0.227 m|"] {
         assert!(text.contains(words), "`{words}` is missing in {text}");
     }
+    // What triggers have saved is not the run, and no reason to tell nothing.
+    std::fs::remove_file(folder.join("run.mcap")).unwrap();
+    let (_, text, _) = written(&folder, &Known::default(), &folder.join("saved"));
+    let words = "It has recordings, which are told when they are named: flight-fault-1.mcap, run-1.mcap.";
+    assert!(text.contains(words) && text.contains("r3: collisions caused|0|"), "{text}");
     let table = std::fs::read_to_string(folder.join("out/summary.csv")).unwrap();
     assert!(table.contains("\nr3: minimum clearance,0.227 m\n"), "{table}");
 }

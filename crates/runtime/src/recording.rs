@@ -19,6 +19,10 @@ pub trait Recording: Taps {
     /// the next one if it is in lockstep.
     fn changed(&self, cycle: u64, time: u64, change: &Change);
 
+    /// Waits until what it was told of changes is where it outlives this process, but not for long: who has asked for a change
+    /// does so before it is said to be made.
+    fn settle(&self) {}
+
     /// What begins and ends recordings while the agent runs; nothing if that is not for tools.
     fn control(&self) -> Option<&dyn RecordingControl> {
         None

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use slate::record::bag::{Diff, Info, Repaired, seconds};
-use slate::record::logs::{CarmenLog, Imported};
+use slate::record::logs::{CarmenLog, Imported, RosLog};
 use slate::runtime::printable;
 
 use crate::output::{self, counted};
@@ -141,6 +141,22 @@ pub fn carmen(file: &Path, log: &CarmenLog) {
     if log.left_out > 0 {
         let messages = counted(log.left_out, "message", "messages");
         output::line(format_args!("left out: {messages} that CARMEN has no line for"));
+    }
+}
+
+pub fn ros(file: &Path, log: &RosLog) {
+    output::line(format_args!(
+        "{} has {} as ROS has them, {} as they were, and {}",
+        printable(file),
+        counted(log.standard, "message", "messages"),
+        log.others,
+        counted(log.transforms, "transform", "transforms"),
+    ));
+    for (topic, messages) in &log.left_out {
+        let messages = counted(*messages, "message", "messages");
+        output::line(format_args!(
+            "left out: {messages} of {topic}, which are not CDR with a definition of ROS 2"
+        ));
     }
 }
 

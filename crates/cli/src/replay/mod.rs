@@ -1,5 +1,6 @@
 //! Recordings that are played, and runs that are made again from them.
 
+mod attached;
 mod order;
 mod play;
 mod trial;

@@ -86,6 +86,8 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
             "misses": player.misses(),
             "properties": outcome.as_ref().map(|outcome| &outcome.properties),
             "unseen": outcome.as_ref().map(|outcome| &outcome.unseen),
+            "unheard": outcome.as_ref().map(|outcome| &outcome.unheard),
+            "fresh_from": outcome.as_ref().and_then(|outcome| outcome.fresh_from),
             "first": outcome.as_ref().and_then(|outcome| outcome.first.as_ref()).map(|own| first(own, "recomputed")),
         })),
         false => {
@@ -111,7 +113,7 @@ pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
     match outcome.first {
         None if outcome.has_compared() => 0,
         None => 2,
-        Some(_) if misses.is_empty() => 1,
+        Some(_) if misses.is_empty() && outcome.fresh_from.is_none() => 1,
         Some(_) => 2,
     }
 }
@@ -130,13 +132,27 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
         [own.url.clone(), cells.join(", ")]
     });
     output::columns(rows);
+    let fresh = outcome.fresh_from.map(|time| format!("from fresh state at {:.3} s", time as f64 * 1e-9));
     match &outcome.first {
-        Some(first) => output::line(first),
+        Some(first) => {
+            output::line(first);
+            if let Some(fresh) = &fresh {
+                output::line(format_args!(
+                    "the modules began {fresh}: what they remembered then is not recorded, and may be all that differs"
+                ));
+            }
+        }
         None if outcome.has_compared() => {
+            let fresh = fresh.map_or(String::new(), |fresh| format!(", {fresh}"));
             let from = if misses.is_empty() { "" } else { ", from less than they had then" };
-            output::line(format_args!("identical{from}"));
+            let but =
+                if outcome.unheard.is_empty() { "" } else { ", but for messages that were not compared" };
+            output::line(format_args!("identical{fresh}{from}{but}"));
         }
         None => {}
+    }
+    for (from, to) in &outcome.unheard {
+        output::line(format_args!("not compared: messages of /{from} to /{to}"));
     }
     if !outcome.unseen.is_empty() {
         output::line(format_args!(

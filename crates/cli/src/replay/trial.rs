@@ -147,6 +147,8 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             "properties": outcome.properties,
             "values": values,
             "unseen": if *is_recorded { &outcome.unseen[..] } else { &[] },
+            "unheard": outcome.unheard,
+            "fresh_from": outcome.fresh_from,
             "first": outcome.first.as_ref().filter(|_| *is_recorded).map(|own| play::first(own, "recomputed")),
         }));
         return Ok(code);

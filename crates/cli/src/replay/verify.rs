@@ -6,6 +6,7 @@ use serde_json::json;
 use slate::record::replay::{Comparison, Verdict};
 use slate::runtime::{Agent, Mode, Options, Rate, printable};
 
+use super::attached::Attached;
 use super::play::first;
 use crate::examples;
 use crate::failure::Failure;
@@ -13,15 +14,27 @@ use crate::output::{self, counted};
 
 /// Makes a run again: 0 when it is identical, 1 when it is not, and 2 when that can't be said.
 pub fn verify(file: &Path, json: bool) -> Result<u8, Failure> {
-    let (verdict, whole) = made_again(file)?;
+    let (verdict, whole, attached) = made_again(file)?;
     let code = match verdict {
         Verdict::Identical { .. } => 0,
         Verdict::Different(_) => 1,
         Verdict::Nothing | Verdict::NotCovered(_) => 2,
     };
     if json {
-        output::document("slate.verify/1", &document(file, &verdict, whole));
+        output::document("slate.verify/1", &document(file, &verdict, whole, &attached));
         return Ok(code);
+    }
+    for name in &attached.replaced {
+        eprintln!(
+            "{}",
+            output::harmless(format_args!("{name} is another file now; that of the recording is taken"))
+        );
+    }
+    for name in &attached.absent {
+        eprintln!(
+            "{}",
+            output::harmless(format_args!("{name} is not in the recording; that of this disk is taken"))
+        );
     }
     match verdict {
         Verdict::Identical { values, cycles, whole } => {
@@ -39,17 +52,22 @@ pub fn verify(file: &Path, json: bool) -> Result<u8, Failure> {
     Ok(code)
 }
 
-/// What came of it, and whether the recording goes to the end of its run.
-fn made_again(file: &Path) -> Result<(Verdict, bool), Failure> {
+/// What came of it, whether the recording goes to the end of its run, and where its files came from.
+fn made_again(file: &Path) -> Result<(Verdict, bool, Attached), Failure> {
     let comparison = Comparison::open(file)?;
     let run = comparison.run();
     let has_ended = run.has_ended();
     if let Some(obstacle) = run.obstacle() {
-        return Ok((Verdict::NotCovered(obstacle), has_ended));
+        return Ok((Verdict::NotCovered(obstacle), has_ended, Attached::default()));
     }
-    let database = run.configuration(vec!["log.targets.console=false".into()])?;
+    let quiet = || vec!["log.targets.console=false".into()];
+    let mut database = run.configuration(quiet())?;
+    let attached = Attached::of(run, &database.current())?;
+    if !attached.sets.is_empty() {
+        database = run.configuration([quiet(), attached.sets.clone()].concat())?;
+    }
     if let Some(obstacle) = run.obstacle_in(&database.current()) {
-        return Ok((Verdict::NotCovered(obstacle), has_ended));
+        return Ok((Verdict::NotCovered(obstacle), has_ended, attached));
     }
     let how = Options {
         mode: Mode::Staged,
@@ -60,11 +78,11 @@ fn made_again(file: &Path) -> Result<(Verdict, bool), Failure> {
         ..Options::default()
     };
     let agent = Agent::load_with(&database, &examples::plugins(), how)?;
-    Ok((comparison.compare(agent)?, has_ended))
+    Ok((comparison.compare(agent)?, has_ended, attached))
 }
 
 /// What is told in JSON.
-fn document(file: &Path, verdict: &Verdict, whole: bool) -> serde_json::Value {
+fn document(file: &Path, verdict: &Verdict, whole: bool, attached: &Attached) -> serde_json::Value {
     let (mut counts, mut difference, mut reason) = (None, None, None);
     let outcome = match verdict {
         Verdict::Identical { values, cycles, .. } => {
@@ -89,5 +107,7 @@ fn document(file: &Path, verdict: &Verdict, whole: bool) -> serde_json::Value {
         "cycles": counts.map(|(_, cycles)| cycles),
         "first": difference,
         "reason": reason,
+        "replaced": attached.replaced,
+        "absent": attached.absent,
     })
 }

@@ -36,13 +36,6 @@ visit(async () => {
     return (goal.x !== 0 || goal.y !== 0) && goal;
   });
   await until("the goal is in the log", async () => (await page.innerText("[role=log]")).includes("knowledge/params"));
-  await page.waitForTimeout(2500);
-  for (const theme of ["light", "dark"]) {
-    await browser.theme(page, theme);
-    await page.waitForTimeout(150);
-    await browser.picture(page, `overview-${theme}`);
-    await browser.accessible(page, `the overview (${theme})`);
-  }
   const far = distance(await robot(), goal);
   await page.keyboard.press("Escape");
 
@@ -57,6 +50,23 @@ visit(async () => {
   assert((await page.locator(".inspector tbody th").allInnerTexts()).join(" ") === "x y theta", "fields are not as their interface has them");
   await page.click("button[aria-label='Plot theta']");
   await until("it is plotted", async () => /rad$/.test(await page.innerText(".tile[data-panel=plot] .series b")));
+  // A part of one, by JSONPath and by JSON Pointer.
+  await page.fill("input[aria-label='Search for properties']", "sonar");
+  await page.click("[data-path='simulator/r2/sonar']");
+  const wanted = page.locator(".part input");
+  const part = async (text) => {
+    await wanted.fill(text);
+    await wanted.press("Enter");
+  };
+  await part("$.echoes[*].range");
+  await until("all that the path leads to", async () => (await page.locator(".part code").count()) === 16);
+  await part("$.echoes[");
+  await until("it is said what is wrong with it", async () => (await page.innerText(".part")).includes("is no JSONPath"));
+  await part("/echoes/3/range");
+  await until("the one with its unit", async () => /^\d\.\d+ m$/.test(await page.innerText(".part output")));
+  await browser.accessible(page, "a part of a property");
+  await page.click("button:has-text('Plot the part')");
+  await until("the part is plotted", async () => /sonar\/echoes\/3\/range\s+\d\.\d+ m/.test(await page.innerText(".tile[data-panel=plot] .series")));
   await page.fill("input[aria-label='Search for properties']", "r2");
   await page.focus("[role=row][tabindex='0']");
   await page.keyboard.press("ArrowDown");
@@ -72,12 +82,24 @@ visit(async () => {
   const old = await value(parameters);
   for (const name of ["careful_speed", "speed"]) {
     const parameter = page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`);
-    await parameter.locator("input[type=range]").evaluate((element) => {
-      element.value = 0.1;
-      element.dispatchEvent(new Event("input", { bubbles: true }));
-      element.dispatchEvent(new Event("change", { bubbles: true }));
-    });
-    await until(`the slider sets ${name}`, async () => (await value(parameters))[name] === 0.1);
+    // By a hand on the slider: down on what it is, and on to where a twentieth of its range is left.
+    const slider = await parameter.locator("input[type=range]").boundingBox();
+    const most = Number(await parameter.locator("input[type=range]").getAttribute("max"));
+    const x = (speed) => slider.x + 8 + (slider.width - 16) * (speed / most);
+    await page.mouse.move(x(old[name]), slider.y + slider.height / 2);
+    await page.mouse.down();
+    await page.mouse.move(x(0.3), slider.y + slider.height / 2);
+    await page.waitForTimeout(100);
+    await page.mouse.move(x(0.1), slider.y + slider.height / 2);
+    await page.waitForTimeout(100);
+    await page.mouse.up();
+    await until(`the slider sets ${name}`, async () => Math.abs((await value(parameters))[name] - 0.1) < 0.04);
+    const set = (await value(parameters))[name];
+    await parameter.locator("input[type=range]").press("ArrowRight");
+    await until(`a key on the slider sets ${name}`, async () => (await value(parameters))[name] > set);
+    await parameter.locator("form input").fill("0.1");
+    await parameter.locator("form input").press("Enter");
+    await until(`${name} is entered`, async () => (await value(parameters))[name] === 0.1);
     await until("what is not as in the file is marked", async () => (await parameter.getAttribute("data-differs")) === "true");
   }
   const away = async (x, y) => api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { goal_x: x, goal_y: y });
@@ -90,10 +112,21 @@ visit(async () => {
   await browser.accessible(page, "the parameters");
   await browser.picture(page, "parameters");
   for (const name of ["speed", "careful_speed"]) {
-    await page.click("button:has-text('Undo')");
+    // What was entered, the key, and the slider.
+    for (let change = 0; change < 3; change += 1) await page.click("button:has-text('Undo')");
     await until(`${name} is taken back`, async () => (await value(parameters))[name] === old[name]);
+    await until(`${name} is as in the file`, async () => (await page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`).getAttribute("data-differs")) !== "true");
   }
   await until("the robot goes as before", async () => (await fast()).linear > 0.2);
+
+  // The overview in both themes, with the way so far.
+  await browser.view(page, "overview");
+  for (const theme of ["light", "dark"]) {
+    await browser.theme(page, theme);
+    await page.waitForTimeout(150);
+    await browser.picture(page, `overview-${theme}`);
+    await browser.accessible(page, `the overview (${theme})`);
+  }
 
   // Plots, timing, log.
   await browser.view(page, "plots");
@@ -112,8 +145,14 @@ visit(async () => {
     const [single, twice] = (await page.locator(".tile").nth(1).locator(".series b").allInnerTexts()).map((text) => Number.parseFloat(text));
     return Math.abs(twice - 2 * single) < 0.1;
   });
+  await add.fill("simulator/r2/sonar$.echoes[3].range");
+  await add.press("Enter");
+  await until("a part by JSONPath is a line, too", async () => (await page.locator(".tile").nth(1).locator(".series li").count()) === 3);
+  await add.fill("simulator/r2/sonar$.echoes");
+  await add.press("Enter");
+  await until("what is no number is said to be none", async () => (await page.innerText(".tile .trouble")).includes("There is no number at $.echoes"));
+  await add.fill("");
   await until("strips of states", async () => /Route: .*(Deliberative|Reactive) \d+ %/i.test(await page.innerText(".states")));
-  await page.waitForTimeout(2000);
   await browser.accessible(page, "the plots");
   await browser.picture(page, "plots");
   await browser.view(page, "timing");
@@ -133,7 +172,6 @@ visit(async () => {
   assert((await page.locator(".stage.analyze .block").count()) === 3, "three Analyzes");
   const wall = page.getByRole("switch", { name: "avoid_wall" });
   assert(!(await wall.isChecked()), "avoid_wall is on");
-  await page.waitForTimeout(1000);
   await browser.accessible(page, "MAPE-K");
   await browser.picture(page, "mapek");
   await wall.click();
@@ -153,6 +191,12 @@ visit(async () => {
   assert(await page.locator(".relink button.primary").isDisabled(), "what does not fit can be linked");
   await browser.accessible(page, "the graph");
   await browser.picture(page, "graph");
+  // What goes over a link.
+  const line = page.locator(".edge[data-edge='simulator r2/range_monitor']");
+  await line.locator(".near").dispatchEvent("click");
+  await until("how often and how old", async () => /Rate\s+\d+ Hz\s+Age\s+\d+ ms/.test(await page.innerText(".links")));
+  assert((await line.getAttribute("data-state")) === "chosen", "the line that was chosen does not stand out");
+  await browser.accessible(page, "a link of the graph");
 
   // The stop is one press; what ends it takes two steps, of which one is held.
   await page.click("#stop");
@@ -249,8 +293,15 @@ visit(async () => {
   await page.selectOption(".tile:nth-of-type(1) >> nth=1 >> select[aria-label=Panel]", "clearance");
   await until("the project's panel shows a value", async () => /^\d\.\d+ m$/.test(await page.innerText(".own-clearance")));
   const shared = page.url();
-  page.once("dialog", (dialog) => dialog.accept("Times and clearance"));
-  await page.click("button:has-text('Save')");
+  await page.click(".layouts button:has-text('Save')");
+  await page.fill("[role=dialog] input", "Times and clearance");
+  await browser.accessible(page, "the question for a name");
+  // The page goes on meanwhile, with the stop.
+  await page.keyboard.press("Control+.");
+  await until("a question is not in the way of the stop", async () => (await api("GET", "/agent")).stopped !== null);
+  await api("POST", "/reset");
+  await api("POST", "/arm", {});
+  await page.click("[role=dialog] button.primary");
   await page.waitForSelector("nav a:has-text('Times and clearance')");
   await until("the layout is in the project", async () => (await api("GET", "/layouts"))["times-and-clearance"].columns.length === 2);
 

@@ -26,5 +26,33 @@ visit(async () => {
   }
   await page.waitForTimeout(500);
   await browser.picture(page, "exp3-mapek");
+
+  // Each robot's modules are in its box, no line lies behind a module, and those that close a loop come from behind.
+  await browser.view(page, "graph");
+  await page.waitForSelector(".edge[data-back=true]");
+  const drawing = await page.evaluate(() => {
+    const within = (point, { x, y, width, height }) => point.x > x && point.x < x + width && point.y > y && point.y < y + height;
+    const box = (element) => element.querySelector("rect").getBoundingClientRect();
+    const nodes = [...document.querySelectorAll(".node")].map((element) => ({ name: element.dataset.name, box: box(element) }));
+    const boxes = [...document.querySelectorAll(".box")].map((element) => ({ name: element.textContent, box: box(element) }));
+    const middle = ({ x, y, width, height }) => ({ x: x + width / 2, y: y + height / 2 });
+    const astray = nodes.filter(({ name, box: own }) => {
+      const robot = name.includes("/") ? [name.split("/")[0]] : [];
+      return boxes.filter(({ box }) => within(middle(own), box)).map(({ name }) => name).join() !== robot.join();
+    });
+    const hidden = [...document.querySelectorAll(".edge")].flatMap((edge) => {
+      const path = edge.querySelector("path:not(.near)");
+      const matrix = path.getScreenCTM();
+      const length = path.getTotalLength();
+      const points = Array.from({ length: 200 }, (_, at) => path.getPointAtLength((length * (at + 0.5)) / 200).matrixTransform(matrix));
+      return nodes.filter(({ box }) => points.some((point) => within(point, box))).map(({ name }) => `${edge.dataset.edge} behind ${name}`);
+    });
+    return { boxes: boxes.map(({ name }) => name), astray, hidden, back: [...document.querySelectorAll(".edge[data-back=true]")].map((edge) => edge.dataset.edge) };
+  });
+  assert(drawing.boxes.join() === "r2,r3", `boxes are ${drawing.boxes}`);
+  assert(drawing.astray.length === 0, `not in the box of their robot: ${drawing.astray.map(({ name }) => name)}`);
+  assert(drawing.hidden.length === 0, `lines lie behind modules: ${drawing.hidden}`);
+  for (const edge of ["r2/execute r2/planner", "r2/wheels simulator"]) assert(drawing.back.includes(edge), `${edge} is not drawn as a line that goes back`);
+  await browser.picture(page, "exp3-graph");
   await browser.end();
 });

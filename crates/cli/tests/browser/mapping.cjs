@@ -33,7 +33,7 @@ visit(async () => {
   // Where a place of the world is on the page, by what the page says of two pixels.
   const told = async (left, top) => {
     await page.mouse.move(left, top);
-    return (await page.innerText(".pointer")).match(/-?\d+\.\d+/g)?.map(Number);
+    return (await page.innerText(".pointer")).replaceAll("−", "-").match(/-?\d+\.\d+/g)?.map(Number);
   };
   let pixel;
   const tool = async (name) => {

@@ -18,7 +18,7 @@ visit(async () => {
   await page.focus(".foot .time");
   await page.keyboard.press("Home");
   await until("the past is marked", async () => (await page.locator(".foot[data-past=true]").count()) === 1);
-  await until("the robot is where it was", async () => (await row.innerText()).includes(`${start.x.toFixed(2)} m`), 20);
+  await until("the robot is where it was", async () => (await row.innerText()).replaceAll("−", "-").includes(`${start.x.toFixed(2)} m`), 20);
   assert((await page.innerText(".connection")) === "Looking back", "the head says that it is live");
   assert((await now()) < 1, "the clock does not show the past");
   const going = (await value(`${AGENT}/loop/state`)).cycles;

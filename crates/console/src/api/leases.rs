@@ -68,15 +68,19 @@ pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Probl
     if command.is_some() && release {
         return Err(Problem::bad("a command and its end in one", "say one of `command` and `release`"));
     }
-    let done = context.leases.renew(asked.part("lease"), |controls| {
+    let done = context.leases.renew(asked.part("lease"), |controls| -> Result<String, Problem> {
         if release {
             controls.release();
         }
-        command.map_or(Ok(()), |command| controls.command(&command)).map(|()| controls.actuator().to_owned())
+        let help = "see the interface in the answer to POST /api/v1/leases";
+        if let Some(command) = command {
+            // What is forgotten must not be zero: a robot would turn with one wheel.
+            schema::complete(controls.descriptor(), |name| command.get(name).is_some(), help)?;
+            controls.command(&command).map_err(|error| Problem::unfit(error.to_string(), help))?;
+        }
+        Ok(controls.actuator().to_owned())
     });
-    let actuator = done.ok_or_else(unknown)?.map_err(|error| {
-        Problem::unfit(error.to_string(), "see the interface in the answer to POST /api/v1/leases")
-    })?;
+    let actuator = done.ok_or_else(unknown)??;
     Ok(Answer::json(json!({ "actuator": actuator, "gate": gate(context, &actuator), "time": context.now() })))
 }
 

@@ -17,6 +17,9 @@ use crate::stream::{Follow, Watcher, What};
 /// Where the last lines are.
 const TAIL: &str = "log/tail";
 
+/// How long lines may take until they are there.
+const WRITTEN: Duration = Duration::from_millis(500);
+
 /// The levels, the most important one first.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
@@ -56,6 +59,27 @@ pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
     };
     let kept = context.board().history(TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
     Ok(Answer::json(kept.map(line).filter(is_wanted).collect()))
+}
+
+/// The number of the newest line.
+pub(super) fn newest(context: &Context) -> u64 {
+    context
+        .board()
+        .find(TAIL)
+        .ok()
+        .and_then(|(property, _)| Some(property.channel()?.published()))
+        .unwrap_or(0)
+}
+
+/// The last line after that number in which a module warns.
+pub(super) fn warning(context: &Context, module: &str, after: u64) -> Option<String> {
+    // What it says in a step is still on its way here.
+    context.logger.flush(WRITTEN);
+    let lines = context.board().history(TAIL).ok()?.into_iter();
+    let lines = lines.filter(|(_, stamp)| stamp.sequence > after).map(line);
+    let warns =
+        |line: &Json| line["module"] == module && (line["level"] == "warn" || line["level"] == "error");
+    lines.filter(warns).last().and_then(|line| line["text"].as_str().map(ToOwned::to_owned))
 }
 
 fn line((value, stamp): (Value, Stamp)) -> Json {

@@ -8,15 +8,16 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Value, edit};
 use slate_blackboard::message::{Mailbox, Sender, Status, Ticket};
 use slate_blackboard::{Access, BoardError, Carrier, Property, is_within};
-use slate_runtime::remote::{Call, Refusal};
+use slate_runtime::remote::Call;
 
 use super::values::{own_path, url, version};
-use super::{ask, made};
+use super::{ask, log, made};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
 use crate::route::Ask;
+use crate::schema::complete;
 use crate::text::{quoted, toml};
 
 /// How long a message may take to be answered before its sender is told that it waits.
@@ -53,19 +54,8 @@ pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> 
             let message = format!("/{} is an object of fields", target.property.path());
             Problem::unfit(message, "GET /api/v1/interfaces/NAME tells what values are made of")
         })?;
-        let named = |name: &str| entries.contains_key(name);
-        let missing: Vec<_> = target
-            .property
-            .descriptor()
-            .fields
-            .iter()
-            .map(|field| field.name)
-            .filter(|name| !named(name))
-            .collect();
-        if !missing.is_empty() {
-            let message = format!("it lacks {}", missing.join(", "));
-            return Err(Problem::unfit(message, "PATCH leaves what is not named as it is"));
-        }
+        let help = "PATCH leaves what is not named as it is";
+        complete(target.property.descriptor(), |name| entries.contains_key(name), help)?;
     }
     set(context, ask, &target, &body)
 }
@@ -106,9 +96,7 @@ fn target(context: &Context, ask: &Ask) -> Result<Target, Problem> {
             return not_allowed(format!("/{own} takes messages"), "send one with POST", "POST");
         }
     }
-    let modules = context.desk.composer().modules().into_iter().map(|module| module.name);
-    let module = modules.filter(|module| own.starts_with(&format!("{module}/"))).max_by_key(String::len);
-    let Some(module) = module else {
+    let Some(module) = module_of(context, &own) else {
         return not_allowed(format!("/{own} is set by the agent itself"), "read it", "GET");
     };
     let port = &own[module.len() + 1..];
@@ -125,6 +113,12 @@ fn target(context: &Context, ask: &Ask) -> Result<Target, Problem> {
         return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of a developer"));
     }
     Ok(Target { property, module, what })
+}
+
+/// The module that has a property.
+fn module_of(context: &Context, path: &str) -> Option<String> {
+    let modules = context.desk.composer().modules().into_iter().map(|module| module.name);
+    modules.filter(|module| path.starts_with(&format!("{module}/"))).max_by_key(String::len)
 }
 
 fn set(context: &Arc<Context>, asked: &Ask, target: &Target, body: &Json) -> Result<Answer, Problem> {
@@ -247,11 +241,14 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
     let mut bytes = vec![0; shape.bytes(shape.capacity)];
     let wrong = |error| BoardError::Access { url: format!("/{path}"), error };
     let items = edit(property.descriptor(), &mut bytes, 0, "", &value(&body)?).map_err(wrong)?;
+    complete(property.descriptor(), |name| body.get(name).is_some(), "name all fields of the message")?;
     if dry {
         return Ok(Answer::json(json!({ "status": "fits" })));
     }
+    let heard = log::newest(context);
     let ticket = hand_over(context, &path, mailbox, &bytes[..shape.bytes(items)], items)?;
-    await_answer(context, &path, ticket)
+    let refusal = |code| refusal(context, &property, code, heard);
+    await_answer(context, &path, ticket, refusal)
 }
 
 fn hand_over(
@@ -273,21 +270,33 @@ fn hand_over(
     sender.send(bytes, items, context.now()).map_err(|error| full(error.to_string()))
 }
 
-fn await_answer(context: &Context, path: &str, ticket: Ticket) -> Result<Answer, Problem> {
+/// Why a message was refused, in the words of the module that did: what it has logged since, as a code says little.
+fn refusal(context: &Context, property: &Property, code: u16, heard: u64) -> Problem {
+    let path = property.path();
+    let said = module_of(context, path).and_then(|module| log::warning(context, &module, heard));
+    let (message, help) = match said {
+        Some(text) => (format!("/{path} refuses the message: {text}"), "send one that it takes".into()),
+        None => {
+            let interface = property.descriptor().name;
+            let help = format!("the interface {interface} says what the code means");
+            (format!("/{path} refuses the message, with code {code}"), help)
+        }
+    };
+    Problem::new(StatusCode::CONFLICT, message, help)
+}
+
+fn await_answer(
+    context: &Context,
+    path: &str,
+    ticket: Ticket,
+    refusal: impl Fn(u16) -> Problem,
+) -> Result<Answer, Problem> {
     let mut waited = Duration::ZERO;
     loop {
         let status = context.senders().get(path).map_or(Status::Unknown, |sender| sender.status(ticket));
         match status {
             Status::Done => return Ok(Answer::json(json!({ "status": "done" }))),
-            Status::Refused(code) => {
-                let refusal = Refusal {
-                    message: format!("the message was refused with code {code}"),
-                    help: "see the interface for what its codes mean".into(),
-                    code: None,
-                    report: None,
-                };
-                return Err(Problem::refused(StatusCode::CONFLICT, refusal));
-            }
+            Status::Refused(code) => return Err(refusal(code)),
             Status::Accepted if waited < ANSWER => {}
             Status::Accepted | Status::Unknown => return Ok(Answer::json(json!({ "status": "accepted" }))),
         }

@@ -37,7 +37,7 @@ async function main() {
   // Values, read by the libraries of others after the schemas that they were told.
   const values = {};
   const topics = new Map();
-  for (const topic of ["/sensor/count", "/sensor/place", "/sensor/image"]) {
+  for (const topic of ["/sensor/count", "/sensor/place", "/sensor/image", "/sensor/way"]) {
     const channel = seen.channels.get(topic);
     const reader = new MessageReader(parse(channel.schema, { ros2: true }));
     topics.set(client.subscribe(channel.id), { topic, reader, schema: channel.schemaName });
@@ -49,10 +49,12 @@ async function main() {
     if (topic === "/sensor/count") sequence.push(value.value);
     values[topic] = { schema, value };
   });
-  await until("values", () => sequence.length > 5 && Object.keys(values).length === 3);
+  await until("values", () => sequence.length > 5 && Object.keys(values).length === 4);
   result.rising = sequence.every((value, i) => i === 0 || value > sequence[i - 1]);
   const image = values["/sensor/image"];
   result.image = { schema: image.schema, width: image.value.width, encoding: image.value.encoding, bytes: image.value.data.length };
+  const way = values["/sensor/way"];
+  result.way = { schema: way.schema, points: way.value.poses.map(({ pose }) => [pose.position.x, pose.position.y, pose.orientation.w]) };
   result.place = { x: values["/sensor/place"].value.x, y: String(values["/sensor/place"].value.y) };
   result.schema = values["/sensor/count"].schema;
 

@@ -72,6 +72,8 @@ fn the_client_of_foxglove_reads_sets_calls_and_drives_under_both_names_of_the_pr
         let image =
             json!({ "schema": "sensor_msgs/msg/Image", "width": 64, "encoding": "rgb8", "bytes": 12288 });
         assert_eq!(seen["image"], image);
+        let way = json!({ "schema": "nav_msgs/msg/Path", "points": [[0, 0, 1], [3, 4, 1]] });
+        assert_eq!(seen["way"], way);
         assert_eq!(
             (&seen["place"], &seen["schema"]),
             (&json!({ "x": 1.5, "y": "NaN" }), &json!("slate_msgs/msg/Speed"))

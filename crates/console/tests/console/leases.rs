@@ -33,6 +33,8 @@ fn one_at_a_time_has_a_lease_and_everybody_sees_who() {
     run.wait_for("its end", || run.number("wheel/command/value") != -3.0);
     assert!(last.elapsed() < Duration::from_millis(250), "{:?}", last.elapsed());
     operator.send("PUT", &at, Some(&json!({ "command": { "speed": 1.0 } }))).problem(422);
+    let said = operator.send("PUT", &at, Some(&json!({ "command": {} }))).problem(422);
+    assert!(said.contains("it lacks value"), "{said}");
     operator.send("PUT", &at, Some(&json!({ "command": { "value": 1.0 }, "release": true }))).problem(400);
     operator.send("PUT", "/leases/0123456789abcdef", None).problem(404);
 

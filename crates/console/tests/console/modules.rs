@@ -1,6 +1,6 @@
 //! What the agent of the tests is made of.
 
-use slate_interfaces::{Image, ImageFormat};
+use slate_interfaces::{Image, ImageFormat, Path, Point2};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 
@@ -31,6 +31,8 @@ pub struct SensorIo {
     place: Output<Place>,
     #[capacity(12288)]
     image: Output<Image>,
+    #[capacity(2)]
+    way: Output<Path>,
 }
 
 #[params]
@@ -41,7 +43,7 @@ pub struct SensorParams {
     label: Text<20>,
 }
 
-/// Counts, is somewhere, and sees a picture.
+/// Counts, is somewhere, sees a picture, and has a way to go.
 pub struct Sensor;
 
 #[module(stage = SensorAcquire)]
@@ -58,6 +60,10 @@ impl Module for Sensor {
             (image.width, image.height, image.step, image.format) = (64, 64, 64 * 3, ImageFormat::RGB8);
             image.data.fill(*state as u8);
         });
+        io.way.write(2, |way| {
+            way.length = 5.0;
+            way.points.copy_from_slice(&[Point2 { x: 0.0, y: 0.0 }, Point2 { x: 3.0, y: 4.0 }]);
+        });
         Outcome::Ok
     }
 }
@@ -71,7 +77,7 @@ pub struct DriverIo {
     history: Queue<Speed>,
 }
 
-/// Commands what its goal says, and hears messages.
+/// Commands what its goal says, and hears messages that are not less than nothing.
 pub struct Driver;
 
 #[module(stage = Act)]
@@ -80,9 +86,18 @@ impl Module for Driver {
     type Params = ();
     type State = f64;
 
-    fn tick(state: &mut f64, io: &DriverIo, _: &(), _: &Tick) -> Outcome {
+    fn tick(state: &mut f64, io: &DriverIo, _: &(), now: &Tick) -> Outcome {
         io.wheel.send(Speed { value: io.goal.x }, Priority::Plan);
-        *state += io.notes.iter().map(|note| note.value).sum::<f64>();
+        for note in io.notes.iter() {
+            match note.value {
+                value if value < -100.0 => note.refuse(2),
+                value if value < 0.0 => {
+                    now.warn(format_args!("{value} is less than nothing; send 0 or more"));
+                    note.refuse(1);
+                }
+                value => *state += value,
+            }
+        }
         let _ = io.history.iter().count();
         io.heard.set(Speed { value: *state });
         Outcome::Ok

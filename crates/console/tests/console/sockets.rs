@@ -148,7 +148,13 @@ fn a_person_drives_until_the_key_is_let_go_or_the_connection_is_gone() {
     }
     assert_eq!(run.number("wheel/command/value"), -3.0);
     assert!(
-        socket.ask(&json!({ "command": { "speed": 1.0 } }))["problem"]["detail"]
+        socket.ask(&json!({ "command": {} }))["problem"]["detail"]
+            .as_str()
+            .unwrap()
+            .contains("it lacks value")
+    );
+    assert!(
+        socket.ask(&json!({ "command": { "value": 1.0, "speed": 1.0 } }))["problem"]["detail"]
             .as_str()
             .unwrap()
             .contains("value")

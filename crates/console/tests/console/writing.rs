@@ -126,7 +126,26 @@ fn a_message_is_sent_and_answered() {
     assert_eq!(sent["status"], "done");
     run.wait_for("the message", || run.number("driver/heard/value") == 4.0);
     assert!(operator.send("POST", &at, Some(&json!({ "speed": 4.0 }))).problem(422).contains("value"));
+    assert!(operator.send("POST", &at, Some(&json!({}))).problem(422).contains("it lacks value"));
     operator.send("POST", &run.at("sensor/count"), Some(&json!({ "value": 4.0 }))).problem(405);
+}
+
+#[test]
+fn a_message_that_is_refused_is_so_in_the_words_of_the_module() {
+    let run = Running::start("refusal");
+    let operator = run.client("operator");
+    let send = |value: f64| operator.send("POST", &run.at("driver/notes"), Some(&json!({ "value": value })));
+    // One that it refuses without a word between those of which it says why.
+    for _ in 0..2 {
+        let said = send(-3.0).problem(409);
+        assert!(
+            said.contains("/driver/notes refuses the message: -3 is less than nothing; send 0 or more"),
+            "{said}"
+        );
+        let said = send(-300.0).problem(409);
+        assert!(said.contains("code 2") && said.contains("the interface Speed"), "{said}");
+    }
+    assert_eq!(send(4.0).json()["status"], "done");
 }
 
 #[test]

@@ -22,8 +22,14 @@ export function targets(properties, links, interfaces) {
   };
   const goals = [...of("Point2"), ...of("Pose2").filter(({ path }) => isGoal(path))].map(place);
   const poses = of("Pose2").filter(({ path }) => !isGoal(path)).map((property) => ({ ...place(property), shows: shows(property) }));
+  // A goal that a module tells and nobody reads would lead nowhere.
+  const isRead = ({ path }) => {
+    const goal = path.replace(/params$/, "goal");
+    return !properties.some(({ path }) => path === goal) || links.some(({ from }) => from === `/${goal}` || from.startsWith(`/${goal}/`));
+  };
   const parameters = properties
     .filter(({ access, interface: name }) => access === "setting" && interfaces[name]?.properties?.goal_x && interfaces[name].properties.goal_y)
+    .filter(isRead)
     .map(({ path }) => ({ path, how: "parameters", turned: false }));
   const canvases = of("MapStroke").filter(({ access }) => access === "messages").map(({ path }) => ({ path, how: "send" }));
   return { goal: [...parameters, ...goals], pose: poses, paint: canvases };

@@ -1,35 +1,13 @@
 // Modules, gates and the links between them, with how much goes over each. A link is made by dragging from a module to another
 // one, or in the list of inputs; whether it fits is found out before it is made.
-import { Empty, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRef, useResource, useSize, useState, word } from "/slate.js";
+import { Age, Empty, Field, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
 import { moduleOf } from "/blocks.js";
-import { layers } from "/graph/layout.js";
-
-const [WIDTH, HEIGHT] = [158, 38];
-// How far nodes are from each other at least and at most.
-const ACROSS = [196, 270];
-const DOWN = [52, 96];
-
-const between = ([least, most], wanted) => Math.min(most, Math.max(least, wanted));
+import { HEIGHT, layout, WIDTH } from "/graph/layout.js";
 
 const enc = (path) => path.split("/").map(encodeURIComponent).join("/");
 
-/** How often each property is written, Hz. */
-function useRates(properties) {
-  const before = useRef({ when: 0, sequences: new Map(), rates: new Map() });
-  return useMemo(() => {
-    const now = performance.now();
-    const last = before.current;
-    const seconds = (now - last.when) / 1000;
-    const rates = seconds > 0.5 ? new Map() : last.rates;
-    if (seconds > 0.5) {
-      for (const { path, sequence } of properties) {
-        if (last.sequences.has(path)) rates.set(path, Math.max(0, sequence - last.sequences.get(path)) / seconds);
-      }
-      before.current = { when: now, sequences: new Map(properties.map(({ path, sequence }) => [path, sequence])), rates };
-    }
-    return rates;
-  }, [properties]);
-}
+/** As much of a name as there is room for in a node. */
+const short = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
 
 /** Nodes, and edges with all the links between the same two. */
 function made(modules, properties, links, actuators, hidden) {
@@ -98,13 +76,30 @@ function Relink({ input, from, sources, done, isAllowed }) {
       <button disabled=${!from} onClick=${() => act(() => remove(`/links/${enc(input)}`))}>Take the link away</button> <button onClick=${done}>Cancel</button></p>`}</div>`;
 }
 
+/** What goes over the links of an edge. */
+function Edge({ edge, rates, change, close }) {
+  // Messages have no value that stays.
+  const readings = useReadings(edge.links.filter(({ sends }) => !sends).map(({ source }) => source), 4);
+  const told = (links) => links.map(({ source, to, from, sends, queue, trouble, evicted }) => html`<section key=${to}>
+    <button class="output" title="Shows it in the panel Inspector" onClick=${() => select(source)}><span>${sends ? `${to} sends to` : "from"}</span><span class="number">/${source}</span></button>
+    ${!sends && html`<button class="output" onClick=${() => change(to, from)} disabled=${edge.isGate}><span>to</span><span class="number">${to}</span></button>`}
+    <dl>
+      ${!sends && html`<${Field} name="Rate">${hertz(rates.get(source)) || "–"}</${Field}><${Field} name="Age"><${Age} time=${readings[source]?.time} /></${Field}>`}
+      ${queue && html`<${Field} name="Queue" state=${queue[1] ? "degraded" : undefined} title="Values that the reader has not taken, and those that it never saw">${queue[0]} wait, ${queue[1]} lost</${Field}>`}
+      ${(trouble || evicted) && html`<${Field} name="Trouble" state="bad">${trouble ?? "it fell behind and reads no more"}</${Field}>`}
+    </dl></section>`);
+  return html`<aside class="links" aria-label=${`Links from ${edge.from} to ${edge.to}`}>
+    <header><b>${edge.from} → ${edge.to}</b><button class="quiet" aria-label="Close" onClick=${close}>✕</button></header>${told(edge.links)}</aside>`;
+}
+
 function Panel({ options, setOptions }) {
   const agent = useAgent();
   const modules = useResource("/modules", 2);
-  const properties = useResource("/properties", 2) ?? [];
+  const properties = useResource("/properties?values", 1) ?? [];
   const links = useResource("/links", 3) ?? [];
   const actuators = useResource("/actuators", 5) ?? [];
   const [chosen, setChosen] = useState("");
+  const [edgeChosen, setEdgeChosen] = useState("");
   const [editing, setEditing] = useState(null);
   const [drag, setDrag] = useState(null);
   const drawing = useRef(null);
@@ -117,18 +112,12 @@ function Panel({ options, setOptions }) {
     // Who sends to a module is before it, and what it hears back closes a loop.
     const sent = new Set(graph.edges.filter(({ links }) => links.some(({ sends }) => sends)).map(({ from, to }) => `${from} ${to}`));
     const onward = graph.edges.filter(({ from, to }) => !sent.has(`${to} ${from}`) || sent.has(`${from} ${to}`));
-    const rows = layers(graph.names, onward.map(({ from, to }) => [from, to]));
-    const most = Math.max(1, ...rows.map((layer) => layer.length));
-    const across = between(ACROSS, ((size?.width ?? 0) - WIDTH - 32) / Math.max(1, rows.length - 1));
-    const down = between(DOWN, ((size?.height ?? 0) - 40) / most);
-    const places = new Map(rows.flatMap((layer, column) => layer.map((name, row) => [name, { x: 16 + column * across, y: 16 + (row + (most - layer.length) / 2) * down }])));
-    return { places, width: 32 + (rows.length - 1) * across + WIDTH, height: 24 + most * down };
+    return layout(graph.names, graph.edges, onward, size);
   }, [graph, size?.width, size?.height]);
   if (!modules) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
   const isAllowed = agent?.role === "developer";
   const conditions = new Map(modules.map((module) => [module.name, module]));
-  const hertz = (path) => (rates.has(path) ? `${rates.get(path).toFixed(0)} Hz` : "");
-  const rate = ({ links }) => (links.length > 1 ? `${links.length} links` : hertz(links[0].sends ? links[0].to : links[0].source));
+  const rate = ({ links }) => (links.length > 1 ? `${links.length} links` : links[0].sends ? "messages" : rates.get(links[0].source) === 0 ? "0 Hz" : hertz(rates.get(links[0].source)));
   const trouble = ({ links }) => links.find(({ trouble, evicted }) => trouble || evicted);
   const settings = properties.filter(({ access, path }) => access === "setting" && !/\/(params|enabled)$/.test(path)).map(({ path }) => path);
   const inputsOf = (module) => [...new Set([...links.map(({ to }) => to), ...settings])].filter((path) => moduleOf(path, graph.names) === module).sort();
@@ -139,9 +128,13 @@ function Panel({ options, setOptions }) {
     return { x: event.clientX - left, y: event.clientY - top };
   };
   const nodeAt = ({ x, y }) => [...placed.places].find(([, place]) => x >= place.x && x <= place.x + WIDTH && y >= place.y && y <= place.y + HEIGHT)?.[0];
-  const begin = (event, name) => {
+  const choose = (name, edge = "") => {
     setChosen(name);
+    setEdgeChosen(edge);
     setEditing(null);
+  };
+  const begin = (event, name) => {
+    choose(name);
     drawing.current.setPointerCapture(event.pointerId);
     setDrag({ from: name, ...point(event), moved: false });
   };
@@ -152,12 +145,21 @@ function Panel({ options, setOptions }) {
     if (drag.moved && to && to !== drag.from && !graph.gates.has(to)) {
       const [inputs, outputs] = [inputsOf(to), outputsOf(drag.from)];
       const already = inputs.find((input) => links.some((link) => link.to === input && outputs.includes(link.from)));
-      setChosen(to);
+      choose(to);
       if (inputs.length) setEditing({ input: already ?? inputs[0], from: outputs[0] ?? "", sources: outputs });
     }
     setDrag(null);
   };
-  const key = (event, name) => (event.key === "Enter" || event.key === " ") && (event.preventDefault(), setChosen(name), setEditing(null));
+  const key = (event, name) => (event.key === "Enter" || event.key === " ") && (event.preventDefault(), choose(name));
+  const shown = graph.edges.find(({ from, to }) => `${from} ${to}` === edgeChosen);
+  const isChosen = ({ from, to }) => (edgeChosen ? edgeChosen === `${from} ${to}` : chosen === from || chosen === to);
+  // What stands in the box of its robot.
+  const own = (name) => name.slice(name.indexOf("/") + 1);
+  const more = (name) => {
+    const module = conditions.get(name);
+    if (graph.gates.has(name)) return "gate";
+    return module?.condition !== "WORKING" ? word(module?.condition) : module.kind === own(name) ? "" : module.kind;
+  };
   const source = (input) => links.find(({ to }) => to === input)?.from ?? "";
   return html`
     <div class="bar-of-tools"><input type="search" placeholder="Hide modules, such as referee monitor" aria-label="Hide modules whose names have" value=${options.hide ?? ""} onInput=${(event) => setOptions({ hide: event.target.value })} />
@@ -165,16 +167,15 @@ function Panel({ options, setOptions }) {
     <div class="graph">
       <div class="scroll" ref=${box} tabindex="0" role="region" aria-label="Graph"><svg ref=${drawing} width=${placed.width} height=${placed.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
         <defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0L8 4L0 8z" class="tip" /></marker></defs>
+        ${placed.boxes.map(({ name, ...box }) => html`<g key=${name} class="box"><rect ...${box} rx="10" /><text x=${box.x + 12} y=${box.y + 16}>${name}</text></g>`)}
         ${graph.edges.map((edge) => {
-          const [from, to] = [placed.places.get(edge.from), placed.places.get(edge.to)];
-          if (!from || !to) return null;
-          const [x, y, endX, endY] = [from.x + WIDTH, from.y + HEIGHT / 2, to.x - 2, to.y + HEIGHT / 2];
-          const bend = Math.max(40, Math.abs(endX - x) / 2);
-          const state = trouble(edge) ? "bad" : chosen === edge.from || chosen === edge.to ? "chosen" : chosen ? "dim" : undefined;
+          const way = placed.ways.get(edge);
+          if (!way) return null;
+          const id = `${edge.from} ${edge.to}`;
+          const state = trouble(edge) ? "bad" : isChosen(edge) ? "chosen" : chosen || edgeChosen ? "dim" : undefined;
           const words = edge.links.map(({ source, to, sends }) => (sends ? `${to} sends to ${source}` : `${source} to ${to}`)).join("\n");
-          return html`<g key=${`${edge.from} ${edge.to}`} class="edge" data-state=${state} data-sends=${edge.links.every(({ sends }) => sends)}><title>${words}</title>
-            <path d=${`M${x} ${y}C${x + bend} ${y} ${endX - bend} ${endY} ${endX} ${endY}`} marker-end="url(#tip)" />
-            ${state === "chosen" && html`<text x=${(x + endX) / 2} y=${(y + endY) / 2 - 5}>${rate(edge)}</text>`}</g>`;
+          return html`<g key=${id} class="edge" data-state=${state} data-edge=${id} data-back=${way.isBack} data-sends=${edge.links.every(({ sends }) => sends)} onClick=${() => choose("", id)}><title>${words}</title>
+            <path class="near" d=${way.d} /><path d=${way.d} marker-end="url(#tip)" /></g>`;
         })}
         ${drag?.moved && html`<path class="dragged" d=${`M${placed.places.get(drag.from).x + WIDTH} ${placed.places.get(drag.from).y + HEIGHT / 2}L${drag.x} ${drag.y}`} />`}
         ${graph.names.map((name) => {
@@ -183,15 +184,17 @@ function Panel({ options, setOptions }) {
           const state = module?.panics ? "bad" : module?.misses ? "degraded" : module?.condition === "INACTIVE" ? "off" : graph.gates.has(name) ? "gate" : undefined;
           return html`<g key=${name} class="node" data-state=${state} data-chosen=${chosen === name} transform=${`translate(${x} ${y})`} tabindex="0" role="button" data-name=${name} aria-pressed=${chosen === name}
             onPointerDown=${(event) => begin(event, name)} onKeyDown=${(event) => key(event, name)}>
-            <rect width=${WIDTH} height=${HEIGHT} rx=${graph.gates.has(name) ? 2 : 7} /><text x="10" y="16">${name.split("/").at(-1)}</text><text x="10" y="30" class="small">${[name.includes("/") ? name.split("/")[0] : module?.kind === name ? "" : module?.kind, graph.gates.has(name) ? "gate" : module?.condition === "WORKING" ? "" : word(module?.condition)].filter(Boolean).join(" · ")}</text></g>`;
-        })}</svg></div>
-      ${chosen && html`<aside class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => { setChosen(""); setEditing(null); }}>✕</button></header>
+            <rect width=${WIDTH} height=${HEIGHT} rx=${graph.gates.has(name) ? 2 : 7} /><text x="10" y=${more(name) ? 16 : 23}>${short(own(name), 21)}</text><text x="10" y="30" class="small">${short(more(name), 24)}</text></g>`;
+        })}
+        ${graph.edges.filter((edge) => isChosen(edge) && placed.ways.has(edge)).map((edge) => html`<text key=${`${edge.from} ${edge.to}`} class="rate" x=${placed.ways.get(edge).x} y=${placed.ways.get(edge).y - 5}>${rate(edge)}</text>`)}</svg></div>
+      ${chosen && html`<aside class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => choose("")}>✕</button></header>
         ${editing ? html`${editing.sources && html`<label class="muted">Input <select value=${editing.input} onChange=${(event) => setEditing({ ...editing, input: event.target.value })}>${inputsOf(chosen).map((input) => html`<option key=${input}>${input}</option>`)}</select></label>`}
             <${Relink} key=${editing.input} input=${editing.input} from=${editing.from} sources=${editing.sources ?? sources} isAllowed=${isAllowed} done=${() => setEditing(null)} />`
         : html`<h3>Inputs</h3><ul>${inputsOf(chosen).map((input) => html`<li key=${input}><button class="output" onClick=${() => setEditing({ input, from: source(input) })}>
-            <span>${input.slice(chosen.length + 1)}</span><span class="muted number">${source(input) || "no link"}</span></button></li>`)}</ul>
-          <h3>Outputs</h3><ul>${outputsOf(chosen).map((path) => html`<li key=${path}><button class="output" onClick=${() => select(path.slice(1))}><span>${path.slice(chosen.length + 2)}</span><span class="number muted">${hertz(path.slice(1))}</span></button></li>`)}</ul>`}
+            <span>${input.slice(chosen.length + 1)}</span><span class="muted number">${source(input) || "no link"}</span><span class="muted number">${hertz(rates.get(source(input).slice(1)))}</span></button></li>`)}</ul>
+          <h3>Outputs</h3><ul>${outputsOf(chosen).map((path) => html`<li key=${path}><button class="output" onClick=${() => select(path.slice(1))}><span>${path.slice(chosen.length + 2)}</span><span class="number muted">${hertz(rates.get(path.slice(1)))}</span></button></li>`)}</ul>`}
       </aside>`}
+      ${shown && html`<${Edge} key=${edgeChosen} edge=${{ ...shown, isGate: graph.gates.has(shown.to) }} rates=${rates} close=${() => choose("")} change=${(input, from) => { choose(shown.to); setEditing({ input, from }); }} />`}
     </div>`;
 }
 

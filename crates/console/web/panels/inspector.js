@@ -1,5 +1,5 @@
 // One property: what it is made of, who writes and reads it, its value as it comes.
-import { Age, at, brief, Empty, Field, html, leaves, number, openPanel, part, patch, post, Problem, put, reload, Trouble, useAgent, useEffect, useInterfaces, useProperties, useReading, useResource, useSelected, useState } from "/slate.js";
+import { Age, at, brief, Empty, Field, html, leaves, number, openPanel, part, patch, post, Problem, put, reload, Trouble, unitAt, useAgent, useEffect, useInterfaces, useProperties, useReading, useResource, useSelected, useState, watch } from "/slate.js";
 
 /** One value in one line, with the unit that its schema says. */
 function written(value, { type, unit, schema }) {
@@ -21,6 +21,8 @@ function Editor({ property, value }) {
     setProblem(null);
     setSaid("");
   }, [property.path]);
+  // What was there comes a moment later.
+  useEffect(() => setText((text) => text || (value === undefined ? "" : JSON.stringify(value, null, 1))), [value === undefined]);
   const apply = async (event) => {
     event.preventDefault();
     setProblem(null);
@@ -40,6 +42,34 @@ function Editor({ property, value }) {
     <label>${sends ? "Message" : "Value"} (JSON)<textarea rows="4" spellcheck="false" value=${text} onInput=${(event) => setText(event.target.value)}></textarea></label>
     <div><button class="primary" disabled=${!text.trim()}>${sends ? "Send" : "Set"}</button> <span role="status" class="muted">${said}</span></div>
     <${Trouble} problem=${problem} /></form>`;
+}
+
+/** A part of the value that a person names: each that a JSON Pointer or a JSONPath leads to, as it comes. */
+function Part({ path, schema }) {
+  const [text, setText] = useState("");
+  const [reading, setReading] = useState(null);
+  const [problem, setProblem] = useState(null);
+  useEffect(() => {
+    setReading(null);
+    setProblem(null);
+    if (!text) return undefined;
+    return watch(path, (reading) => (setProblem(null), setReading(reading)), { rate: 5, part: text, fail: setProblem });
+  }, [path, text]);
+  const enter = (event) => {
+    event.preventDefault();
+    const wanted = new FormData(event.target).get("part").trim();
+    setText(wanted && !/^[/$]/.test(wanted) ? `/${wanted.replaceAll(".", "/")}` : wanted);
+  };
+  const isPath = text.startsWith("$");
+  const found = reading ? (isPath ? reading.value : [reading.value]) : [];
+  const unit = isPath ? "" : unitAt(schema, text);
+  return html`<form class="part" onSubmit=${enter}>
+    <label>Part <input name="part" autocomplete="off" spellcheck="false" placeholder="/field/0 or $..x" title="A JSON Pointer or a JSONPath; Enter shows what it leads to" defaultValue=${text} /></label>
+    <${Trouble} problem=${problem} />
+    ${reading && html`<output>${found.slice(0, 32).map((value, at) => html`<code key=${at}>${typeof value === "number" ? number(value, unit) : JSON.stringify(value)}</code>`)}
+        ${!found.length && html`<span class="muted">Nothing is there.</span>`}${found.length > 32 && html`<span class="muted">and ${found.length - 32} more</span>`}</output>
+      ${["number", "boolean"].includes(typeof found[0]) && html`<div><button type="button" title=${`${isPath ? "The first one over" : "Over"} time, in a panel beside this`} onClick=${() => openPanel("plot", { series: [path + text] })}>Plot the part</button></div>`}`}
+  </form>`;
 }
 
 function Panel() {
@@ -64,9 +94,10 @@ function Panel() {
       ${reading && html`<${Field} name="Number, age">${reading.sequence}, <${Age} time=${reading.time} /></${Field}>`}
     </dl>
     ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th><th></th></tr></thead><tbody>
-      ${leaves(schema).map((leaf) => html`<tr key=${leaf.pointer}><th scope="row">${leaf.name || "value"}</th>
+      ${leaves(schema).map((leaf) => html`<tr key=${leaf.pointer}><th scope="row" title=${leaf.pointer}>${leaf.name || "value"}</th>
         <td class="number">${written(part(reading.value, leaf.pointer), leaf)}</td><td class="muted wrap">${leaf.doc}</td>
         <td>${["number", "integer", "boolean"].includes(leaf.type) && html`<button class="quiet" title="Over time, in a panel beside this" aria-label=${`Plot ${leaf.name || "value"}`} onClick=${() => openPanel("plot", { series: [path + leaf.pointer] })}>Plot</button>`}</td></tr>`)}</tbody></table>`}
+    ${reading && html`<${Part} key=${path} path=${path} schema=${schema} />`}
     ${!reading && property.access !== "messages" && html`<p class="doc muted">It has no value yet.</p>`}
     ${(property.access === "messages" || (property.access === "setting" && !isLinked)) && html`<${Editor} property=${property} value=${reading?.value} />`}
     ${reading && html`<details class="raw"><summary>As JSON</summary><pre>${JSON.stringify(reading.value, null, 1)}</pre></details>`}

@@ -1,5 +1,5 @@
 // The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
-import { clock, colors, Empty, html, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
+import { clock, colors, Empty, fixed, html, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
 import * as draw from "/map/draw.js";
 import { paint as paintStroke, setPlace, targets } from "/map/edit.js";
 import * as layers from "/map/layers.js";
@@ -203,7 +203,7 @@ function Panel({ options, setOptions }) {
   const send = (place) => {
     const shown = chosen.shows ?? (chosen.how === "send" ? null : chosen.path);
     const before = shown && (value(shown)?.pose ?? value(shown));
-    const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${place.x.toFixed(2)} m, y ${place.y.toFixed(2)} m${chosen.turned ? `, ${place.theta.toFixed(2)} rad` : ""}`;
+    const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${fixed(place.x, "m")}, y ${fixed(place.y, "m")}${chosen.turned ? `, ${fixed(place.theta, "rad")}` : ""}`;
     return change(words, () => setPlace(agent.name, chosen, place, before));
   };
   const undo = async () => {
@@ -348,10 +348,10 @@ function Panel({ options, setOptions }) {
         <caption class="hidden">Robots</caption>
         <tbody>${summary.map(({ name, place, route }) => html`<tr key=${name} data-route=${route}>
           <th scope="row">${name}</th>
-          <td class="number">${place ? place.x.toFixed(2) : "–"} m</td><td class="number">${place ? place.y.toFixed(2) : "–"} m</td>
-          <td class="number">${place ? place.theta.toFixed(2) : "–"} rad</td><td>${word(route)}</td></tr>`)}</tbody>
+          <td class="number">${place ? fixed(place.x, "m") : "–"}</td><td class="number">${place ? fixed(place.y, "m") : "–"}</td>
+          <td class="number">${place ? fixed(place.theta, "rad") : "–"}</td><td>${word(route)}</td></tr>`)}</tbody>
       </table>
-      <p class="pointer number">${hover ? `${hover[0].toFixed(2)} m  ${hover[1].toFixed(2)} m` : ""}</p>
+      <p class="pointer number">${hover ? `${fixed(hover[0], "m")}  ${fixed(hover[1], "m")}` : ""}</p>
       <p class="legend" aria-hidden="true"><span class="deliberative">● Deliberative</span><span class="reactive">■ Reactive</span></p>
       <p class="said" role="status">${said}</p>
       <${Trouble} problem=${problem} />

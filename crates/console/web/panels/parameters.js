@@ -4,7 +4,7 @@ import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, re
 /** The least and the greatest value of a slider: what the parameter allows; nothing where nobody has said. */
 const bounds = ({ range }) => (range && range[1] - range[0] < 1e6 ? { low: range[0], high: range[1] } : null);
 
-function Parameter({ leaf, value, file, set, isAllowed }) {
+function Parameter({ leaf, module, value, file, set, isAllowed }) {
   const [text, setText] = useState(null);
   const { name, type, unit, doc } = leaf;
   const limits = bounds(leaf);
@@ -22,8 +22,8 @@ function Parameter({ leaf, value, file, set, isAllowed }) {
   return html`<div class="parameter" data-differs=${differs}>
     <label for=${id} title=${doc}>${name}<small>${doc}</small></label>
     ${isNumber && html`
-      ${limits ? html`<input type="range" aria-label=${`${name}, slider`} title=${`${limits.low} to ${limits.high} ${unit}`} min=${limits.low} max=${limits.high} step=${type === "integer" ? 1 : "any"}
-        value=${value ?? 0} disabled=${!isAllowed} onChange=${(event) => { setText(null); set(rounded(event)); }} onInput=${(event) => setText(String(rounded(event)))} />` : html`<span></span>`}
+      ${limits ? html`<input type="range" aria-label=${`${name} of ${module}, slider`} title=${`${limits.low} to ${limits.high} ${unit}`} min=${limits.low} max=${limits.high} step=${type === "integer" ? 1 : "any"}
+        value=${text ?? value ?? 0} disabled=${!isAllowed} onChange=${(event) => { setText(null); set(rounded(event)); }} onInput=${(event) => setText(String(rounded(event)))} />` : html`<span></span>`}
       <form onSubmit=${enter}><input id=${id} inputmode="decimal" autocomplete="off" disabled=${!isAllowed} value=${text ?? (value ?? "NaN")} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form>
       <span class="unit">${unit}</span>`}
     ${type === "boolean" && html`<span></span><input id=${id} type="checkbox" disabled=${!isAllowed} checked=${value === true} onChange=${(event) => set(event.target.checked)} /><span></span>`}
@@ -36,7 +36,8 @@ function Panel({ options, setOptions }) {
   const agent = useAgent();
   const interfaces = useInterfaces();
   const properties = useProperties().filter(({ path, access }) => access === "setting" && path.endsWith("/params"));
-  const differences = useResource("/settings/differences", 3) ?? [];
+  // What was set to what the files say is none.
+  const differences = (useResource("/settings/differences", 3) ?? []).filter(({ present, file, default: usual }) => present !== (file ?? usual));
   const known = useResource("/parameters", 10) ?? [];
   const ranges = useMemo(() => new Map(known.map(({ module, name, range }) => [`${module} ${name}`, range])), [known]);
   const [text, setText] = useState("");
@@ -97,7 +98,7 @@ function Panel({ options, setOptions }) {
           const value = part(readings[path]?.value, leaf.pointer);
           const difference = changed.get(`modules.${module}.params.${leaf.name}`);
           const file = difference && (difference.file ?? difference.default ?? "not there");
-          return html`<${Parameter} key=${leaf.pointer} leaf=${{ ...leaf, path, range: ranges.get(`${module} ${leaf.name}`) }} value=${value} file=${file} isAllowed=${isAllowed} set=${set(path, leaf, value)} />`;
+          return html`<${Parameter} key=${leaf.pointer} module=${module} leaf=${{ ...leaf, path, range: ranges.get(`${module} ${leaf.name}`) }} value=${value} file=${file} isAllowed=${isAllowed} set=${set(path, leaf, value)} />`;
         })}</section>`)}
       ${!shown.length && html`<${Empty}>No module has such parameters.</${Empty}>`}
     </div>`;

@@ -1,5 +1,5 @@
 // Numbers over time.
-import { clock, colors, Empty, html, number, numbers, onTheme, Trouble, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState } from "/slate.js";
+import { at, clock, colors, Empty, get, html, number, numbers, onTheme, selection, Trouble, unitAt, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState } from "/slate.js";
 import { functions, parse } from "/expression.js";
 import { history } from "/history.js";
 import uPlot from "/lib/uplot.js";
@@ -39,11 +39,21 @@ function table(line, begin) {
   }
 }
 
+/** A part of a property that a JSON Pointer or a JSONPath leads to, behind the property's path; nothing if there is no such property. */
+function partOf(name, properties, interfaces) {
+  const place = name.indexOf("$");
+  const fits = ({ path }) => (place < 0 ? name.startsWith(`${path}/`) : name.slice(0, place).replace(/\/$/, "") === path);
+  const property = properties.filter(fits).sort((one, other) => other.path.length - one.path.length)[0];
+  if (!property || property.access === "messages") return undefined;
+  const pointer = name.slice(place < 0 ? property.path.length : place);
+  return { name, path: property.path, pointer, unit: place < 0 ? unitAt(interfaces[property.interface], pointer) : "", isPart: true };
+}
+
 /** What a name means: a number, or after “=” one that is computed; throws what is wrong with it. */
-function lineOf(name, known) {
-  if (!name.startsWith("=")) return known.get(name);
+function lineOf(name, find) {
+  if (!name.startsWith("=")) return find(name);
   const { inputs, compute } = parse(name.slice(1));
-  const found = inputs.map((input) => known.get(input));
+  const found = inputs.map(find);
   const missing = inputs.filter((_, place) => !found[place]);
   if (missing.length) throw new Error(`There is no number ${missing.join(", ")}`);
   if (!inputs.length) throw new Error("It has no number of the agent; names stand in braces");
@@ -140,6 +150,7 @@ function Legend({ series, remove }) {
 }
 
 function Panel({ options, setOptions }) {
+  const agent = useAgent();
   const properties = useProperties();
   const interfaces = useInterfaces();
   const [box, size] = useSize();
@@ -153,35 +164,46 @@ function Panel({ options, setOptions }) {
     [properties, interfaces],
   );
   const byTitle = useMemo(() => new Map(choices.map((choice) => [title(choice), choice])), [choices]);
+  const find = (name) => byTitle.get(name) ?? partOf(name, properties, interfaces);
   const chosen = options.series ?? usual(choices).map(title);
   const series = useMemo(() => chosen.map((name) => {
     try {
-      return lineOf(name, byTitle);
+      return lineOf(name, find);
     } catch {
       // One of another run, or of a link that somebody wrote.
       return undefined;
     }
   }).filter(Boolean), [chosen.join(" "), byTitle]);
   const seconds = options.seconds ?? 30;
-  const add = (event) => {
+  /** Finds out whether there is a number at a part. */
+  const check = async ({ inputs, isPart, path, pointer }) => {
+    for (const input of inputs ?? [{ isPart, path, pointer }]) {
+      if (!input.isPart) continue;
+      const value = await get(`${at(agent.name, input.path)}?bare&${new URLSearchParams(selection(input.pointer))}`);
+      const first = input.pointer.startsWith("$") ? value[0] : value;
+      if (!["number", "boolean"].includes(typeof first) && first !== null) throw new Error(`There is no number at ${input.pointer} of /${input.path}`);
+    }
+  };
+  const add = async (event) => {
     event.preventDefault();
     // While a name is chosen from the list, each of its letters is a change; a whole expression is entered.
     const isEntered = event.type === "submit";
     try {
-      const found = text.startsWith("=") && !isEntered ? undefined : lineOf(text, byTitle);
+      const found = isEntered ? lineOf(text, find) : byTitle.get(text);
       if (!found && isEntered && text) throw new Error(`There is no number ${text}`);
       if (!found) return;
+      await check(found);
       setProblem(null);
       setOptions({ series: [...new Set([...chosen, text])] });
       setText("");
     } catch (error) {
-      setProblem({ message: error.message, help: "such as r2/wheels/command/left, or ={r2/wheels/command/left} - {r2/wheels/command/right}" });
+      setProblem({ message: error.message, help: error.help ?? "such as r2/wheels/command/left, r2/planner/goal$..x, or ={r2/wheels/command/left} - {r2/wheels/command/right}" });
     }
   };
   const remove = (line) => setOptions({ series: chosen.filter((name) => name !== title(line)) });
   return html`
     <div class="bar-of-tools">
-      <form class="grow" onSubmit=${add}><input list="numbers" placeholder="Add a number, or ={one} - {other}" title=${`A number of the agent, or after = one that is computed: names stand in braces, functions are ${functions}`} aria-label="Add a number" autocomplete="off" value=${text}
+      <form class="grow" onSubmit=${add}><input list="numbers" placeholder="Add a number, or ={one} - {other}" title=${`A number of the agent, also by the property's path with a JSON Pointer or JSONPath behind it, or after = one that is computed: names stand in braces, functions are ${functions}`} aria-label="Add a number" autocomplete="off" value=${text}
         onInput=${(event) => setText(event.target.value)} onChange=${add} /></form>
       <datalist id="numbers">${choices.map((choice) => html`<option key=${title(choice)} value=${title(choice)}>${choice.unit}</option>`)}</datalist>
       <select aria-label="How long back" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>

@@ -1,5 +1,5 @@
 // Every property: what it is now, how old that is, how often it comes.
-import { Age, brief, Empty, html, select, useInterfaces, useMemo, useRef, useResource, useSelected, useState } from "/slate.js";
+import { Age, brief, Empty, hertz, html, select, useInterfaces, useRates, useResource, useSelected, useState } from "/slate.js";
 
 // What every module has; it tells little and is much.
 const USUAL = /\/(enabled|histogram|state|timing)$/;
@@ -22,22 +22,6 @@ function rows(properties, isOpen) {
   return found;
 }
 
-/** How often each property is written, Hz, after two looks. */
-function useRates(properties) {
-  const before = useRef(new Map());
-  return useMemo(() => {
-    const now = performance.now();
-    const rates = new Map();
-    for (const { path, sequence } of properties) {
-      const last = before.current.get(path);
-      const seconds = last ? (now - last.when) / 1000 : 0;
-      if (last && seconds > 0.2) rates.set(path, Math.max(0, sequence - last.sequence) / seconds);
-      before.current.set(path, { when: now, sequence });
-    }
-    return rates;
-  }, [properties]);
-}
-
 function Row({ row, open, toggle, rate, schema, isSelected, isFirst }) {
   const { path, name, depth, property, isFolder } = row;
   const act = () => (isFolder ? toggle(path) : select(path));
@@ -55,7 +39,7 @@ function Row({ row, open, toggle, rate, schema, isSelected, isFirst }) {
     <th role="rowheader" scope="row" style=${{ paddingLeft: `${depth * 14 - 4}px` }}><span class="twist" aria-hidden="true">${isFolder ? (open ? "▾" : "▸") : ""}</span>${name}</th>
     <td role="gridcell" class="value">${property && (property.access === "messages" ? html`<span class="muted">takes messages</span>` : property.value === undefined ? html`<span class="muted">${property.sequence ? "large" : "none yet"}</span>` : brief(property.value, schema))}</td>
     <td role="gridcell" class="number">${property?.time !== undefined && html`<${Age} time=${property.time} />`}</td>
-    <td role="gridcell" class="number">${rate === undefined || !property ? "" : rate ? `${rate.toFixed(rate < 10 ? 1 : 0)} Hz` : "–"}</td>
+    <td role="gridcell" class="number">${property ? hertz(rate) : ""}</td>
     <td role="gridcell" class="muted">${property?.interface}</td></tr>`;
 }
 

@@ -96,7 +96,10 @@ impl Module for OccupancyMapper {
         for stroke in io.strokes.iter() {
             match state.painting.take(&stroke) {
                 Ok(()) => is_painted = true,
-                Err(reason) => stroke.refuse(reason),
+                Err(reason) => {
+                    now.warn(format_args!("a stroke is refused: {}", why(reason)));
+                    stroke.refuse(reason);
+                }
             }
         }
         if let (Some(scan), Some(pose)) = (io.scan.new(), io.pose.fresh()) {
@@ -114,6 +117,15 @@ impl Module for OccupancyMapper {
             state.tell(&geometry, io, now);
         }
         Outcome::Ok
+    }
+}
+
+/// Why a stroke is refused, and what to do about it.
+fn why(reason: u16) -> &'static str {
+    match reason {
+        MapStroke::FULL => "there are as many as are kept; take some back with UNDO",
+        MapStroke::NOTHING => "there is none to take back",
+        _ => "it takes a mark, a width of more than 0 m and at least one point, all of them numbers",
     }
 }
 

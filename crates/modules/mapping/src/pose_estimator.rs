@@ -74,7 +74,7 @@ impl Module for PoseEstimator {
         state: &mut PoseEstimatorState,
         io: &PoseEstimatorIo,
         params: &PoseEstimatorParams,
-        _: &Tick,
+        now: &Tick,
     ) -> Outcome {
         let start = [params.start_x, params.start_y, params.start_theta];
         let belief = state.belief.get_or_insert_with(|| Belief::at(start, params));
@@ -107,6 +107,10 @@ impl Module for PoseEstimator {
                 *belief = Belief::at(pose, params);
                 is_new = true;
             } else {
+                now.warn(format_args!(
+                    "the pose ({}, {}, {}) is refused: no number of it may be beyond {FARTHEST}",
+                    place.x, place.y, place.theta
+                ));
                 place.refuse(1);
             }
         }

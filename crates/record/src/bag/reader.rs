@@ -8,8 +8,8 @@ use super::compression::decompress;
 use super::definitions::{Content, Definitions};
 use super::outline::{Outline, parse};
 use super::record::{
-    AttachmentRecord, Channel, Chunk, DataEnd, Field, Header, Input, MessageIndex, MessageRecord, Metadata,
-    Record, Schema,
+    AttachmentRecord, Channel, Chunk, DataEnd, FRAME, Field, Header, Input, MessageIndex, MessageRecord,
+    Metadata, Record, Schema,
 };
 use super::source::{Frame, Source};
 use super::{Error, seconds};
@@ -56,6 +56,10 @@ struct Kept {
     bytes: usize,
     wanted: u64,
 }
+
+/// In a chunk that is not compressed, the bytes before its records: two times, a length, a checksum, a text without letters, and
+/// a length.
+const UNCOMPRESSED: u64 = 8 + 8 + 8 + 4 + 4 + 8;
 
 /// So many bytes of chunks are kept, besides the last one.
 const KEPT: usize = 32 << 20;
@@ -288,12 +292,13 @@ impl<R: Read + Seek> Reader<R> {
         })
     }
 
-    /// The next message, and where it stands.
-    pub(crate) fn next_spot(&mut self) -> Result<Option<(Spot, Message<'_>)>, Error> {
+    /// The next message, where it stands, and the checksum of its record.
+    pub(crate) fn next_spot(&mut self) -> Result<Option<(Spot, u32, Message<'_>)>, Error> {
         let Some((start, end)) = self.find()? else { return Ok(None) };
         // A chunk is not longer than that.
         let spot = Spot { at: self.at, start: start as u32, end: end as u32 };
-        Ok(Some((spot, self.message(&self.records[start..end])?)))
+        let record = &self.records[start..end];
+        Ok(Some((spot, crc32fast::hash(record), self.message(record)?)))
     }
 
     /// A message that was read before, once all of the file was read.
@@ -313,8 +318,29 @@ impl<R: Read + Seek> Reader<R> {
         }
         let records = self.kept.chunks.get(&spot.at).map(|(_, records)| records);
         let record = records.and_then(|records| records.get(spot.start as usize..spot.end as usize));
-        let changed = || self.source.damaged(spot.at, "the file has become another one while it was read");
-        self.message(record.ok_or_else(changed)?)
+        self.message(record.ok_or_else(|| self.changed(spot))?)
+    }
+
+    /// As [`message_at`](Reader::message_at), for one of which those around it are not wanted: nothing but its record is read,
+    /// unless its chunk is compressed, and checked by its checksum.
+    pub(crate) fn message_alone(&mut self, spot: Spot, checksum: u32) -> Result<Message<'_>, Error> {
+        let chunks = &self.outline.chunks;
+        let chunk = chunks.binary_search_by_key(&spot.at, |chunk| chunk.chunk_start_offset);
+        let first = match chunk.map(|place| &chunks[place]) {
+            Ok(chunk) if !chunk.compression.is_empty() => return self.message_at(spot),
+            Ok(chunk) => chunk.chunk_start_offset + FRAME + UNCOMPRESSED,
+            Err(_) => spot.at,
+        };
+        self.source.seek(first + u64::from(spot.start))?;
+        self.source.part((spot.end - spot.start).into(), &mut self.body)?;
+        if crc32fast::hash(&self.body) != checksum {
+            return Err(self.changed(spot));
+        }
+        self.message(&self.body)
+    }
+
+    fn changed(&self, spot: Spot) -> Error {
+        self.source.damaged(spot.at, "the file has become another one while it was read")
     }
 
     /// How many messages the summary says that there are of each channel; nothing when it does not say it.

@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, Write};
 use std::path::Path;
@@ -38,6 +38,28 @@ pub struct Repaired {
     /// What was left out.
     pub lost: Vec<Lost>,
 }
+
+impl Repaired {
+    /// Whether there was nothing to repair.
+    fn is_clean(&self) -> bool {
+        self.lost.is_empty() && self.unfinished + self.unchecked == 0
+    }
+
+    /// What the new file says of it.
+    fn told(&self) -> BTreeMap<String, String> {
+        let lost: u64 = self.lost.iter().map(|lost| lost.bytes).sum();
+        let counts = [
+            ("messages", self.messages),
+            ("chunks", self.chunks),
+            ("without_checksum", self.unfinished + self.unchecked),
+            ("lost_bytes", lost),
+        ];
+        counts.into_iter().map(|(key, count)| (key.to_owned(), count.to_string())).collect()
+    }
+}
+
+/// The metadata of a file that was repaired.
+pub(crate) const REPAIR: &str = "repair";
 
 /// A part of a damaged file that is not in the repaired one.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -90,7 +112,11 @@ fn salvage<R: Read + Seek, W: Write>(
         records: Vec::new(),
     };
     repair.run(start)?;
-    let Repair { writer, repaired, .. } = repair;
+    let Repair { mut writer, repaired, .. } = repair;
+    if !repaired.is_clean() {
+        // Who reads the new file must know what to believe.
+        writer.metadata(&Metadata { name: REPAIR.into(), metadata: repaired.told() })?;
+    }
     writer.finish()?;
     Ok(repaired)
 }

@@ -70,7 +70,12 @@ impl<R: Read + Seek> Source<R> {
 
     pub fn seek(&mut self, offset: u64) -> Result<(), Error> {
         if self.position != offset {
-            self.input.seek(SeekFrom::Start(offset)).map_err(|error| self.failed(error))?;
+            // What was read ahead stays, if it goes to a place in that.
+            let moved = match i64::try_from(i128::from(offset) - i128::from(self.position)) {
+                Ok(distance) => self.input.seek_relative(distance),
+                Err(_) => self.input.seek(SeekFrom::Start(offset)).map(drop),
+            };
+            moved.map_err(|error| self.failed(error))?;
             self.position = offset;
         }
         Ok(())

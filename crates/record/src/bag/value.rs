@@ -74,8 +74,8 @@ impl Decoder {
         })
     }
 
-    /// Looks whether the value of a message can be read.
-    pub fn check(&mut self, message: &Message) {
+    /// Whether the value of a message can be read; one that can't is noted.
+    pub fn check(&mut self, message: &Message) -> bool {
         let read = match message.channel.message_encoding.as_str() {
             "json" => serde_json::from_slice::<serde::de::IgnoredAny>(message.data)
                 .map(drop)
@@ -84,9 +84,10 @@ impl Decoder {
                 .schema(message)
                 .and_then(|schema| schema.check(message.data).map_err(|error| error.to_string())),
         };
-        if let Err(why) = read {
-            self.note(message, &why);
+        if let Err(why) = &read {
+            self.note(message, why);
         }
+        read.is_ok()
     }
 
     fn schema(&mut self, message: &Message) -> Result<&ros::Schema, String> {

@@ -4,7 +4,7 @@
 //! - [`import`] makes an MCAP file of it, with the interfaces of Slate where there are some, so that every command that knows
 //!   recordings works on it;
 //! - [`open`] reads it at once, without a file that stays;
-//! - [`export_carmen`] goes the other way.
+//! - [`export_carmen`] and [`export_ros`] go the other way.
 //!
 //! | [`Format`] | what it is |
 //! |---|---|
@@ -27,6 +27,7 @@ mod words;
 
 pub use carmen::{CarmenLog, export_carmen};
 pub use format::{Format, recognise};
+pub use rosbag2::{RosExport, RosLog, export_ros};
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};

@@ -23,19 +23,13 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut source = format!("From the folder {name}.");
     let mut unread = Vec::new();
+    let others = super::recordings(path)?.into_iter().filter(|other| Some(other.as_path()) != recording);
+    let others: Vec<_> =
+        others.map(|other| other.file_name().unwrap_or_default().to_string_lossy().into_owned()).collect();
     match recorded {
         Some(mut recorded) => {
             let file = recording.and_then(Path::file_name).unwrap_or_default().to_string_lossy();
             source = format!("From the folder {name} and its recording {file}.");
-            let others =
-                super::recordings(path)?.into_iter().filter(|other| Some(other.as_path()) != recording);
-            let others =
-                others.map(|other| other.file_name().unwrap_or_default().to_string_lossy().into_owned());
-            let others: Vec<_> = others.collect();
-            if !others.is_empty() {
-                source +=
-                    &format!(" It has others, which are told when they are named: {}.", others.join(", "));
-            }
             sections.push(recorded.distances(&trajectory)?);
             sections.extend(recorded.sections());
             unread = recorded.unread();
@@ -48,11 +42,15 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
             sections.push(log(&path.join("log.txt"))?);
             let mut more = Section::new("What is not known");
             more.text(
-                "The folder has no recording, so nothing is told of timing, faults, what was noticed and changed, and what was dropped. \
+                "The folder has no recording of the run, so nothing is told of timing, faults, what was noticed and changed, and what was dropped. \
                  A run leaves one with --set record.enabled=true.",
             );
             sections.push(more);
         }
+    }
+    if !others.is_empty() {
+        let which = if recording.is_some() { "others" } else { "recordings" };
+        source += &format!(" It has {which}, which are told when they are named: {}.", others.join(", "));
     }
     Ok(Story { title: summary.headline(), source, sections, unread })
 }

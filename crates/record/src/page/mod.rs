@@ -96,10 +96,11 @@ fn is_folder(path: &Path) -> bool {
     path.is_dir() && !path.join("metadata.yaml").is_file()
 }
 
-/// The recording that a page of that path tells of: the path itself, or in a folder that of the run, `run.mcap`, or the only one.
+/// The recording that a page of that path tells of: the path itself, or in a folder that of the run, `run.mcap`, or the only one. Of
+/// several others, as triggers save them, it tells none where the run has left its figures.
 ///
 /// # Errors
-/// When a folder has several recordings and none is that of the run, or can't be read.
+/// When a folder has nothing but several recordings and none is that of the run, or can't be read.
 pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
     if !is_folder(path) {
         return Ok(Some(path.into()));
@@ -111,6 +112,7 @@ pub fn recording_of(path: &Path) -> Result<Option<PathBuf>, Error> {
     match &found[..] {
         [] => Ok(None),
         [one] => Ok(Some(one.clone())),
+        _ if path.join("summary.json").exists() => Ok(None),
         [one, other, ..] => {
             let name = |file: &Path| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let what =

@@ -8,7 +8,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Message;
 use slate_blackboard::{Access, Carrier, Property, Stamp};
 
-use super::lines::Hub;
+use super::hub::Hub;
 use crate::ros;
 
 /// A property that is recorded.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Duration;
 
@@ -25,6 +26,9 @@ use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection};
 
 /// How long the thread that writes may take to answer; less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(30);
+
+/// How long a tool waits until its change is in the file; a disk that takes longer holds nobody up.
+const SETTLED: Duration = Duration::from_secs(1);
 
 /// How many recordings there may be at a time.
 const MOST: usize = 8;
@@ -64,6 +68,23 @@ impl Recorder {
     fn answer<T>(answer: &Receiver<T>) -> Result<T, RecordingRefusal> {
         let late = "the recorder has not answered in time, as its disk is slow";
         answer.recv_timeout(PATIENCE).map_err(|_| refusal(late, "see `slate record status`, and try again"))
+    }
+
+    /// Waits until what was told of changes is in the hands of the system, but not for a disk that takes nothing.
+    pub(super) fn settle_changes(&self) {
+        let mut settled = locked(&self.told.settled);
+        let told = self.told.count.load(Ordering::Acquire);
+        if std::mem::replace(&mut *settled, told) == told {
+            return;
+        }
+        let Ok((shared, _)) = self.parts() else { return };
+        if locked(&shared.recordings).is_empty() {
+            return;
+        }
+        let (sender, receiver) = sync_channel(1);
+        if self.ask(&shared, Order::Settle(sender)).is_ok() {
+            let _ = receiver.recv_timeout(SETTLED);
+        }
     }
 
     /// The last seconds, as they are in memory now.
@@ -166,7 +187,7 @@ impl RecordingControl for Recorder {
         let ended = match target {
             Some(mut target) => {
                 let channels = self.hub.channels().clone();
-                target.end(&channels, time, vec![("stopped", "by a tool".into())])
+                target.end(&channels, agent.board(), time, vec![("stopped", "by a tool".into())])
             }
             None => Err(progress.failure().unwrap_or_else(|| "it has ended already".into())),
         };

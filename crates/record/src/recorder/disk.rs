@@ -24,7 +24,9 @@ pub(super) struct Disk {
 pub(super) struct DiskQueue {
     /// Bytes that were written until now.
     bytes: AtomicU64,
-    /// Bytes that were handed over, and that the disk has not.
+    /// Bytes that were handed over until now,
+    handed: AtomicU64,
+    /// and those of them that the disk has not.
     waiting: AtomicU64,
     state: Mutex<State>,
     changed: Condvar,
@@ -59,6 +61,7 @@ impl Disk {
             let next = state.spare.take().unwrap_or_default();
             let piece = std::mem::replace(&mut self.open, next);
             self.queue.waiting.fetch_add(piece.len() as u64, Ordering::Release);
+            self.queue.handed.fetch_add(piece.len() as u64, Ordering::Release);
             state.pieces.push_back(piece);
             self.queue.changed.notify_all();
         }
@@ -150,6 +153,16 @@ impl DiskQueue {
     /// Bytes that wait.
     pub fn waiting(&self) -> u64 {
         self.waiting.load(Ordering::Acquire)
+    }
+
+    /// Bytes that were handed over until now.
+    pub fn handed(&self) -> u64 {
+        self.handed.load(Ordering::Acquire)
+    }
+
+    /// Whether the first so many bytes that were handed over are in the hands of the system.
+    pub fn has(&self, bytes: u64) -> bool {
+        self.handed().saturating_sub(self.waiting()) >= bytes
     }
 
     /// Why nothing can be written any more.

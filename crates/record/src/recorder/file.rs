@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::channels::{Channel, Sent};
 use super::disk::{Disk, DiskQueue};
-use super::lines::{OTHERS, Sink};
+use super::hub::{OTHERS, Sink};
 use super::messages::{self, TOPICS, Topic};
 use super::run::Preface;
 use crate::ros;
@@ -291,6 +291,11 @@ impl File {
         self.failure.clone().or_else(|| self.disk.failure())
     }
 
+    /// Says of which properties there was never a value.
+    pub fn tell_unwritten(&mut self, unwritten: BTreeMap<String, String>) -> Result<(), String> {
+        self.metadata("unwritten", unwritten)
+    }
+
     /// Writes what is known at the end, under that name, and the index, and waits for the disk.
     pub fn end(&mut self, name: &str, end: BTreeMap<String, String>) -> Result<(), String> {
         let drops = self.told.iter().map(|(path, count)| (format!("/{path}"), count.to_string())).collect();
@@ -300,6 +305,16 @@ impl File {
             writer.finish().map_err(text)?;
         }
         self.disk.settle_in_time(0)
+    }
+
+    /// Bytes of the pieces that were closed.
+    pub fn closed(&self) -> u64 {
+        self.disk.handed()
+    }
+
+    /// Whether the first so many bytes of pieces are in the hands of the system.
+    pub fn has(&self, bytes: u64) -> bool {
+        self.disk.has(bytes)
     }
 
     /// Bytes of the file until now.

@@ -9,8 +9,8 @@ use slate_runtime::configuration::Flight as Settings;
 use slate_runtime::recording::{History, HistoryWish};
 
 use super::channels::Channel;
-use super::line::{HEAD, Head};
-use super::lines::OTHERS;
+use super::hub::OTHERS;
+use super::ring::{HEAD, Head};
 
 /// The last seconds of an agent.
 pub(super) struct Flight {

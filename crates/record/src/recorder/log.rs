@@ -3,7 +3,7 @@ use std::sync::Arc;
 use slate_module::Level;
 use slate_runtime::log::{LogTarget, Record};
 
-use super::lines::Hub;
+use super::hub::Hub;
 use super::messages;
 
 /// The log, on its way into the recording.

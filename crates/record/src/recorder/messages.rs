@@ -6,12 +6,12 @@ use slate_module::Level;
 use slate_runtime::log::Record as Line;
 use slate_runtime::recording::Change;
 
-use super::lines::OTHERS;
+use super::hub::OTHERS;
 use crate::ros::Schema;
 
 /// A topic that is no property.
 pub(crate) struct Topic {
-    /// Its number among what comes from the lines.
+    /// Its number among what comes from the rings.
     pub id: u32,
     pub name: &'static str,
     pub schema: &'static str,

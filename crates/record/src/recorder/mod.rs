@@ -6,11 +6,11 @@ mod disk;
 mod file;
 mod flight;
 mod host;
-mod line;
-mod lines;
+mod hub;
 mod log;
 mod messages;
 mod place;
+mod ring;
 mod run;
 mod save;
 mod selection;
@@ -21,6 +21,7 @@ mod trigger;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use slate_blackboard::channel::Tap;
@@ -32,7 +33,7 @@ use slate_runtime::log::LogTarget;
 use slate_runtime::recording::{Change, Recording, RecordingControl};
 
 pub(crate) use channels::{Channel, repeats};
-pub(crate) use lines::{Drain, Hub, Sink};
+pub(crate) use hub::{Drain, Hub, Sink};
 pub(crate) use messages::{CHANGE, DROPPED, TOPICS, read_change};
 pub use run::CONFIGURATION;
 pub(crate) use selection::thins;
@@ -63,6 +64,15 @@ use trigger::Triggers;
 pub struct Recorder {
     hub: Arc<Hub>,
     state: Arc<Mutex<State>>,
+    told: Arc<Told>,
+}
+
+/// The changes that it was told of.
+#[derive(Default)]
+struct Told {
+    count: AtomicU64,
+    /// So many of them are in the hands of the system, or were waited for long enough.
+    settled: Mutex<u64>,
 }
 
 impl std::fmt::Debug for Recorder {
@@ -160,7 +170,7 @@ impl Recorder {
             first: None,
             outcome: None,
         };
-        let recorder = Self { hub, state: Arc::new(Mutex::new(state)) };
+        let recorder = Self { hub, state: Arc::new(Mutex::new(state)), told: Arc::default() };
         if settings.enabled {
             recorder.want_first();
         }
@@ -342,7 +352,7 @@ impl Recorder {
             let cycles = agent.composer().cycles().to_string();
             for mut target in thread.end() {
                 let end = vec![("digest", digest.clone()), ("cycles", cycles.clone())];
-                let ended = target.end(&channels(&self.hub), time, end);
+                let ended = target.end(&channels(&self.hub), agent.board(), time, end);
                 let path = target.progress.path.clone();
                 let ended = ended.map_err(|reason| RecordError::Write { path, reason });
                 match ended {
@@ -382,6 +392,11 @@ impl Recording for Recorder {
     fn changed(&self, cycle: u64, time: u64, change: &Change) {
         self.hub.push_whole(messages::CHANGE.id, time, &messages::change(cycle, change));
         self.hub.hurry();
+        self.told.count.fetch_add(1, Ordering::Release);
+    }
+
+    fn settle(&self) {
+        self.settle_changes();
     }
 
     fn control(&self) -> Option<&dyn RecordingControl> {

@@ -2,12 +2,20 @@
 
 use std::collections::BTreeMap;
 
+use slate_blackboard::Board;
 use slate_runtime::Composer;
 
 use super::host::Host;
 
 /// The name of the attached configuration.
 pub const CONFIGURATION: &str = "configuration.toml";
+
+/// The properties that nobody has written yet, each with its interface: what is not in the file of them was not lost.
+pub(super) fn unwritten(board: &Board) -> BTreeMap<String, String> {
+    let properties = board.properties().into_iter();
+    let silent = properties.filter(|own| own.channel().is_some_and(|channel| channel.published() == 0));
+    silent.map(|own| (format!("/{}", own.path()), own.descriptor().name.to_owned())).collect()
+}
 
 /// What stands at the beginning of a file.
 pub(super) struct Preface {

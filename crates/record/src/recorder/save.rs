@@ -16,7 +16,7 @@ use slate_runtime::recording::SavedFlight;
 use super::file::{File, Limits};
 use super::flight::Captured;
 use super::host::Host;
-use super::lines::Sink;
+use super::hub::Sink;
 use super::run::Preface;
 use super::thread::locked;
 

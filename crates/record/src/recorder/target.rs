@@ -6,15 +6,16 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use slate_blackboard::{Property, Stamp};
+use slate_blackboard::{Board, Property, Stamp};
 use slate_runtime::configuration::RecordSelection;
 use slate_runtime::recording::RecordingEntry;
 
 use super::Recorded;
 use super::channels::Channel;
 use super::file::File;
-use super::lines::Sink;
+use super::hub::Sink;
 use super::messages::TOPICS;
+use super::run::unwritten;
 use super::selection::Filter;
 
 /// How a recording goes, for those who ask.
@@ -89,6 +90,8 @@ pub(super) struct Target {
     waits: bool,
     /// Whether it was told that the disk stands still.
     is_stuck: bool,
+    /// The bytes that somebody waits for; 0 for none.
+    wanted: u64,
     /// When the present piece was begun.
     opened: Option<Instant>,
     pub progress: Arc<Progress>,
@@ -114,6 +117,7 @@ impl Target {
             within: Duration::from_nanos(within),
             waits,
             is_stuck: false,
+            wanted: 0,
             opened: None,
             progress,
         }
@@ -210,6 +214,18 @@ impl Target {
         }
     }
 
+    /// Somebody waits until the system has all that is in the file now.
+    pub fn want_settled(&mut self) {
+        let closed = self.file.close_piece();
+        self.file.note(closed);
+        self.wanted = self.file.closed();
+    }
+
+    /// Whether it has, or never will.
+    pub fn is_settled(&self) -> bool {
+        self.file.has(self.wanted) || self.file.failure().is_some()
+    }
+
     /// Why nothing can be written any more.
     pub fn failure(&self) -> Option<String> {
         self.file.failure()
@@ -242,6 +258,7 @@ impl Target {
     pub fn end(
         &mut self,
         channels: &[Channel],
+        board: &Board,
         time: u64,
         end: Vec<(&str, String)>,
     ) -> Result<Recorded, String> {
@@ -258,6 +275,7 @@ impl Target {
             ("dropped", entry.dropped.to_string()),
         ];
         let end = all.into_iter().chain(end).map(|(key, value)| (key.to_owned(), value)).collect();
+        self.file.tell_unwritten(unwritten(board))?;
         self.file.end("end", end)?;
         self.show(&[], time);
         self.progress.dropped.store(entry.dropped, Ordering::Relaxed);

@@ -16,7 +16,7 @@ use slate_runtime::recording::FlightEntry;
 use super::channels::Channel;
 use super::flight::{Captured, Flight};
 use super::host::Host;
-use super::lines::{Drain, Hub, Sink};
+use super::hub::{Drain, Hub, Sink};
 use super::save::{Save, Saves};
 use super::state::Shown;
 use super::target::{Progress, Target};
@@ -45,6 +45,8 @@ pub(super) enum Order {
     Remove(u64, SyncSender<Option<Box<Target>>>),
     /// Gives the last seconds; nothing when none are kept.
     Capture(SyncSender<Option<Captured>>),
+    /// Says when all that was handed over is in the hands of the system.
+    Settle(SyncSender<()>),
 }
 
 /// What others see of the thread.
@@ -100,6 +102,7 @@ impl Thread {
             last_saved: BTreeMap::new(),
             saves,
             skipped: 0,
+            settling: Vec::new(),
         };
         let thread = Builder::new().name("record".into()).spawn(move || work.run_safely())?;
         Ok(Self { thread: Some(thread), shared, hub })
@@ -183,6 +186,8 @@ struct Work {
     last_saved: BTreeMap<FlightTrigger, u64>,
     saves: Arc<Saves>,
     skipped: u64,
+    /// Who waits until all is in the hands of the system.
+    settling: Vec<SyncSender<()>>,
 }
 
 impl Work {
@@ -232,7 +237,19 @@ impl Work {
                 shown = now;
                 self.show();
             }
+            // What was handed over may still be where it was.
+            let (later, orders): (Vec<_>, Vec<_>) =
+                orders.into_iter().partition(|order| is_held_up && matches!(order, Order::Settle(_)));
+            if !later.is_empty() {
+                locked(&self.shared.orders).extend(later);
+            }
             orders.into_iter().for_each(|order| self.answer(order));
+            if self.sinks.targets.iter().all(Target::is_settled) {
+                for waiting in self.settling.drain(..) {
+                    // Who waited may be gone.
+                    let _ = waiting.send(());
+                }
+            }
             if is_over && !found && !is_held_up {
                 return std::mem::take(&mut self.sinks.targets);
             }
@@ -275,6 +292,10 @@ impl Work {
             Order::Capture(answer) => {
                 let channels = self.hub.channels().clone();
                 let _ = answer.send(self.sinks.flight.as_mut().map(|flight| flight.capture(&channels)));
+            }
+            Order::Settle(answer) => {
+                self.sinks.targets.iter_mut().for_each(Target::want_settled);
+                self.settling.push(answer);
             }
         }
     }

@@ -21,6 +21,22 @@ pub(super) struct Form {
 static UNKNOWN: Descriptor =
     Descriptor { name: "message", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
 
+/// The interface of a message's values, if it is one of those that are known, by their schemas.
+pub(crate) fn interface(
+    message: &Message<'_>,
+    known: &BTreeMap<u64, &'static Descriptor>,
+) -> Option<&'static Descriptor> {
+    if let Some(hash) = message.channel.metadata.get("hash") {
+        return known.get(&u64::from_str_radix(hash, 16).ok()?).copied();
+    }
+    // Other tools leave out what only Slate says.
+    let schema = message.schema?;
+    known.values().copied().find(|descriptor| {
+        let definition = ros::definition(descriptor);
+        definition.name == schema.name && definition.text.as_bytes() == &*schema.data
+    })
+}
+
 impl Form {
     /// Finds out what the values of a message's channel are; `known` are interfaces by their schemas.
     pub fn of(message: &Message<'_>, known: &BTreeMap<u64, &'static Descriptor>) -> Result<Self, String> {
@@ -33,15 +49,7 @@ impl Form {
             ));
         };
         let said = channel.metadata.get("hash");
-        let own = said.and_then(|hash| known.get(&u64::from_str_radix(hash, 16).ok()?).copied());
-        // Other tools leave out what only Slate says.
-        let alike = || {
-            known.values().copied().find(|descriptor| {
-                let definition = ros::definition(descriptor);
-                definition.name == schema.name && definition.text.as_bytes() == &*schema.data
-            })
-        };
-        if let Some(descriptor) = own.or_else(|| said.is_none().then(alike).flatten()) {
+        if let Some(descriptor) = interface(message, known) {
             return Ok(Self { descriptor, capacity: 0, described: None, remark: None });
         }
         let name = schema.name.rsplit('/').next().unwrap_or_default();

@@ -35,7 +35,7 @@ impl<'a> Lacks<'a> {
         for path in reads {
             let is_played = self.timeline.tracks.iter().any(|track| is_within(path, &track.path));
             match self.timeline.coverage.of(path) {
-                None if self.is_whole => {}
+                None if self.is_whole || self.run.is_unwritten(path) => {}
                 None => told.push(format!("nothing of /{path} is recorded")),
                 Some(_) if !is_played => told.push(format!("/{path} is left out")),
                 Some(own) if own.has_gaps() => {

@@ -27,6 +27,7 @@ mod timeline;
 
 pub use compare::{Comparison, Verdict};
 pub use difference::Difference;
+pub(crate) use form::interface;
 pub use plan::{Plan, PlayError, PlayedRun};
 pub use player::{Player, recorded_modules};
 pub use recompute::{Recomputation, Recomputed};

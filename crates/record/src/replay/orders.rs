@@ -82,11 +82,11 @@ impl PlaybackControl for Counter {
         };
         let mut values = Vec::new();
         for place in wish.places(numbers.len()) {
-            // Value by value, so that the playback goes on meanwhile.
+            // Value by value, so that the playback goes on meanwhile; those that it needs stay in memory.
             let mut reel = self.reel.get();
             let timeline = &mut reel.timeline;
             let place = timeline.place(track, numbers.start + place);
-            let value = place.map(|place| timeline.value(place)).transpose();
+            let value = place.map(|place| timeline.value_alone(place)).transpose();
             let value = value.map_err(|error| (error.to_string(), "play the file anew".to_owned()))?;
             values.extend(value.map(|value| FrozenValue {
                 bytes: value.bytes,

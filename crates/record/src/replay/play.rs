@@ -107,7 +107,7 @@ impl Player {
         turn: &mut Turn,
         look: &mut impl FnMut(&mut Agent),
     ) -> Result<(), PlayError> {
-        while let Err(reason) = make_until(agent, &mut self.changes, turn.cycles) {
+        while let Err(reason) = make_until(agent, &mut self.changes, self.skipped + turn.cycles) {
             self.misses.push(reason);
         }
         if !agent.step() {

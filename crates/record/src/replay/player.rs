@@ -46,6 +46,10 @@ pub struct Player {
     pub(super) witness: Option<Witness>,
     /// What is recorded of the modules that run.
     written: Written,
+    /// By what they send messages that are not compared, and where to.
+    unheard: BTreeMap<String, String>,
+    /// How many cycles the recorded run had made where it begins.
+    pub(super) skipped: u64,
 }
 
 impl std::fmt::Debug for Player {
@@ -112,6 +116,18 @@ impl Player {
             excerpt(&full, plugins, &plan.modules, &recorded, has_messages).map_err(unfit)?
         };
         let mut misses = excerpt.misses;
+        let begins = bounds.0 == span.0;
+        let codes = codes(plugins, &full, &plan);
+        let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules, &codes);
+        let changes: VecDeque<_> = reel.timeline.changes.drain(..).filter(of_modules).collect();
+        // Cycles are counted from the beginning.
+        let skipped = reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
+        if is_lockstep && !begins && !reel.is_each_known && !changes.is_empty() {
+            misses.push(
+                "what was changed in them can't be made again, as not every cycle before --start is known"
+                    .into(),
+            );
+        }
         let mut thin = BTreeSet::new();
         if let Some(run) = &run {
             let lacks = Lacks::new(run, &reel.timeline);
@@ -135,13 +151,9 @@ impl Player {
             mailboxes.retain(|path, _| !lacks.is_ruled(path));
             written.extend(mailboxes.clone());
         }
-        let mut changes = VecDeque::new();
-        // Cycles are counted from the beginning.
-        if is_lockstep && bounds.0 == span.0 {
-            let codes = codes(plugins, &full, &plan);
-            let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules, &codes);
-            changes.extend(reel.timeline.changes.drain(..).filter(of_modules));
-        }
+        let changes = if is_lockstep && (begins || reel.is_each_known) { changes } else { VecDeque::new() };
+        let mut unheard = excerpt.outboxes;
+        unheard.retain(|_, to| !mailboxes.contains_key(to));
         let reel = SharedReel::new(reel);
         let witness =
             (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys()));
@@ -162,6 +174,8 @@ impl Player {
             changes,
             witness,
             written,
+            unheard,
+            skipped,
         })
     }
 
@@ -200,6 +214,9 @@ impl Player {
         let mut outcome = self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?;
         if let Some(outcome) = &mut outcome {
             outcome.note_unseen(&self.plan.modules, &self.written);
+            outcome.unheard = self.unheard.clone();
+            let begin = self.bounds.0 - self.span.0;
+            outcome.fresh_from = (begin > 0).then_some(begin);
         }
         Ok(outcome)
     }

@@ -53,6 +53,11 @@ pub struct Recomputation {
     pub first: Option<Difference>,
     /// Modules of which there was nothing to compare, as they send messages alone, or nothing that they write is recorded.
     pub unseen: Vec<String>,
+    /// By what the modules send messages that were not compared, as not all ran who send there or who takes them; and where to.
+    pub unheard: BTreeMap<String, String>,
+    /// Where the modules began with fresh state, whatever they remembered then: nanoseconds after the first value. Nothing when that
+    /// was the beginning.
+    pub fresh_from: Option<u64>,
 }
 
 impl Recomputation {
@@ -86,6 +91,8 @@ struct Comparer {
     reel: SharedReel,
     /// Whether values of one time belong together; on the wall clock only their order says which do.
     has_times: bool,
+    /// When the modules began, where that is not the beginning of what is recorded.
+    fresh_from: Option<u64>,
     /// Whether everything that was written is recorded.
     is_whole: bool,
     /// The properties of which not every value is.
@@ -131,6 +138,7 @@ impl Witness {
             played: played.map(|(track, _)| track.path.clone()).collect(),
             reel: reel.clone(),
             has_times: own.has_cycles,
+            fresh_from: own.timeline.span().filter(|span| span.0 < own.begin).map(|_| own.begin),
             is_whole,
             thin,
             tracks,
@@ -178,7 +186,7 @@ impl Witness {
         Ok(Recomputation {
             properties: comparer.found.values().cloned().collect(),
             first: comparer.first.clone(),
-            unseen: Vec::new(),
+            ..Recomputation::default()
         })
     }
 }
@@ -238,6 +246,12 @@ impl Comparer {
         let path = channel.path.as_str();
         if channel.access == Access::Messages {
             return self.compare_letter(channel, items, stamp, bytes);
+        }
+        if channel.descriptor.name == "ModuleState"
+            && self.fresh_from.is_some_and(|begin| stamp.time <= begin)
+        {
+            // That it runs is told where it begins.
+            return Ok(());
         }
         let Some((track, next)) = self.tracks.get(path).copied() else {
             if self.is_whole && !self.thin.contains(path) {
@@ -388,5 +402,10 @@ impl Recording for Both {
     fn changed(&self, cycle: u64, time: u64, change: &Change) {
         self.0.changed(cycle, time, change);
         self.1.changed(cycle, time, change);
+    }
+
+    fn settle(&self) {
+        self.0.settle();
+        self.1.settle();
     }
 }

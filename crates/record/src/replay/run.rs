@@ -11,7 +11,7 @@ use slate_runtime::recording::{Change, configuration};
 use super::coverage::{Coverage, some};
 use super::reel::Reel;
 use super::timeline::Timeline;
-use crate::bag::{Error, Message, Metadata, Reader};
+use crate::bag::{Error, Message, Metadata, REPAIR, Reader};
 use crate::recorder::{CHANGE, CONFIGURATION, DROPPED, read_change};
 
 type Texts = BTreeMap<String, String>;
@@ -32,6 +32,12 @@ pub struct Run {
     /// What its inputs read.
     links: Texts,
     text: Option<String>,
+    /// What is attached beside it: names, and what is in them.
+    files: Vec<(String, Vec<u8>)>,
+    /// Messages of it that no checksum says to be right, as it was repaired.
+    unchecked: u64,
+    /// The properties that nobody had written when the recording ended, as far as it says.
+    unwritten: Texts,
     /// What was changed from outside, each after the cycle of that number.
     pub(super) changes: Vec<(u64, Change)>,
     end: Option<Texts>,
@@ -103,14 +109,22 @@ impl Run {
                 "links" => run.links = metadata,
                 "plugins" => run.plugins = metadata,
                 "memories" => run.memories = metadata,
+                "unwritten" => run.unwritten = metadata,
+                REPAIR => {
+                    let count = metadata.get("without_checksum").and_then(|count| count.parse().ok());
+                    run.unchecked = run.unchecked.saturating_add(count.unwrap_or(0));
+                }
                 "end" => run.end = Some(metadata),
                 _ => {}
             }
         }
         for number in 0..reader.attachments() {
-            let attachment = reader.attachment(number)?.filter(|attachment| attachment.name == CONFIGURATION);
-            let text = attachment.and_then(|attachment| String::from_utf8(attachment.data).ok());
-            run.text = text.or(run.text);
+            match reader.attachment(number)? {
+                Some(own) if own.name == CONFIGURATION => {
+                    run.text = String::from_utf8(own.data).ok().or(run.text);
+                }
+                own => run.files.extend(own.map(|own| (own.name, own.data))),
+            }
         }
         Ok(run)
     }
@@ -238,6 +252,12 @@ impl Run {
         configuration(&name, &lines.collect::<Vec<_>>().join("\n"), sets)
     }
 
+    /// The files beside the configuration that its run was made of, such as that of the world: as the configuration calls them,
+    /// and what is in them.
+    pub fn files(&self) -> &[(String, Vec<u8>)] {
+        &self.files
+    }
+
     /// Whether its actuators were armed from the start.
     pub fn is_armed(&self) -> bool {
         self.about("armed") == "true"
@@ -280,12 +300,17 @@ impl Run {
         self.coverage.repeating == 0 || self.cycles() == Some(0)
     }
 
+    /// Whether nobody ever wrote a property, or the one that a path is a field of.
+    pub(super) fn is_unwritten(&self, path: &str) -> bool {
+        self.unwritten.keys().any(|own| is_within(path, own.trim_start_matches('/')))
+    }
+
     /// What of the run is not there, in words; nothing when nothing is known to be missing.
     fn missing(&self) -> String {
         let read: BTreeSet<&str> = self.links.values().map(|from| from.trim_start_matches('/')).collect();
         // What is on the wall clock, or another agent's, is none that is made again.
         let read = read.into_iter().filter(|path| !path.contains("://") && crate::recorder::repeats(path));
-        let absent = read.filter(|path| self.coverage.of(path).is_none());
+        let absent = read.filter(|path| self.coverage.of(path).is_none() && !self.is_unwritten(path));
         let absent: Vec<_> = absent.map(|path| format!("/{path}")).collect();
         let thin = self.coverage.gaps();
         let thin = thin.map(|(path, own)| format!("/{path} ({} of {} values)", own.count, own.written));
@@ -325,6 +350,11 @@ impl Run {
             _ => return None,
         };
         Some(format!("it is not a whole run: {what}{}", self.missing()))
+    }
+
+    /// How many messages no checksum says to be right, as the file was repaired.
+    pub(super) fn unchecked(&self) -> u64 {
+        self.unchecked
     }
 
     /// Why the run can't be made again, if it can't.

@@ -13,7 +13,7 @@ use slate_runtime::recording::Change;
 use super::coverage::Coverage;
 use super::fate::{Fate, check_writers, fate, log_line};
 use super::form::Form;
-use crate::bag::{Error, Reader, Selection, Spot};
+use crate::bag::{Error, Message, Reader, Selection, Spot};
 use crate::recorder::read_change;
 
 /// Which part of a recording is played, and where.
@@ -78,6 +78,8 @@ pub(super) struct Letter {
 struct Moment {
     time: u64,
     track: u16,
+    /// Of its record.
+    checksum: u32,
     spot: Spot,
 }
 
@@ -154,7 +156,7 @@ impl Timeline {
         let is_chosen =
             |topic: &str| select.has(topic) && exclude.as_ref().is_none_or(|exclude| !exclude.has(topic));
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
-        while let Some((spot, message)) = timeline.reader.next_spot()? {
+        while let Some((spot, checksum, message)) = timeline.reader.next_spot()? {
             timeline.coverage.note(&message);
             let id = message.channel.id;
             if let Entry::Vacant(place) = fates.entry(id) {
@@ -189,7 +191,7 @@ impl Timeline {
                     // Their places are given when they are in order.
                     own.values.push(0);
                     let time = own.latest;
-                    let entry = Moment { time, track: *track as u16, spot };
+                    let entry = Moment { time, track: *track as u16, checksum, spot };
                     timeline.entries.push(entry);
                 }
                 Fate::Sent(mailbox, sender) => {
@@ -322,9 +324,24 @@ impl Timeline {
 
     /// The value at a place.
     pub fn value(&mut self, place: usize) -> Result<Recorded, Error> {
-        let Moment { time, track, spot } = self.entries[place];
+        let spot = self.entries[place].spot;
+        self.recorded(place, |reader| reader.message_at(spot))
+    }
+
+    /// As [`value`](Timeline::value), where those beside it are not wanted too.
+    pub fn value_alone(&mut self, place: usize) -> Result<Recorded, Error> {
+        let Moment { spot, checksum, .. } = self.entries[place];
+        self.recorded(place, |reader| reader.message_alone(spot, checksum))
+    }
+
+    fn recorded(
+        &mut self,
+        place: usize,
+        read: impl FnOnce(&mut Reader<BufReader<File>>) -> Result<Message<'_>, Error>,
+    ) -> Result<Recorded, Error> {
+        let Moment { time, track, .. } = self.entries[place];
         let track = usize::from(track);
-        let message = self.reader.message_at(spot)?;
+        let message = read(&mut self.reader)?;
         let own = &self.tracks[track];
         let bytes = own.form.decode(message.data);
         let sequence = match own.is_counted {

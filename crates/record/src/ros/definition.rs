@@ -17,7 +17,7 @@ pub struct Definition {
 }
 
 /// What stands between two messages of a definition.
-pub(super) const SEPARATOR: &str =
+pub(crate) const SEPARATOR: &str =
     "================================================================================";
 
 /// The message that [`encode`](super::encode) makes of a value of that interface.

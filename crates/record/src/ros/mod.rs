@@ -42,6 +42,7 @@ mod value;
 
 pub(crate) use cdr::Writer as CdrWriter;
 pub use codec::{decode, encode};
+pub(crate) use definition::SEPARATOR;
 pub use definition::{Definition, definition, definition_named};
 pub use described::Described;
 pub use error::Error;

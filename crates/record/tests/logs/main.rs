@@ -7,4 +7,5 @@ mod files;
 mod openrdk;
 #[path = "../python/mod.rs"]
 mod python;
+mod ros;
 mod rosbag;

@@ -1,14 +1,16 @@
 //! Disks that are slow, full, stand still, or are none.
 
-use std::io::{self, Write};
+use std::io::{self, Cursor, Write};
 use std::path::Path;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use mcap::MessageStream;
 use slate_blackboard::interface::Value;
+use slate_record::bag::Reader;
 use slate_runtime::Control;
 use slate_runtime::recording::RecordingControl;
+use slate_runtime::remote::{Call, Desk};
 
 use crate::support::{Bytes, Full, LOCKSTEP, Stuck, agent, numbers, read};
 
@@ -57,6 +59,46 @@ fn on_the_wall_clock_nobody_waits_and_drops_are_counted_in_the_file() {
     let dropped = mcap::read::metadata(&file, index).unwrap().metadata;
     let own: u64 = dropped["/counter/number"].parse().unwrap();
     assert_eq!(numbers.len() as u64 + own, written, "every value is in the file or counted");
+}
+
+/// Takes its time.
+struct Slow(Bytes);
+
+impl Write for Slow {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        std::thread::sleep(Duration::from_millis(30));
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn who_is_told_that_something_was_changed_finds_it_in_the_file() {
+    let (mut agent, recorder, _) = agent(!LOCKSTEP, "");
+    let bytes = Bytes::default();
+    recorder.begin_with(&agent, Path::new("here"), Box::new(Slow(bytes.clone())));
+    let (desk, stopper) = (Desk::new(&agent), agent.stopper());
+    let run = std::thread::spawn(move || {
+        agent.run(Box::new(|_| Control::Continue)).unwrap();
+        agent
+    });
+    for step in 2..6 {
+        let changes = vec![("modules.counter.params.step".to_owned(), format!("{step}.0"))];
+        desk.make(Call::ConfigSet { changes, dry_run: false }).unwrap();
+        // As a kill would leave it now.
+        let file = bytes.0.lock().unwrap().clone();
+        let mut reader = Reader::unfinished(Cursor::new(&file), "here").unwrap();
+        let mut told = 0;
+        while let Some(message) = reader.next_message().unwrap() {
+            told += usize::from(message.channel.topic == "/record/change");
+        }
+        assert_eq!(told, step - 1);
+    }
+    stopper.stop();
+    recorder.end(&mut run.join().unwrap()).unwrap();
 }
 
 #[test]

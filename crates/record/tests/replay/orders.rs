@@ -1,9 +1,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use slate_record::bag::Compression;
 use slate_record::replay::{Plan, Player};
 use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
+use slate_runtime::recording::HistoryWish;
 
-use crate::support::{load, plugins, recorded};
+use crate::support::{Foreign, foreign_in, load, plugins, recorded};
 
 const MS: u64 = 1_000_000;
 
@@ -87,4 +89,43 @@ fn to_modules_time_never_goes_back() {
     });
     assert_eq!(player.outcome().unwrap().unwrap().first, None);
     assert!(!agent.jump(0));
+}
+
+/// Texts of which each fills a page of the disk and more, as CDR has them.
+fn pages() -> Foreign<'static> {
+    let text = |letter: u8| [&20_001_u32.to_le_bytes()[..], &[letter; 20_000], &[0]].concat();
+    let values = (b'a'..=b'z').map(|letter| (u64::from(letter) * MS, text(letter)));
+    Foreign {
+        topic: "/page",
+        kind: "other_msgs/msg/Page",
+        text: "string letters\n",
+        encoding: "cdr",
+        values: values.collect(),
+    }
+}
+
+#[test]
+fn what_is_asked_of_the_past_is_read_alone_and_checked() {
+    for compression in [Compression::None, Compression::Lz4] {
+        let path = foreign_in(compression, "past.mcap", &[pages()]);
+        let player = Player::open(&path, &plugins(), Plan::default()).unwrap();
+        let control = player.control();
+        let past = |most| {
+            let wish = HistoryWish { path: "page".into(), from: 0, to: u64::MAX, most };
+            let past = control.history(&wish).map_err(|(wrong, _)| wrong)?;
+            // Behind the length of the text.
+            Ok::<_, String>(past.values.iter().map(|own| own.bytes[4]).collect::<Vec<_>>())
+        };
+        assert_eq!(past(100), Ok((b'a'..=b'z').collect()));
+        if compression == Compression::Lz4 {
+            continue;
+        }
+        // The seventh becomes another one, while the file is open.
+        let mut bytes = std::fs::read(&path).unwrap();
+        let place = bytes.windows(100).position(|part| part == [b'g'; 100]).unwrap();
+        bytes[place + 10_000] ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(past(2), Ok(b"mz".to_vec()), "what is around it is not read");
+        assert!(past(100).unwrap_err().contains("the file has become another one"));
+    }
 }

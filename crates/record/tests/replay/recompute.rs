@@ -3,7 +3,8 @@ use std::sync::atomic::AtomicBool;
 
 use slate_record::Recorder;
 use slate_record::bag::{Compression, Counts, Reader, Selection, Writer, copy, diff};
-use slate_record::replay::{Choice, Plan, Player, Recomputation};
+use slate_record::replay::{Choice, Comparison, Plan, Player, Recomputation, Recomputed};
+use slate_runtime::Agent;
 use slate_runtime::configuration::Record;
 
 use crate::support::{ROBOT, file, load, play, plugins, record, recorded};
@@ -62,6 +63,52 @@ fn what_was_changed_while_it_was_recorded_is_changed_again() {
     for modules in [&["back"][..], &["front"], &["front", "back"]] {
         assert_eq!(play(&path, plan(modules)).1.unwrap().first, None, "{modules:?}");
     }
+}
+
+/// What they remembered then is not recorded; what was changed in them is.
+#[test]
+fn modules_that_begin_later_do_so_with_fresh_state_and_the_parameters_that_they_had_then() {
+    let path = file("later.mcap");
+    record(&path, ROBOT, |agent, cycle| {
+        let gain = match cycle {
+            9 => "5.0",
+            20 => "6.0",
+            _ => return,
+        };
+        drop(agent.database().unwrap().set(&[("modules.back.params.gain", gain)]).unwrap());
+    });
+    let begun = |start| {
+        let mut player =
+            Player::open(&path, &plugins(), Plan { start: Some(start), ..plan(&["back"]) }).unwrap();
+        let (mut agent, mut gains) = (load(&player, None), Vec::new());
+        let gain =
+            |agent: &Agent| agent.board().read("back/params/gain").unwrap().unwrap().0.as_f64().unwrap();
+        player.run_with(&mut agent, &AtomicBool::new(false), |agent| gains.push(gain(agent))).unwrap();
+        (player.outcome().unwrap().unwrap(), gains)
+    };
+    let (outcome, gains) = begun(155_000_000);
+    assert_eq!(outcome.fresh_from, Some(150_000_000));
+    assert!(outcome.first.is_some_and(|first| first.url == "/back/sum"), "it adds up all that it reads");
+    assert_eq!(gains, [vec![5.0; 5], vec![6.0; 10]].concat());
+    let (outcome, gains) = begun(5_000_000);
+    assert_eq!((outcome.fresh_from, outcome.first, gains[0]), (None, None, 2.0));
+}
+
+#[test]
+fn what_nobody_ever_wrote_was_not_lost() {
+    let path = file("unwritten.mcap");
+    let robot = ROBOT.replace("first = 20.0", "first = 1000.0");
+    let robot =
+        robot.replace("\"gatherer/numbers\" = \"source/number\"", "\"gatherer/numbers\" = \"late/number\"");
+    record(&path, &format!("{robot}select = [\"/gatherer/**\"]\n"), |_, _| {});
+    let (_, outcome, player) = play(&path, plan(&["gatherer"]));
+    assert!(player.misses().is_empty(), "{:?}", player.misses());
+    let count = |own: &&Recomputed| own.url == "/gatherer/count";
+    let properties = outcome.unwrap().properties;
+    let count = properties.iter().find(count).unwrap();
+    assert!(count.is_same() && count.same == 30, "{count:?}");
+    let lack = Comparison::open(&path).unwrap().run().obstacle().unwrap();
+    assert!(lack.contains("/source/number") && !lack.contains("/late/number"), "{lack}");
 }
 
 #[test]

@@ -235,9 +235,13 @@ pub struct Foreign<'a> {
 }
 
 pub fn foreign(name: &str, topics: &[Foreign<'_>]) -> PathBuf {
+    foreign_in(Compression::Lz4, name, topics)
+}
+
+pub fn foreign_in(compression: Compression, name: &str, topics: &[Foreign<'_>]) -> PathBuf {
     let path = file(name);
     let header = Header { profile: "ros2".into(), library: "somebody".into() };
-    let mut writer = Writer::new(Vec::new(), &path, &header, Compression::Lz4).unwrap();
+    let mut writer = Writer::new(Vec::new(), &path, &header, compression).unwrap();
     for (id, topic) in (1..).zip(topics) {
         let data = topic.text.as_bytes().to_vec();
         writer.schema(&Schema { id, name: topic.kind.into(), encoding: "ros2msg".into(), data }).unwrap();

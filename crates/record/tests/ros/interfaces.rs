@@ -1,10 +1,6 @@
 //! What is turned into messages: the well-known interfaces, and two with all that an interface can have.
 
-use slate_interfaces::{
-    Bumper, Chassis, Clearance, Contact, Contacts, Echo, FactHead, FactTableHead, FourWheelSpeeds, Image,
-    LaserScan, MapStroke, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position,
-    Quaternion, Sighting, Sightings, SonarPlacement, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
-};
+use slate_interfaces::{FactHead, Position, Sighting};
 use slate_module::blackboard::interface::{
     Constant, Descriptor, Enumeration, Field, Interface, Kind, schema_hash,
 };
@@ -110,41 +106,8 @@ const fn odd(name: &'static str, offset: usize, kind: Kind) -> Field {
 
 /// All of them.
 pub fn all() -> Vec<&'static Descriptor> {
-    vec![
-        Battery::DESCRIPTOR,
-        Bumper::DESCRIPTOR,
-        Chassis::DESCRIPTOR,
-        Clearance::DESCRIPTOR,
-        Contact::DESCRIPTOR,
-        Contacts::DESCRIPTOR,
-        Echo::DESCRIPTOR,
-        Everything::DESCRIPTOR,
-        FactHead::DESCRIPTOR,
-        FactTableHead::DESCRIPTOR,
-        FourWheelSpeeds::DESCRIPTOR,
-        Image::DESCRIPTOR,
-        LaserScan::DESCRIPTOR,
-        MapStroke::DESCRIPTOR,
-        OccupancyGrid::DESCRIPTOR,
-        Path::DESCRIPTOR,
-        PoseEstimate::DESCRIPTOR,
-        Odometry::DESCRIPTOR,
-        Orientation::DESCRIPTOR,
-        Point2::DESCRIPTOR,
-        Pose2::DESCRIPTOR,
-        Position::DESCRIPTOR,
-        Quaternion::DESCRIPTOR,
-        Sighting::DESCRIPTOR,
-        Sightings::DESCRIPTOR,
-        SonarPlacement::DESCRIPTOR,
-        SonarScan::DESCRIPTOR,
-        Transform::DESCRIPTOR,
-        Twist2::DESCRIPTOR,
-        Verdict::DESCRIPTOR,
-        WheelSpeeds::DESCRIPTOR,
-        <()>::DESCRIPTOR,
-        &ODD,
-    ]
+    let others = [Battery::DESCRIPTOR, Everything::DESCRIPTOR, <()>::DESCRIPTOR, &ODD];
+    slate_interfaces::ALL.iter().copied().chain(others).collect()
 }
 
 /// A value made of that many tail items and bytes that a seed gives.

@@ -1,6 +1,6 @@
 use slate_interfaces::{
-    Echo, Image, ImageFormat, LaserScan, OccupancyGrid, Odometry, Point2, Pose2, Position, Quaternion,
-    SonarScan, Transform, Twist2,
+    Echo, Image, ImageFormat, LaserScan, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2,
+    PoseEstimate, Position, Quaternion, SonarPlacement, SonarScan, Transform, Twist2,
 };
 use slate_module::blackboard::interface::{Descriptor, Interface, View};
 use slate_module::interface;
@@ -28,6 +28,9 @@ const HEADER: &str = "header = { stamp = { sec = 12, nanosec = 34 }, frame_id = 
 fn poses_and_motions_in_the_plane_become_those_in_space() {
     assert_eq!(of(&Pose2 { x: 1.0, y: 2.0, theta: 3.0 }), "{ x = 1, y = 2, theta = 3 }");
     assert_eq!(of(&Position { x: 1.0, y: 2.0, z: 3.0 }), "{ x = 1, y = 2, z = 3 }");
+    assert_eq!(of(&Point2 { x: 1.0, y: 2.0 }), "{ x = 1, y = 2, z = 0 }");
+    assert_eq!(of(&SonarPlacement { x: 1.0, y: 2.0, theta: 3.0 }), "{ x = 1, y = 2, theta = 3 }");
+    assert_eq!(of(&Orientation { theta: 0.0 }), "{ x = 0, y = 0, z = 0, w = 1 }");
     assert_eq!(of(&Quaternion::IDENTITY), "{ x = 0, y = 0, z = 0, w = 1 }");
     assert_eq!(
         of(&Twist2 { linear: 0.5, angular: -1.0 }),
@@ -48,6 +51,40 @@ fn poses_and_motions_in_the_plane_become_those_in_space() {
     );
     let Some(Value::Numbers(covariance)) = value.at("pose/covariance") else { panic!("{value}") };
     assert_eq!(covariance.len(), 36);
+}
+
+#[test]
+fn an_estimate_has_its_covariances_among_those_of_space() {
+    let pose = Pose2 { x: 1.0, y: 2.0, theta: std::f64::consts::PI };
+    let covariance = [11.0, 12.0, 13.0, 21.0, 22.0, 23.0, 31.0, 32.0, 33.0];
+    let value = message(PoseEstimate::DESCRIPTOR, View::of(&PoseEstimate { pose, covariance }).bytes());
+    assert_eq!(value.at("header/frame_id").unwrap().as_str(), Some("map"));
+    assert_eq!(value.at("pose/pose/position").unwrap().to_string(), "{ x = 1, y = 2, z = 0 }");
+    assert_eq!(value.at("pose/pose/orientation/z").unwrap().as_f64(), Some(1.0));
+    let Some(Value::Numbers(numbers)) = value.at("pose/covariance") else { panic!("{value}") };
+    let numbers: Vec<f64> = numbers.iter().map(|number| number.as_f64().unwrap()).collect();
+    let row = |x: f64, y: f64, theta: f64| [x, y, 0.0, 0.0, 0.0, theta];
+    let none = [0.0; 6];
+    let rows = [row(11.0, 12.0, 13.0), row(21.0, 22.0, 23.0), none, none, none, row(31.0, 32.0, 33.0)];
+    assert_eq!(numbers, rows.concat());
+}
+
+#[test]
+fn a_way_has_a_pose_for_each_point() {
+    let way = |points: &[[f64; 2]]| {
+        let bytes = std::iter::once(9.5).chain(points.concat()).flat_map(f64::to_ne_bytes);
+        message(Path::DESCRIPTOR, &bytes.collect::<Vec<_>>()).to_string()
+    };
+    let header = HEADER.replace("base_link", "map");
+    let pose = |x: u8, y: u8| {
+        format!(
+            "{{ {header}, pose = {{ position = {{ x = {x}, y = {y}, z = 0 }}, \
+             orientation = {{ x = 0, y = 0, z = 0, w = 1 }} }} }}"
+        )
+    };
+    let poses = format!("[{}, {}]", pose(1, 2), pose(3, 4));
+    assert_eq!(way(&[[1.0, 2.0], [3.0, 4.0]]), format!("{{ {header}, poses = {poses} }}"));
+    assert_eq!(way(&[]), format!("{{ {header}, poses = [] }}"));
 }
 
 #[test]
@@ -202,7 +239,7 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 #[test]
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
-    assert_eq!(named.len(), 12);
+    assert_eq!(named.len(), 17);
     for descriptor in named {
         if descriptor.fields.is_empty() {
             continue;
@@ -219,8 +256,8 @@ fn all_interfaces_that_name_a_message_have_it() {
 
 #[test]
 fn room_that_is_there_is_enough() {
-    for standard in all().into_iter().filter_map(standard) {
-        let descriptor = all().into_iter().find(|one| one.ros == standard.definition().name).unwrap();
+    for descriptor in all() {
+        let Some(standard) = standard(descriptor) else { continue };
         let bytes = value(descriptor, 3, 5);
         let mut out = Vec::new();
         standard.encode(&bytes, 1, "map", &mut out).unwrap();

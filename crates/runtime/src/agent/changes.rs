@@ -110,6 +110,13 @@ impl Composer {
         result
     }
 
+    /// Waits until the changes that were made are in what records the agent, but not for long.
+    pub(crate) fn settle_changes(&self) {
+        if let Some(recording) = &self.shared.recording {
+            recording.settle();
+        }
+    }
+
     /// Tells what records the agent of a change that can't be made again.
     pub(super) fn tell_recording(&self, what: &str) {
         if let Some(recording) = &self.shared.recording {

@@ -22,6 +22,8 @@ pub struct Excerpt {
     pub reads: BTreeSet<String>,
     /// Inboxes that nobody sends to who stays: what they took is to be sent to them again.
     pub inboxes: BTreeSet<String>,
+    /// What the modules send messages by, each with where to.
+    pub outboxes: BTreeMap<String, String>,
     /// What the modules miss that they had in the recorded run, in words.
     pub misses: Vec<String>,
 }
@@ -190,6 +192,11 @@ impl Cutter<'_> {
             let Some(next) = links.find(|link| is_within(&path, &link.to.value)) else { break };
             path = format!("{}{}", next.from.value.path_in(""), &path[next.to.value.len()..]);
         }
+        let to = &link.to.value;
+        let sends = self.port(to).is_some_and(|(own, port)| own.ports[port].direction == Direction::Outbox);
+        if sends {
+            self.result.outboxes.insert(to.clone(), path.clone());
+        }
         let is_host = ["loop", "log"].iter().any(|host| is_within(&path, host));
         let is_gate = |actuator: &crate::configuration::Actuator| {
             is_within(&path, &actuator.name.value) && self.commanders(&actuator.name.value).is_some()
@@ -201,9 +208,7 @@ impl Cutter<'_> {
         if is_there || self.is_recorded(&path) {
             return Source::Path(format!("/{path}"));
         }
-        let to = &link.to.value;
-        let inbox = self.port(to).is_some_and(|(own, port)| own.ports[port].direction == Direction::Outbox);
-        if inbox {
+        if sends {
             // Nobody is there to take it.
             return Source::Nothing;
         }

@@ -96,6 +96,7 @@ impl Desk {
             holds()?;
             if let Some(changed) = proposal.apply() {
                 self.composer.say_changes("a tool has changed", &changed);
+                self.composer.settle_changes();
                 return Ok(self.changed(changed));
             }
         }
@@ -106,6 +107,13 @@ impl Desk {
     /// # Errors
     /// When it can't be done; nothing is changed then.
     pub fn make_for(&self, visit: &mut Visit, call: Call) -> Result<serde_json::Value, Refusal> {
+        let done = self.carry_out(call, visit);
+        // A tool that is told of a change finds it in the recording, whatever becomes of this process.
+        self.composer.settle_changes();
+        done
+    }
+
+    fn carry_out(&self, call: Call, visit: &mut Visit) -> Done {
         match call {
             Call::PluginList {} => self.plugins(),
             Call::PluginLoad { name, file } => self.load(name.as_deref(), file.as_deref()),

@@ -78,7 +78,7 @@ impl Compiler<'_> {
                     Origin::Text(text) => Some(Text::Constant(text)),
                     _ => None,
                 });
-                let usual = if path == "header/frame_id" { Text::Frame } else { Text::Constant("") };
+                let usual = if path.ends_with("header/frame_id") { Text::Frame } else { Text::Constant("") };
                 self.steps.push(Step::Text(text.or(constant).unwrap_or(usual)));
             }
             (Item::Primitive(kind), count) => {
@@ -86,11 +86,28 @@ impl Compiler<'_> {
                     Count::Fixed(count) => Some(count),
                     _ => None,
                 };
-                let step = match same {
-                    Some(same) => self.list(kind, fixed, &same)?,
-                    None => Step::Zeros(kind, fixed),
+                let covariance = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Covariance(field) => self.covariance(field),
+                    _ => None,
+                });
+                let step = match (covariance, same) {
+                    (Some(offset), _) => Step::Covariance(offset),
+                    (None, Some(same)) => self.list(kind, fixed, &same)?,
+                    (None, None) => Step::Zeros(kind, fixed),
                 };
-                self.used |= matches!(step, Step::List { .. });
+                self.used |= matches!(step, Step::List { .. } | Step::Covariance(_));
+                self.steps.push(step);
+            }
+            (Item::Record(index), Count::Any) => {
+                let own = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Field(field) => self.find(field),
+                    _ => None,
+                });
+                let step = match own.or_else(|| self.find(same.as_deref()?)) {
+                    Some((kind, offset)) => self.messages(index, path, kind, offset)?,
+                    None => Step::Zeros(Primitive::U8, None),
+                };
+                self.used |= matches!(step, Step::Messages { .. });
                 self.steps.push(step);
             }
             (_, Count::Any) if same.is_none() => self.steps.push(Step::Zeros(Primitive::U8, None)),
@@ -144,16 +161,29 @@ impl Compiler<'_> {
         }
     }
 
-    /// How many items a list has, what they are, and where they begin.
+    /// Where the covariance of a pose in the plane is.
+    fn covariance(&self, path: &str) -> Option<usize> {
+        let (kind, offset) = self.find(path)?;
+        matches!(kind, Kind::Array(Kind::F64, 9)).then_some(offset)
+    }
+
+    /// How many items a list of numbers has, what they are, and where they begin.
     fn items(&self, path: &str) -> Option<(Items, Primitive, usize)> {
         let (kind, offset) = self.find(path)?;
-        let (items, item, start) = match kind {
-            Kind::Array(item, count) => (Items::Fixed(count), item, offset),
-            Kind::Sequence(item, capacity) => (Items::Counted(offset, capacity), item, offset + 8),
-            Kind::Tail(item) => (Items::Tail, item, offset),
-            _ => return None,
-        };
+        let (items, item, start) = list(&kind, offset)?;
         Some((items, Primitive::of(item)?, start))
+    }
+
+    /// What makes a list of messages of a list of interfaces.
+    fn messages(&self, index: usize, path: &str, of: Kind, offset: usize) -> Option<Step> {
+        let (count, item, start) = list(&of, offset)?;
+        let Kind::Nested(descriptor) = *item else { return None };
+        let (message, schema) = (self.message, self.schema);
+        // Rules for what is in the list name the fields of its items.
+        let mut inner = Compiler { descriptor, message, schema, steps: Vec::new(), used: false };
+        inner.record(index, path, Some(""))?;
+        let Compiler { steps, used, .. } = inner;
+        used.then_some(Step::Messages { count, start, size: item.size(), steps })
     }
 
     fn list(&self, kind: Primitive, fixed: Option<usize>, path: &str) -> Option<Step> {
@@ -165,6 +195,16 @@ impl Compiler<'_> {
         }
         Some(Step::List { kind, counted: fixed.is_none(), count, start, from })
     }
+}
+
+/// How many items a list has, what they are, and where they begin.
+fn list(kind: &Kind, offset: usize) -> Option<(Items, &'static Kind, usize)> {
+    Some(match kind {
+        Kind::Array(item, count) => (Items::Fixed(*count), item, offset),
+        Kind::Sequence(item, capacity) => (Items::Counted(offset, *capacity), item, offset + 8),
+        Kind::Tail(item) => (Items::Tail, item, offset),
+        _ => return None,
+    })
 }
 
 fn joined(path: &str, name: &str) -> String {

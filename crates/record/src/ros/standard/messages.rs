@@ -22,14 +22,23 @@ pub(super) enum Origin {
     When { number: &'static str, holds: &'static str },
     /// What the last of some steps reaches.
     Last { first: &'static str, step: &'static str, items: &'static str },
+    /// What the covariance of x, y and theta, row after row, is in space.
+    Covariance(&'static str),
     /// A time in nanoseconds, or the message's when the truth value holds.
     Time { time: &'static str, unless: &'static str },
 }
 
-use Origin::{Field, HalfCosine, HalfSine, Last, Name, Number, Text, Time, When};
+use Origin::{Covariance, Field, HalfCosine, HalfSine, Last, Name, Number, Text, Time, When};
 
 /// Message, field in it, where that comes from. A rule whose fields the interface does not have is left out.
 pub(super) const RULES: &[(&str, &str, Origin)] = &[
+    ("geometry_msgs/PoseWithCovarianceStamped", "header/frame_id", Text("map")),
+    ("geometry_msgs/PoseWithCovarianceStamped", "pose/pose/position", Field("pose")),
+    ("geometry_msgs/PoseWithCovarianceStamped", "pose/pose/orientation/z", HalfSine("pose/theta")),
+    ("geometry_msgs/PoseWithCovarianceStamped", "pose/pose/orientation/w", HalfCosine("pose/theta")),
+    ("geometry_msgs/PoseWithCovarianceStamped", "pose/covariance", Covariance("covariance")),
+    ("geometry_msgs/Quaternion", "z", HalfSine("theta")),
+    ("geometry_msgs/Quaternion", "w", HalfCosine("theta")),
     ("geometry_msgs/Twist", "linear/x", Field("linear")),
     ("geometry_msgs/Twist", "angular/z", Field("angular")),
     ("geometry_msgs/TransformStamped", "header/stamp", Time { time: "time", unless: "fixed" }),
@@ -37,18 +46,26 @@ pub(super) const RULES: &[(&str, &str, Origin)] = &[
     ("geometry_msgs/TransformStamped", "child_frame_id", Field("child")),
     ("geometry_msgs/TransformStamped", "transform/translation", Field("translation")),
     ("geometry_msgs/TransformStamped", "transform/rotation", Field("rotation")),
+    ("nav_msgs/OccupancyGrid", "header/frame_id", Text("map")),
     ("nav_msgs/OccupancyGrid", "info/resolution", Field("resolution")),
     ("nav_msgs/OccupancyGrid", "info/width", Field("width")),
     ("nav_msgs/OccupancyGrid", "info/height", Field("height")),
     ("nav_msgs/OccupancyGrid", "info/origin/position", Field("origin")),
     ("nav_msgs/OccupancyGrid", "info/origin/orientation/z", HalfSine("origin/theta")),
     ("nav_msgs/OccupancyGrid", "info/origin/orientation/w", HalfCosine("origin/theta")),
+    ("nav_msgs/Odometry", "header/frame_id", Text("odom")),
     ("nav_msgs/Odometry", "child_frame_id", Text("base_link")),
     ("nav_msgs/Odometry", "pose/pose/position", Field("pose")),
     ("nav_msgs/Odometry", "pose/pose/orientation/z", HalfSine("pose/theta")),
     ("nav_msgs/Odometry", "pose/pose/orientation/w", HalfCosine("pose/theta")),
     ("nav_msgs/Odometry", "twist/twist/linear/x", Field("twist/linear")),
     ("nav_msgs/Odometry", "twist/twist/angular/z", Field("twist/angular")),
+    ("nav_msgs/Path", "header/frame_id", Text("map")),
+    ("nav_msgs/Path", "poses", Field("points")),
+    ("nav_msgs/Path", "poses/header/frame_id", Text("map")),
+    ("nav_msgs/Path", "poses/pose/position/x", Field("x")),
+    ("nav_msgs/Path", "poses/pose/position/y", Field("y")),
+    ("nav_msgs/Path", "poses/pose/orientation/w", Number(1.0)),
     ("sensor_msgs/BatteryState", "temperature", Number(f64::NAN)),
     ("sensor_msgs/BatteryState", "current", Number(f64::NAN)),
     ("sensor_msgs/BatteryState", "charge", Number(f64::NAN)),
@@ -73,6 +90,10 @@ const MESSAGES: &[(&str, &str)] = &[
     ("geometry_msgs/Pose2D", "float64 x\nfloat64 y\nfloat64 theta\n"),
     ("geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"),
     ("geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"),
+    (
+        "geometry_msgs/PoseWithCovarianceStamped",
+        "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
+    ),
     ("geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"),
     ("geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"),
     (
@@ -104,6 +125,7 @@ const MESSAGES: &[(&str, &str)] = &[
          geometry_msgs/PoseWithCovariance pose\n\
          geometry_msgs/TwistWithCovariance twist\n",
     ),
+    ("nav_msgs/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n"),
     (
         "sensor_msgs/BatteryState",
         "uint8 POWER_SUPPLY_STATUS_UNKNOWN = 0\n\
@@ -189,7 +211,7 @@ pub(super) fn text(name: &str) -> Option<String> {
     let body = |name: &str| MESSAGES.iter().find(|(known, _)| *known == name).map(|(_, body)| *body);
     let inside = |body: &'static str| {
         let types = body.lines().filter_map(|line| line.split_whitespace().next());
-        types.filter(|of| of.contains('/')).collect::<Vec<_>>()
+        types.filter(|of| of.contains('/')).map(|of| of.trim_end_matches("[]")).collect::<Vec<_>>()
     };
     let own = body(name)?;
     let mut text = own.to_owned();

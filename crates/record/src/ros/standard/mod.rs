@@ -36,6 +36,16 @@ enum Step {
         start: usize,
         from: Primitive,
     },
+    /// A list of messages with its length: where its items begin in the value, how far one is from the next, and what is
+    /// appended for each.
+    Messages {
+        count: Items,
+        start: usize,
+        size: usize,
+        steps: Vec<Step>,
+    },
+    /// The covariance of a pose in space, from the offset of that of x, y and theta in the plane.
+    Covariance(usize),
     /// A list of that many zeros; without a length unless it is empty.
     Zeros(Primitive, Option<usize>),
     /// A message without fields.
@@ -80,13 +90,17 @@ enum Items {
 ///
 /// | message | what is not a field of the same name |
 /// |---|---|
-/// | all | `header` has the time and the frame that are given; covariances are 0, which means unknown |
+/// | all | `header` has the time and the frame that are given, but what is told in a map has `map`, and odometry `odom` (REP 105); covariances are 0, which means unknown |
 /// | `sensor_msgs/LaserScan` | `angle_max` is the direction of the last beam |
 /// | `sensor_msgs/Image` | `encoding` is the name of `format` in lower case |
 /// | `sensor_msgs/Range` | `range` is infinite when nothing was heard |
 /// | `sensor_msgs/BatteryState` | what is not measured is NaN |
 /// | `nav_msgs/OccupancyGrid` | `info` has where the cells are; when it was loaded is 0 |
 /// | `nav_msgs/Odometry` | a turn in the plane is one around z; the child is `base_link` |
+/// | `nav_msgs/Path` | `poses` are the points, each with the header and no turn |
+/// | `geometry_msgs/Point` | what is in the plane has a `z` of 0 |
+/// | `geometry_msgs/PoseWithCovarianceStamped` | a turn in the plane is one around z, with its covariances |
+/// | `geometry_msgs/Quaternion` | a heading in the plane is a turn around z |
 /// | `geometry_msgs/Twist` | forward is x, turning is around z |
 /// | `geometry_msgs/TransformStamped` | `header` has the value's own parent, and its own time unless it is fixed |
 pub fn standard(descriptor: &'static Descriptor) -> Option<Standard> {
@@ -117,46 +131,74 @@ impl Standard {
         wire_length(bytes.len())?;
         wire_length(frame.len() + 1)?;
         let value = Source { bytes, tail };
-        let mut writer = Writer::new(out);
-        for step in &self.steps {
-            match step {
-                Step::Number(kind, number) => write(&mut writer, *kind, value.number(number)),
-                Step::Stamp(own) => {
-                    let own = own.as_ref().filter(|(_, unless)| !value.holds(unless));
-                    let stamp = own.map_or(i128::from(stamp), |(time, _)| match value.read(time) {
-                        Scalar::Whole(time) => time,
-                        Scalar::Float(time) => time as i128,
-                    });
-                    let second = 1_000_000_000;
-                    write(&mut writer, Primitive::I32, Scalar::Whole(stamp.div_euclid(second)));
-                    write(&mut writer, Primitive::U32, Scalar::Whole(stamp.rem_euclid(second)));
-                }
-                Step::Text(Text::Frame) => writer.text(frame)?,
-                Step::Text(Text::Constant(text)) => writer.text(text)?,
-                Step::Text(Text::Field(offset, capacity)) => writer.text(value.text(*offset, *capacity))?,
-                Step::Text(Text::Name(place, enumeration)) => {
-                    write_name(&mut writer, value.read(place), enumeration)?
-                }
-                Step::List { kind, counted, count, start, from } => {
-                    let count = value.count(*count);
-                    if *counted {
-                        writer.length(wire_length(count)?);
-                    }
-                    let memory = &bytes[*start..*start + count * from.size()];
-                    // The bytes of a truth value may be others than 0 and 1.
-                    if kind == from && *kind != Primitive::Bool {
-                        writer.numbers(memory, kind.size());
-                    } else {
-                        for number in memory.chunks_exact(from.size()) {
-                            write(&mut writer, *kind, scalar(*from, number));
-                        }
-                    }
-                }
-                Step::Zeros(_, None) => writer.length(0),
-                Step::Zeros(kind, Some(count)) => writer.zeros(*count, kind.size()),
-                Step::Empty => writer.byte(0),
-            }
-        }
-        Ok(())
+        append(&self.steps, &value, stamp, frame, &mut Writer::new(out))
     }
+}
+
+/// Appends what the steps make of a value.
+fn append(
+    steps: &[Step],
+    value: &Source<'_>,
+    stamp: u64,
+    frame: &str,
+    writer: &mut Writer<'_>,
+) -> Result<(), Error> {
+    for step in steps {
+        match step {
+            Step::Number(kind, number) => write(writer, *kind, value.number(number)),
+            Step::Stamp(own) => {
+                let own = own.as_ref().filter(|(_, unless)| !value.holds(unless));
+                let stamp = own.map_or(i128::from(stamp), |(time, _)| match value.read(time) {
+                    Scalar::Whole(time) => time,
+                    Scalar::Float(time) => time as i128,
+                });
+                let second = 1_000_000_000;
+                write(writer, Primitive::I32, Scalar::Whole(stamp.div_euclid(second)));
+                write(writer, Primitive::U32, Scalar::Whole(stamp.rem_euclid(second)));
+            }
+            Step::Text(Text::Frame) => writer.text(frame)?,
+            Step::Text(Text::Constant(text)) => writer.text(text)?,
+            Step::Text(Text::Field(offset, capacity)) => writer.text(value.text(*offset, *capacity))?,
+            Step::Text(Text::Name(place, enumeration)) => write_name(writer, value.read(place), enumeration)?,
+            Step::List { kind, counted, count, start, from } => {
+                let count = value.count(*count);
+                if *counted {
+                    writer.length(wire_length(count)?);
+                }
+                let memory = &value.bytes[*start..*start + count * from.size()];
+                // The bytes of a truth value may be others than 0 and 1.
+                if kind == from && *kind != Primitive::Bool {
+                    writer.numbers(memory, kind.size());
+                } else {
+                    for number in memory.chunks_exact(from.size()) {
+                        write(writer, *kind, scalar(*from, number));
+                    }
+                }
+            }
+            Step::Messages { count, start, size, steps } => {
+                let count = value.count(*count);
+                writer.length(wire_length(count)?);
+                for item in 0..count {
+                    let bytes = &value.bytes[*start + item * size..][..*size];
+                    append(steps, &Source { bytes, tail: 0 }, stamp, frame, writer)?;
+                }
+            }
+            Step::Covariance(start) => {
+                // x, y and the turn around z among x, y, z and the turns around them.
+                const IN_PLANE: [Option<usize>; 6] = [Some(0), Some(1), None, None, None, Some(2)];
+                for row in IN_PLANE {
+                    for column in IN_PLANE {
+                        let own = row.zip(column).map(|(row, column)| start + 8 * (3 * row + column));
+                        let own =
+                            own.map_or(Scalar::Whole(0), |at| scalar(Primitive::F64, &value.bytes[at..]));
+                        write(writer, Primitive::F64, own);
+                    }
+                }
+            }
+            Step::Zeros(_, None) => writer.length(0),
+            Step::Zeros(kind, Some(count)) => writer.zeros(*count, kind.size()),
+            Step::Empty => writer.byte(0),
+        }
+    }
+    Ok(())
 }

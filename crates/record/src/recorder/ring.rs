@@ -36,13 +36,13 @@ impl Head {
 }
 
 /// A ring of so many bytes.
-pub(super) fn line(capacity: usize) -> (Inlet, Outlet) {
+pub(super) fn ring(capacity: usize) -> (Inlet, Outlet) {
     let (producer, consumer) = RingBuffer::new(capacity);
     (Inlet { producer }, Outlet { consumer, head: None })
 }
 
 /// A ring of so many bytes whose memory is there, so that the first values in it cost no more than those after.
-pub(super) fn warm_line(capacity: usize) -> (Inlet, Outlet) {
+pub(super) fn warm_ring(capacity: usize) -> (Inlet, Outlet) {
     let (mut producer, mut consumer) = RingBuffer::new(capacity);
     for place in (0..capacity).step_by(PAGE) {
         // There is room, as it is empty and has as many places.

@@ -5,10 +5,10 @@ use std::path::{Component, Path, PathBuf};
 use crate::bag::Error;
 
 /// What describes the folder.
-pub(super) const DESCRIPTION: &str = "metadata.yaml";
+pub const DESCRIPTION: &str = "metadata.yaml";
 
 /// The files of a folder, in their order.
-pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let path = folder.join(DESCRIPTION);
     let text = std::fs::read_to_string(&path).map_err(|source| Error::Read { path: path.clone(), source })?;
     let unfit = |what: String| Error::Unfit { path: path.clone(), what };

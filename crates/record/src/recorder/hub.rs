@@ -10,20 +10,20 @@ use slate_blackboard::channel::Tap;
 use slate_blackboard::{Property, Stamp};
 
 use super::channels::{Channel, PropertyTap};
-use super::line::{HEAD, Head, Inlet, Outlet, line, warm_line};
+use super::ring::{HEAD, Head, Inlet, Outlet, ring, warm_ring};
 
 /// What every value of an agent goes through.
 pub(crate) struct Hub {
     number: u64,
     /// Bytes that a thread may be ahead,
     buffer: usize,
-    /// and those with which its line begins.
+    /// and those with which its ring begins.
     begin: AtomicUsize,
     /// Whether values are taken.
     is_on: AtomicBool,
     /// Whether anybody wants what is no property.
     listens: AtomicBool,
-    /// Whether whoever writes waits for a full line.
+    /// Whether whoever writes waits for a full ring.
     waits: AtomicBool,
     /// The bytes of the largest value that anybody wants.
     largest: AtomicUsize,
@@ -32,9 +32,9 @@ pub(crate) struct Hub {
     channels: Mutex<Vec<Channel>>,
     /// Who wants which values, by number.
     wants: Mutex<BTreeMap<u64, Want>>,
-    /// Lines that nobody takes values out of yet.
+    /// Rings that nobody takes values out of yet.
     fresh: Mutex<Vec<(ThreadId, Outlet)>>,
-    /// Lines for threads that have none, so that they need not make one in the middle of a tick.
+    /// Rings for threads that have none, so that they need not make one in the middle of a tick.
     spares: Mutex<Vec<(Inlet, Outlet)>>,
     /// Who takes values out; nobody before the beginning.
     reader: OnceLock<Thread>,
@@ -43,7 +43,7 @@ pub(crate) struct Hub {
 /// Whether somebody wants the values of a property.
 pub(crate) type Want = Box<dyn Fn(&Channel) -> bool + Send>;
 
-/// Where values go that come from the lines.
+/// Where values go that come from the rings.
 pub(crate) trait Sink: Send {
     /// Takes a value of the channel with that number; what is no property has one of its own.
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]);
@@ -64,7 +64,7 @@ const LARGEST_FOR_SEVERAL: usize = 32 << 20;
 /// The largest one while nobody takes values out, as perhaps nobody ever will.
 const LARGEST_BEFORE: usize = 64 << 20;
 
-/// The line of this thread to each recorder.
+/// The ring of this thread to each recorder.
 struct Own {
     hub: u64,
     inlet: Inlet,
@@ -77,7 +77,7 @@ thread_local! {
 /// Counts recorders, so that a thread which writes for several agents knows them apart.
 static NUMBERS: AtomicU64 = AtomicU64::new(0);
 
-/// How many lines are kept for threads that have none: the loop's, the one of its timing, and another.
+/// How many rings are kept for threads that have none: the loop's, the one of its timing, and another.
 const SPARES: usize = 3;
 
 impl Hub {
@@ -127,7 +127,7 @@ impl Hub {
         self.want_lightly(number, want);
     }
 
-    /// As [`want`](Hub::want), in lines that begin with less memory.
+    /// As [`want`](Hub::want), in rings that begin with less memory.
     pub fn want_lightly(&self, number: u64, want: Want) {
         let mut wants = self.wants();
         let channels = self.channels();
@@ -162,12 +162,12 @@ impl Hub {
         self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes lines for threads that have none, or too small a one.
+    /// Makes rings for threads that have none, or too small a one.
     fn make_spares(&self) {
         let capacity = self.least(0);
         self.spares().retain(|(inlet, _)| inlet.capacity() >= capacity);
         let missing = SPARES.saturating_sub(self.spares().len());
-        let made: Vec<_> = (0..missing).map(|_| warm_line(capacity)).collect();
+        let made: Vec<_> = (0..missing).map(|_| warm_ring(capacity)).collect();
         self.spares().extend(made);
     }
 
@@ -175,7 +175,7 @@ impl Hub {
         self.spares.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// From now on `reader` takes values out of the lines.
+    /// From now on `reader` takes values out of the rings.
     pub fn begin(&self, waits: bool, reader: Thread) {
         self.waits.store(waits, Ordering::Release);
         // It begins once.
@@ -229,7 +229,7 @@ impl Hub {
         loop {
             let Some(place) = own.iter().position(|own| own.hub == self.number) else {
                 own.retain(|own| !own.inlet.is_abandoned());
-                own.push(self.new_line(needed));
+                own.push(self.new_ring(needed));
                 continue;
             };
             let inlet = &mut own[place].inlet;
@@ -245,7 +245,7 @@ impl Hub {
                 if wanted > if has_begun { LARGEST } else { LARGEST_BEFORE } {
                     return false;
                 }
-                own[place] = self.new_line(wanted);
+                own[place] = self.new_ring(wanted);
                 continue;
             }
             if let Some(reader) = self.reader.get() {
@@ -262,7 +262,7 @@ impl Hub {
         }
     }
 
-    /// The bytes of a line that is for values of so many and more.
+    /// The bytes of a ring that is for values of so many and more.
     fn least(&self, needed: usize) -> usize {
         let largest = self.largest.load(Ordering::Relaxed);
         // The recorder may have to wait for a processor while a camera goes on.
@@ -271,12 +271,12 @@ impl Hub {
         needed.max(begin).max(several).max(largest.saturating_mul(2)).min(LARGEST)
     }
 
-    /// A line of this thread, for values of so many bytes and more.
-    fn new_line(&self, needed: usize) -> Own {
+    /// A ring of this thread, for values of so many bytes and more.
+    fn new_ring(&self, needed: usize) -> Own {
         let capacity = self.least(needed);
         let spare = self.spares.try_lock().ok().and_then(|mut spares| spares.pop());
         let spare = spare.filter(|(inlet, _)| inlet.capacity() >= capacity);
-        let (inlet, outlet) = spare.unwrap_or_else(|| line(capacity));
+        let (inlet, outlet) = spare.unwrap_or_else(|| ring(capacity));
         let mut fresh = self.fresh.lock().unwrap_or_else(PoisonError::into_inner);
         fresh.push((std::thread::current().id(), outlet));
         Own { hub: self.number, inlet }
@@ -303,10 +303,10 @@ impl Hub {
     }
 }
 
-/// All lines, for who takes values out.
+/// All rings, for who takes values out.
 #[derive(Default)]
 pub(crate) struct Drain {
-    lines: Vec<(ThreadId, Outlet)>,
+    rings: Vec<(ThreadId, Outlet)>,
     channels: Vec<Channel>,
     bytes: Vec<u8>,
 }
@@ -314,17 +314,17 @@ pub(crate) struct Drain {
 impl Drain {
     /// Takes out what is there; says whether there was anything.
     pub fn turn(&mut self, hub: &Hub, sink: &mut dyn Sink) -> bool {
-        self.lines.append(&mut hub.fresh.lock().unwrap_or_else(PoisonError::into_inner));
+        self.rings.append(&mut hub.fresh.lock().unwrap_or_else(PoisonError::into_inner));
         let mut found = false;
         let mut place = 0;
-        while place < self.lines.len() {
-            let thread = self.lines[place].0;
-            // A thread goes on in a larger line; what is in the one before comes first.
-            if self.lines[..place].iter().any(|(own, _)| *own == thread) {
+        while place < self.rings.len() {
+            let thread = self.rings[place].0;
+            // A thread goes on in a larger ring; what is in the one before comes first.
+            if self.rings[..place].iter().any(|(own, _)| *own == thread) {
                 place += 1;
                 continue;
             }
-            let outlet = &mut self.lines[place].1;
+            let outlet = &mut self.rings[place].1;
             let is_over = outlet.is_abandoned();
             // Not more than is there now, so that the others get their turn.
             let mut budget = outlet.waiting();
@@ -342,7 +342,7 @@ impl Drain {
                 sink.value(self.channels.get(index), head.id, head.items as usize, stamp, &self.bytes);
             }
             if is_over && outlet.waiting() == 0 {
-                drop(self.lines.remove(place));
+                drop(self.rings.remove(place));
             } else {
                 place += 1;
             }

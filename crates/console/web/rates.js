@@ -1,0 +1,28 @@
+// How often properties are written.
+import { useMemo, useRef } from "/lib/preact.js";
+
+// After so long without news it is none, ms.
+const SILENCE = 2500;
+
+/** The rates of properties with their values, by their paths: Hz of the agent's time, after two looks. */
+export function useRates(properties) {
+  const before = useRef(new Map());
+  return useMemo(() => {
+    const now = performance.now();
+    const rates = new Map();
+    for (const { path, sequence, time } of properties) {
+      const last = before.current.get(path);
+      const isNews = sequence !== last?.sequence;
+      // Another run counts from the beginning.
+      const rate = !last || sequence < last.sequence ? undefined
+        : isNews ? (time > last.time ? ((sequence - last.sequence) * 1e9) / (time - last.time) : undefined)
+        : now - last.when > SILENCE ? 0 : last.rate;
+      before.current.set(path, { sequence, time, rate, when: isNews ? now : last.when });
+      if (rate !== undefined) rates.set(path, rate);
+    }
+    return rates;
+  }, [properties]);
+}
+
+/** A rate in words; nothing while it is not known. */
+export const hertz = (rate) => (rate === undefined ? "" : rate ? `${rate.toFixed(rate < 10 ? 1 : 0)} Hz` : "–");
