@@ -368,7 +368,10 @@ const KEY: &str = "-newkey ec -pkeyopt ec_paramgen_curve:P-256 -noenc";
 fn an_agent_with_a_certificate_is_asked_over_tls_by_those_who_trust_it() {
     let mut agent = Running::new("elsewhere-tls");
     let folder = agent.folder().to_owned();
-    let own = format!("openssl req -x509 {KEY} -days 30 -subj /CN=robot -keyout own.key -out own.pem");
+    // As the book says.
+    let page = include_str!("../../../book/src/27-command-line.md");
+    let own = page.split("```").find(|block| block.contains("openssl req -x509")).unwrap();
+    let own = own.trim_start_matches("sh").replace("console.", "own.");
     let signed = format!(
         "openssl req -x509 {KEY} -days 30 -subj /CN=others -keyout authority.key -out authority.pem
          openssl req -new {KEY} -subj /CN=robot -keyout signed.key -out signed.csr
