@@ -27,6 +27,7 @@ use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::stat::StatOptions;
+use crate::stop::{ArmOptions, ResetOptions, StopOptions};
 use crate::teleop::TeleopOptions;
 use crate::top::TopOptions;
 use crate::trace::TraceOptions;
@@ -65,7 +66,11 @@ pub enum Verb {
     /// Writes a page about a run, with its pictures and tables.
     Report(ReportOptions),
     /// Lists the examples.
-    Examples,
+    Examples {
+        /// Prints the list as JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Writes plugins, shows what they are, and changes which of them a running agent has.
     #[command(subcommand)]
     Plugin(PluginVerb),
@@ -182,23 +187,12 @@ pub enum Verb {
     Goal(GoalOptions),
     /// Drives a robot of a running agent by keys; it stops when none is pressed.
     Teleop(TeleopOptions),
-    /// Stops all actuators of a running agent, until `reset` and `arm`. It is no emergency stop.
-    Stop {
-        /// Why; it is kept and shown.
-        #[arg(default_value = "by a person at the terminal")]
-        reason: String,
-        #[command(flatten)]
-        agent: AgentOption,
-    },
+    /// Stops all actuators of the agents that run here, or of one, until `reset` and `arm`. It is no emergency stop.
+    Stop(StopOptions),
     /// Ends a stop of the actuators of a running agent.
-    Reset(AgentOption),
+    Reset(ResetOptions),
     /// Lets commands through to the actuators of a running agent, or to one.
-    Arm {
-        /// Its name, such as `r2/wheels`; all of them unless given.
-        actuator: Option<String>,
-        #[command(flatten)]
-        agent: AgentOption,
-    },
+    Arm(ArmOptions),
 }
 
 #[derive(Debug, Args)]

@@ -66,11 +66,11 @@ impl Sharing for Offline {
 
 /// Something that was found.
 #[derive(Debug, Serialize)]
-struct Finding {
+pub struct Finding {
     severity: &'static str,
     code: &'static str,
     message: String,
-    help: Option<String>,
+    pub help: Option<String>,
     file: Option<String>,
     line: Option<usize>,
 }
@@ -205,7 +205,8 @@ fn unused(configuration: &Configuration, agent: &Agent) -> Vec<Diagnostic> {
     warnings
 }
 
-fn finding(severity: &'static str, diagnostic: &Diagnostic) -> Finding {
+/// Of something that is wrong with a configuration.
+pub fn finding(severity: &'static str, diagnostic: &Diagnostic) -> Finding {
     Finding {
         severity,
         code: diagnostic.mistake().map_or("", Mistake::code),

@@ -138,12 +138,28 @@ fn test(words: Vec<Word>) -> Result<Test, String> {
     Ok(Test { path, operator, wanted })
 }
 
+/// Why a value is neither so nor otherwise.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unfit {
+    /// It has no such field.
+    NoField(String),
+    /// The field can't be compared so.
+    NotComparable(String),
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::NoField(text) | Self::NotComparable(text)) = self;
+        f.write_str(text)
+    }
+}
+
 impl Condition {
     /// Whether a value is so.
     ///
     /// # Errors
     /// When it has no such field, or one that can't be compared so.
-    pub fn holds(&self, value: &Value) -> Result<bool, String> {
+    pub fn holds(&self, value: &Value) -> Result<bool, Unfit> {
         let mut holds = false;
         for group in &self.0 {
             let mut all = true;
@@ -157,7 +173,7 @@ impl Condition {
 }
 
 impl Test {
-    fn holds(&self, value: &Value) -> Result<bool, String> {
+    fn holds(&self, value: &Value) -> Result<bool, Unfit> {
         let mut found = value;
         for name in &self.path {
             let next = match found {
@@ -169,7 +185,7 @@ impl Test {
                 let names: Vec<_> = found.as_object().into_iter().flat_map(|fields| fields.keys()).collect();
                 let names: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
                 let known = if names.is_empty() { "no fields".into() } else { names.join(", ") };
-                format!("there is no `{}`: it has {known}", self.path.join("/"))
+                Unfit::NoField(format!("there is no `{}`: it has {known}", self.path.join("/")))
             })?;
         }
         // What is wrapped for the blackboard, such as `enabled`, is its value.
@@ -196,7 +212,8 @@ impl Test {
                 if found.chars().count() > 60 {
                     found = format!("{}…", found.chars().take(60).collect::<String>());
                 }
-                return Err(format!("{place} is {found}, which can't be compared with {wanted}"));
+                let text = format!("{place} is {found}, which can't be compared with {wanted}");
+                return Err(Unfit::NotComparable(text));
             }
         };
         Ok(match self.operator {
@@ -228,7 +245,7 @@ mod tests {
     use super::*;
 
     fn holds(condition: &str, value: &Value) -> Result<bool, String> {
-        condition.parse::<Condition>()?.holds(value)
+        condition.parse::<Condition>()?.holds(value).map_err(|unfit| unfit.to_string())
     }
 
     #[test]

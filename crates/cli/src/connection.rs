@@ -28,7 +28,7 @@ pub struct AgentOption {
 
 impl AgentOption {
     /// The name or the address that was said, if any was.
-    fn said(&self) -> Option<String> {
+    pub fn said(&self) -> Option<String> {
         let usual = || std::env::var("SLATE_AGENT").ok().filter(|said| !said.is_empty());
         self.agent.clone().or_else(usual)
     }

@@ -169,7 +169,13 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// Lists the examples.
-pub fn list() -> Result<bool, Failure> {
+pub fn list(json: bool) -> Result<bool, Failure> {
+    if json {
+        let one = |example: &Example| serde_json::json!({"name": example.name, "about": example.about});
+        let all: Vec<_> = EXAMPLES.iter().map(one).collect();
+        output::document("slate.examples/1", &serde_json::json!({ "examples": all }));
+        return Ok(true);
+    }
     for example in &EXAMPLES {
         output::line(format_args!("{:10} {}", example.name, example.about));
     }

@@ -1,6 +1,8 @@
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
+use clap::error::{ContextKind, ContextValue};
+use serde_json::{Value, json};
 use slate::blackboard::nearest_names;
 use slate::record::replay::PlayError;
 use slate::runtime::configuration::Report;
@@ -11,6 +13,8 @@ use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
 
 use crate::arguments::MAXIMUM_SEED;
+use crate::check::finding;
+use crate::condition::Unfit;
 use crate::http::trouble::Trouble;
 use crate::output;
 
@@ -35,6 +39,8 @@ pub const ASSERTION_FALSE: u8 = 7;
 /// Why a command can't do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
+    #[error("{}", said(.0).0)]
+    Words(clap::Error),
     #[error("no example and no file is called `{name}`")]
     Unknown { name: String, help: String },
     #[error("the last seed of the batch is greater than {MAXIMUM_SEED}")]
@@ -86,6 +92,8 @@ pub enum Failure {
     PluginName { name: String, reason: &'static str },
     #[error("no recorded module and no type of modules is called `{module}`")]
     NoModule { module: String, help: String },
+    #[error("`{agent}` has not confirmed that its actuators are stopped: {trouble}")]
+    NotStopped { agent: String, trouble: String },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
     #[error("no property is like {pattern}")]
@@ -98,8 +106,10 @@ pub enum Failure {
     Network(#[from] Trouble),
     #[error("{detail}")]
     Http { status: u16, detail: String, help: String, code: Option<String> },
-    #[error("{}", no_goal(.found))]
-    NoGoal { found: Vec<String> },
+    #[error("{}", no_goal(.found, .of.as_deref()))]
+    NoGoal { found: Vec<String>, of: Option<String>, others: Vec<String>, unread: Vec<String> },
+    #[error("the goal is outside of the world, which goes from {minimum:?} to {maximum:?} m")]
+    GoalOutside { minimum: [f64; 2], maximum: [f64; 2] },
     #[error("{}", no_actuator(.known))]
     NoActuator { known: Vec<String> },
     #[error("`{actuator}` takes {interface}, and keys are known for {}", .known.join(", "))]
@@ -108,7 +118,7 @@ pub enum Failure {
     NoChassis { actuator: String },
     #[error("the goal of `{module}` has no heading")]
     NoHeading { module: String },
-    #[error("nobody is asked, as there is no terminal")]
+    #[error("the robot would move, and nobody is at a terminal")]
     Unconfirmed,
     #[error("keys are read from a terminal, and there is none")]
     NoTerminal,
@@ -119,7 +129,9 @@ pub enum Failure {
     #[error("{place}: {problem}")]
     Interface { place: String, problem: String },
     #[error("{url}: {problem}")]
-    Condition { url: String, problem: String },
+    Condition { url: String, problem: Unfit },
+    #[error("{0}")]
+    NoValue(String),
     #[error("`{to}` has no link")]
     NotLinked { to: String, linked: Vec<String> },
     #[error("another run writes its report into {}", slate::runtime::printable(.path))]
@@ -162,10 +174,38 @@ impl From<SnapshotError> for Failure {
     }
 }
 
-fn no_goal(found: &[String]) -> String {
-    match found.is_empty() {
-        true => "no module has a goal that can be set".into(),
-        false => format!("several goals can be set: {}", found.join(", ")),
+/// What is wrong with the words of a command, and how it is meant.
+fn said(error: &clap::Error) -> (String, String) {
+    let text = error.render().to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text);
+    let (message, help) = text.split_once("\n\n").unwrap_or((text, ""));
+    (message.trim().to_owned(), instead(error).map_or_else(|| help.trim().to_owned(), str::to_owned))
+}
+
+/// Which verb does what is looked for under the name of another one.
+fn instead(error: &clap::Error) -> Option<&'static str> {
+    let Some(ContextValue::String(verb)) = error.get(ContextKind::InvalidSubcommand) else { return None };
+    Some(match verb.as_str() {
+        "plot" => {
+            "`slate bag plot FILE FIELD` draws values of a recording, `slate console` live ones, and `slate watch URL --csv` is \
+             a table of them"
+        }
+        "param" | "params" | "parameter" | "parameters" => {
+            "`slate tree '/**/params' --values` shows parameters, `slate set /MODULE/params/NAME VALUE` sets one, and \
+             `slate config diff` and `save` show and keep what was changed"
+        }
+        "show" | "info" => "`slate get URL` shows a value, `slate tree` what there is, `slate ps` who runs",
+        "start" | "launch" => "`slate run NAME` starts an agent",
+        "topic" | "topics" => "`slate list` shows the properties, `slate watch URL` their values",
+        _ => return None,
+    })
+}
+
+fn no_goal(found: &[String], of: Option<&str>) -> String {
+    match (found.is_empty(), of) {
+        (true, Some(of)) => format!("`{of}` has no goal that can be set"),
+        (true, None) => "no module has a goal that can be set".into(),
+        (false, _) => format!("several goals can be set: {}", found.join(", ")),
     }
 }
 
@@ -192,7 +232,7 @@ impl Failure {
                 Some(Mistake::Name | Mistake::Parameter | Mistake::Kind) => UNKNOWN,
                 _ => REFUSED,
             },
-            Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } => UNREACHED,
+            Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } | Self::NotStopped { .. } => UNREACHED,
             Self::Network(Trouble::NoToken { .. }) => REFUSED,
             Self::Network(trouble) if trouble.is_callers() => 2,
             Self::NoConsole { .. } | Self::Network(_) => UNREACHED,
@@ -200,8 +240,12 @@ impl Failure {
             | Self::NotLoaded { .. }
             | Self::NothingLike { .. }
             | Self::NoCode { .. } => UNKNOWN,
-            Self::NoGoal { found: known } | Self::NoActuator { known } if known.is_empty() => UNKNOWN,
+            Self::NoGoal { found: known, .. } | Self::NoActuator { known } if known.is_empty() => UNKNOWN,
+            Self::GoalOutside { .. } => REFUSED,
+            Self::Condition { problem: Unfit::NoField(_), .. } => UNKNOWN,
+            Self::NoValue(_) => NO_DATA,
             Self::Http { status: 404, .. } => UNKNOWN,
+            Self::Http { .. } if self.mistake() == Some(Mistake::Name) => UNKNOWN,
             Self::Http { status: 408 | 504, .. } => TIMED_OUT,
             Self::Http { .. } => REFUSED,
             _ => 2,
@@ -217,12 +261,14 @@ impl Failure {
                 Some(Mistake::NoAgent)
             }
             Self::Agent(ClientError::Lost { .. } | ClientError::Nonsense { .. }) => Some(Mistake::Silent),
+            Self::NotStopped { .. } => Some(Mistake::Silent),
             Self::Agent(ClientError::Version { .. }) => Some(Mistake::Version),
             Self::SeveralAgents { .. } => Some(Mistake::WhichAgent),
             Self::NotLinked { .. } | Self::NothingLike { .. } | Self::NotLoaded { .. } => Some(Mistake::Name),
             Self::NoGoal { .. } | Self::NoActuator { .. } => Some(Mistake::Name),
             Self::Library(_) => Some(Mistake::Library),
-            Self::Condition { .. } => Some(Mistake::Value),
+            Self::Condition { problem: Unfit::NoField(_), .. } => Some(Mistake::Name),
+            Self::Condition { .. } | Self::GoalOutside { .. } => Some(Mistake::Value),
             Self::Http { code, .. } => Mistake::from_code(code.as_deref()?),
             _ => None,
         }
@@ -230,8 +276,18 @@ impl Failure {
 
     /// Says on stderr what is wrong, where, and what to do.
     pub fn print(&self) {
+        if output::is_json() {
+            return eprintln!("{}", self.document());
+        }
         let colour = output::has_colour(&std::io::stderr());
         match self {
+            Self::Words(error) => {
+                // Nothing is left to tell it to when stderr is gone.
+                let _ = error.print();
+                if let Some(help) = instead(error) {
+                    eprintln!("  help: {help}");
+                }
+            }
             Self::Configuration(report) => eprint!("{}", report.render(colour)),
             Self::Agent(ClientError::Refused(Refusal { report: Some(report), .. })) => eprint!("{report}"),
             other => {
@@ -246,8 +302,23 @@ impl Failure {
         }
     }
 
+    /// The same for programs, in a line.
+    fn document(&self) -> Value {
+        let (mut help, mut findings) = (self.help(), Vec::new());
+        if let Self::Configuration(report) = self {
+            findings.extend(report.diagnostics().iter().map(|one| finding("error", one)));
+            help = findings.iter().find_map(|one| one.help.clone());
+        }
+        json!({
+            "schema": "slate.error/1", "code": self.mistake().map(Mistake::code), "message": self.to_string(),
+            "help": help.filter(|help| !help.is_empty()), "exit": self.code(), "findings": findings,
+        })
+    }
+
     fn help(&self) -> Option<String> {
         Some(match self {
+            Self::Words(error) => said(error).1,
+            Self::NotStopped { .. } => "stop the robot by its own switch".into(),
             Self::Unknown { help, .. } => help.clone(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Bag(slate::record::bag::Error::NoBag { .. }) => {
@@ -326,12 +397,23 @@ impl Failure {
             ),
             Self::Network(trouble) => trouble.help(),
             Self::Http { help, .. } => help.clone(),
-            Self::NoGoal { found } if found.is_empty() => {
+            Self::GoalOutside { .. } => {
+                "choose a place in it, in metres; `slate set` sets any, as `slate tree '/**/params' --values` shows them".into()
+            }
+            Self::NoGoal { others, .. } if !others.is_empty() => {
+                format!("such a goal have: {}", others.join(", "))
+            }
+            Self::NoGoal { found, unread, .. } if found.is_empty() && !unread.is_empty() => format!(
+                "nobody reads the goals of {}, so to set them does nothing: these robots decide themselves where they go; \
+                 `slate tree '/**/params' --values` shows what can be set",
+                unread.join(", ")
+            ),
+            Self::NoGoal { found, .. } if found.is_empty() => {
                 "a goal is an input without a link called `goal` or `target`, or parameters `goal_x` and `goal_y`; \
                  `slate tree '/**/params' --values` shows what can be set"
                     .into()
             }
-            Self::NoGoal { found } => format!("choose one, such as --of {}", found.first()?),
+            Self::NoGoal { found, .. } => format!("choose one, such as --of {}", found.first()?),
             Self::NoActuator { known } if known.is_empty() => "`slate check` tells what a configuration has".into(),
             Self::NoActuator { known } => format!("choose one, such as `slate teleop {}`", known.first()?),
             Self::NoKeys { .. } => "drive it by a program: book page 28, Driving".into(),
@@ -339,7 +421,7 @@ impl Failure {
                 "a property of the interface `Chassis` does, with the name of the robot in its path".into()
             }
             Self::NoHeading { .. } => "leave the heading out".into(),
-            Self::Unconfirmed => "say --yes: the robot moves".into(),
+            Self::Unconfirmed => "say --yes, if it may move all the same".into(),
             Self::NoTerminal => "call it in a terminal; programs drive over HTTP, see book page 28".into(),
             Self::Body { .. } => "give JSON such as '{\"enabled\": false}', @FILE, or - for stdin".into(),
             Self::NoCode { .. } => "`slate explain` lists all codes".into(),
@@ -349,7 +431,9 @@ impl Failure {
             Self::FolderInUse { .. } => "give this one another folder with --out, or wait for the end of that one".into(),
             Self::Taken { .. } => "choose another name, or call this in another folder".into(),
             Self::NoCheckout { .. } => {
-                "name their folder with --slate PATH: the one that has crates/plugin".into()
+                "a project is built with the sources that belong to this program: it finds them when it was built there, or \
+                 is called there; else name their folder, the one that has crates/plugin: --slate PATH"
+                    .into()
             }
             Self::TraceWithoutEnd { left: None, .. } => {
                 "what it had recorded was no whole file and is removed; start the agent and record again"

@@ -7,11 +7,13 @@ use clap::Args;
 use serde_json::{Value, json};
 use slate::blackboard::is_within;
 use slate::runtime::remote::{Changed, Client, SetProperty, Watched};
+use slate::sim::world::{Bounds, World};
 
 use crate::config::show_changes;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
+use crate::process::Process;
 
 #[derive(Debug, Args)]
 pub struct GoalOptions {
@@ -93,6 +95,14 @@ pub fn goal(options: &GoalOptions) -> Result<bool, Failure> {
     if options.heading.is_some() && !target.has_heading {
         return Err(Failure::NoHeading { module: target.module });
     }
+    if let Some(Bounds { minimum, maximum }) = bounds(&mut client)
+        && [options.x, options.y]
+            .iter()
+            .enumerate()
+            .any(|(axis, at)| !(minimum[axis]..=maximum[axis]).contains(at))
+    {
+        return Err(Failure::GoalOutside { minimum, maximum });
+    }
     let changed = set(&mut client, &target, options)?;
     if options.json {
         let goal = json!({ "x": options.x, "y": options.y, "theta": options.heading });
@@ -103,6 +113,18 @@ pub fn goal(options: &GoalOptions) -> Result<bool, Failure> {
         show_changes(&changed);
     }
     Ok(true)
+}
+
+/// How far the world of a simulated robot goes. Nobody knows that of a real one.
+fn bounds(client: &mut Client) -> Option<Bounds> {
+    let settings = client.settings("world.arena").ok()?;
+    let arena = settings.iter().find_map(|setting| setting.value.as_str())?;
+    if let Some(world) = World::named(arena) {
+        return Some(world.ok()?.bounds);
+    }
+    // A file is named from where the agent was started.
+    let folder = std::fs::read_link(format!("/proc/{}/cwd", Process::of(client.name())?.id)).ok()?;
+    Some(World::load(folder.join(arena).to_str()?).ok()?.bounds)
 }
 
 fn set(client: &mut Client, target: &Target, options: &GoalOptions) -> Result<Vec<Changed>, Failure> {
@@ -137,17 +159,20 @@ fn target(client: &mut Client, of: Option<&str>) -> Result<Target, Failure> {
             target.module.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         })
     };
-    let mut targets = targets(client)?;
-    targets.retain(is_meant);
+    let (targets, unread) = targets(client)?;
+    let (targets, others): (Vec<_>, Vec<_>) = targets.into_iter().partition(is_meant);
     match <[Target; 1]>::try_from(targets) {
         Ok([target]) => Ok(target),
         Err(several) => {
-            Err(Failure::NoGoal { found: several.into_iter().map(|target| target.module).collect() })
+            let names = |targets: Vec<Target>| targets.into_iter().map(|target| target.module).collect();
+            let of = of.map(str::to_owned);
+            Err(Failure::NoGoal { found: names(several), of, others: names(others), unread })
         }
     }
 }
 
-fn targets(client: &mut Client) -> Result<Vec<Target>, Failure> {
+/// What can be set to a goal, and the modules whose goals lead nowhere.
+fn targets(client: &mut Client) -> Result<(Vec<Target>, Vec<String>), Failure> {
     let properties = client.properties(None)?;
     let links = client.links()?;
     let is_linked = |path: &str| links.iter().any(|link| link.to == path);
@@ -157,7 +182,7 @@ fn targets(client: &mut Client) -> Result<Vec<Target>, Failure> {
         let is_told = properties.iter().any(|property| property.path == goal);
         is_told && links.iter().all(|link| !is_within(link.from.trim_start_matches('/'), &goal))
     };
-    let mut targets = Vec::new();
+    let (mut targets, mut unread) = (Vec::new(), Vec::new());
     for property in properties.iter().filter(|property| property.access == "setting") {
         let Some((module, name)) = property.path.rsplit_once('/') else { continue };
         let is_goal = NAMES.contains(&name) && INTERFACES.contains(&property.interface.as_str());
@@ -173,10 +198,14 @@ fn targets(client: &mut Client) -> Result<Vec<Target>, Failure> {
     for news in client.watch(&of, Duration::ZERO)? {
         let (Some(module), Some(reading)) = (params.get(news.of), news.readings.last()) else { continue };
         let has = |name: &str| reading.value.get(name).is_some_and(Value::is_number);
-        if has("goal_x") && has("goal_y") && !is_unread(module) {
+        if has("goal_x") && has("goal_y") {
             let (module, has_heading) = ((*module).to_owned(), has("goal_theta"));
+            if is_unread(&module) {
+                unread.push(module);
+                continue;
+            }
             targets.push(Target { module, place: Place::Parameters, has_heading });
         }
     }
-    Ok(targets)
+    Ok((targets, unread))
 }

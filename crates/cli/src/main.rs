@@ -70,9 +70,13 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => {
             // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
-            let code = if error.use_stderr() { 2 } else { 0 };
-            let _ = error.print();
-            return ExitCode::from(code);
+            if !error.use_stderr() {
+                let _ = error.print();
+                return ExitCode::SUCCESS;
+            }
+            let failure = Failure::Words(error);
+            failure.print();
+            return ExitCode::from(failure.code());
         }
     };
     match done(&arguments.verb) {
@@ -88,6 +92,8 @@ fn main() -> ExitCode {
 /// What was asked for, with help and complaints in the colours that were asked for, too.
 fn parsed() -> Result<Arguments, clap::Error> {
     let words: Vec<_> = std::env::args_os().collect();
+    let is_said = |wanted: &str| words.iter().take_while(|word| *word != "--").any(|word| word == wanted);
+    output::set_json(is_said("--json"));
     let mut command = Arguments::command();
     let said = words.iter().zip(words.iter().skip(1).map(Some).chain([None])).find_map(|(word, next)| {
         match word.to_str()?.split_once('=') {
@@ -113,7 +119,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Replay(options) => return replay::replay(options),
         Verb::Try(options) => return replay::try_module(options),
         Verb::Batch(options) => batch::batch(options),
-        Verb::Examples => examples::list(),
+        Verb::Examples { json } => examples::list(*json),
         Verb::Plugin(verb) => plugin::plugin(verb),
         Verb::Module(verb) => module::module(verb),
         Verb::Link(options) => link::link(options),
@@ -124,7 +130,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Get { url, json, agent } => return property::get(agent, url, *json),
         Verb::Set { url, value, json, agent } => property::set(agent, url, value, *json),
         Verb::Watch(options) => return watch::watch(options),
-        Verb::Wait(options) => return wait::wait(options),
+        Verb::Wait(options) => wait::wait(options),
         Verb::Stat(options) => return stat::stat(options),
         Verb::Tree(options) => tree::tree(options),
         Verb::Top(options) => top::top(options),
@@ -147,9 +153,9 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Report(options) => report::report(options),
         Verb::Record(verb) => record::record(verb),
         Verb::Config(verb) => config::config(verb),
-        Verb::Stop { reason, agent } => stop::stop(agent, reason),
-        Verb::Reset(agent) => stop::reset(agent),
-        Verb::Arm { actuator, agent } => stop::arm(agent, actuator.as_deref()),
+        Verb::Stop(options) => return stop::stop(options),
+        Verb::Reset(options) => stop::reset(options),
+        Verb::Arm(options) => stop::arm(options),
     };
     well.map(|well| u8::from(!well))
 }

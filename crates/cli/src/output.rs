@@ -73,6 +73,19 @@ pub fn has_colour(stream: &impl IsTerminal) -> bool {
     variable("NO_COLOR").is_none() && (is_forced || stream.is_terminal())
 }
 
+/// Whether a program reads what is printed.
+static JSON: AtomicBool = AtomicBool::new(false);
+
+/// Says whether JSON was asked for, so that what is wrong is said as JSON, too.
+pub fn set_json(is_asked: bool) {
+    JSON.store(is_asked, Ordering::Relaxed);
+}
+
+/// Whether what is wrong is said as JSON.
+pub fn is_json() -> bool {
+    JSON.load(Ordering::Relaxed)
+}
+
 /// So many of something.
 pub fn counted(count: u64, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })

@@ -1,34 +1,180 @@
-//! The software stop of a running agent.
+//! The software stop of agents that run.
 
+use std::sync::mpsc::channel;
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+use serde::Serialize;
 use serde_json::json;
+use slate::runtime::remote::{Client, ClientError, agents};
 
 use crate::connection::AgentOption;
-use crate::failure::Failure;
-use crate::http::{BASE, Request};
+use crate::failure::{Failure, UNREACHED};
+use crate::http::{Access, BASE, Request};
 use crate::output;
+use crate::watch::now;
 
-/// Stops all actuators.
-pub fn stop(agent: &AgentOption, reason: &str) -> Result<bool, Failure> {
-    match agent.elsewhere()? {
-        // A request of its own, for which there is always a place.
-        Some(access) => {
-            let (path, body) = (format!("{BASE}/stop"), json!({ "reason": reason }).to_string());
-            access.value(&Request {
-                method: "POST",
-                path: &path,
-                body: Some(&body),
-                ..Request::default()
-            })?;
-        }
-        None => agent.connect()?.stop(reason)?,
+#[derive(Debug, Args)]
+pub struct StopOptions {
+    /// Why, in one word or several; it is kept and shown.
+    // What nobody knows is a part of it: a stop is not refused for a word.
+    #[arg(value_name = "REASON", allow_hyphen_values = true)]
+    reason: Vec<String>,
+
+    /// Prints who has stopped as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+#[derive(Debug, Args)]
+pub struct ResetOptions {
+    /// Prints whether there was a stop as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+#[derive(Debug, Args)]
+pub struct ArmOptions {
+    /// Its name, such as `r2/wheels`; all of them unless given.
+    actuator: Option<String>,
+
+    /// Prints what is armed as JSON.
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+/// How long an agent may take to confirm a stop. It needs a few milliseconds; a person must not be left without an answer.
+const PATIENCE: Duration = Duration::from_secs(4);
+
+/// What became of the stop of an agent.
+#[derive(Debug, Serialize)]
+struct Answer {
+    agent: String,
+    /// Neither this nor trouble is with one that has ended meanwhile.
+    stopped: bool,
+    /// How long it took, milliseconds.
+    after: f64,
+    /// Why it is not known to have stopped.
+    trouble: Option<String>,
+}
+
+/// An agent, and how it is told to stop.
+struct Target {
+    name: String,
+    stop: Box<dyn FnOnce(&str) -> Result<(), Failure> + Send>,
+}
+
+impl Target {
+    /// One that is reached here, by its name.
+    fn here(name: String) -> Self {
+        let agent = name.clone();
+        Self { name, stop: Box::new(move |reason| Ok(Client::connect(&agent)?.stop(reason)?)) }
     }
-    output::line("all actuators are stopped, until `slate reset` and `slate arm`");
-    Ok(true)
+
+    /// One that is reached over HTTP: by a request of its own, for which there is always a place.
+    fn elsewhere(access: Access) -> Self {
+        let name = access.address.to_string();
+        let stop = move |reason: &str| {
+            let (path, body) = (format!("{BASE}/stop"), json!({ "reason": reason }).to_string());
+            let request = Request { method: "POST", path: &path, body: Some(&body), ..Request::default() };
+            access.value(&request).map(drop)
+        };
+        Self { name, stop: Box::new(stop) }
+    }
+}
+
+/// Stops all actuators of the agent that is named, else of all that run here; returns what the process ends with.
+pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
+    // Behind an option that there is not, all are words of the reason.
+    let (mut words, json) = (options.reason.clone(), options.json || output::is_json());
+    words.retain(|word| word != "--json");
+    let reason = match words.join(" ") {
+        empty if empty.trim().is_empty() => "by a person at the terminal".into(),
+        reason => reason,
+    };
+    let targets: Vec<Target> = match (options.agent.elsewhere()?, options.agent.said()) {
+        (Some(access), _) => vec![Target::elsewhere(access)],
+        (None, Some(name)) => vec![Target::here(name)],
+        (None, None) => agents().into_iter().map(Target::here).collect(),
+    };
+    let answers = stop_all(targets, &reason, |answer| {
+        if let (false, true) = (json, answer.stopped) {
+            let Answer { agent, after, .. } = answer;
+            output::line(format_args!("{agent} has stopped all actuators, after {after:.1} ms"));
+        }
+    })?;
+    if answers.iter().all(|answer| !answer.stopped && answer.trouble.is_none()) {
+        return Err(Failure::NoAgent);
+    }
+    if json {
+        output::json(&json!({"schema": "slate.stop/1", "reason": reason, "agents": answers}));
+    } else if answers.iter().any(|answer| answer.stopped) {
+        output::line("they stay so until `slate reset` and `slate arm`");
+    }
+    let silent = answers.into_iter().filter_map(|answer| Some((answer.agent, answer.trouble?)));
+    let silent: Vec<_> = silent.collect();
+    for (agent, trouble) in &silent {
+        Failure::NotStopped { agent: agent.clone(), trouble: trouble.clone() }.print();
+    }
+    Ok(if silent.is_empty() { 0 } else { UNREACHED })
+}
+
+/// Stops all of them at once, so that one which hangs holds up no other; `tell` hears of each as soon as it has answered.
+fn stop_all(targets: Vec<Target>, reason: &str, tell: impl Fn(&Answer)) -> Result<Vec<Answer>, Failure> {
+    let waiting = |target: &Target| Answer {
+        agent: target.name.clone(),
+        stopped: false,
+        after: PATIENCE.as_secs_f64() * 1e3,
+        trouble: Some(format!("no answer within {} s", PATIENCE.as_secs())),
+    };
+    let mut answers: Vec<Answer> = targets.iter().map(waiting).collect();
+    let is_one = answers.len() == 1;
+    let (sender, outcomes) = channel();
+    let begin = now();
+    for (index, target) in targets.into_iter().enumerate() {
+        let (sender, reason) = (sender.clone(), reason.to_owned());
+        // One that hangs keeps its thread until the end of this program, which is near.
+        thread::spawn(move || sender.send((index, (target.stop)(&reason), begin.elapsed())));
+    }
+    drop(sender);
+    while let Ok((index, outcome, time)) = outcomes.recv_timeout(PATIENCE.saturating_sub(begin.elapsed())) {
+        let answer = &mut answers[index];
+        answer.after = time.as_secs_f64() * 1e3;
+        answer.stopped = outcome.is_ok();
+        answer.trouble = match outcome {
+            Ok(()) => None,
+            // Whoever is named, and is not there or not asked, is told of in the words of all verbs.
+            Err(failure) if is_one && !matches!(failure, Failure::Agent(ClientError::Lost { .. })) => {
+                return Err(failure);
+            }
+            // Of several, one that has ended meanwhile drives nothing.
+            Err(Failure::Agent(ClientError::NoAgent { .. })) => None,
+            Err(failure) => Some(failure.to_string()),
+        };
+        tell(answer);
+    }
+    Ok(answers)
 }
 
 /// Ends a stop.
-pub fn reset(agent: &AgentOption) -> Result<bool, Failure> {
-    let was_stopped = agent.connect()?.reset()?;
+pub fn reset(options: &ResetOptions) -> Result<bool, Failure> {
+    let mut client = options.agent.connect()?;
+    let was_stopped = client.reset()?;
+    if options.json {
+        let agent = client.name();
+        output::json(&json!({"schema": "slate.reset/1", "agent": agent, "was_stopped": was_stopped}));
+        return Ok(true);
+    }
     output::line(if was_stopped {
         "the stop is over; `slate arm` lets commands through"
     } else {
@@ -38,9 +184,14 @@ pub fn reset(agent: &AgentOption) -> Result<bool, Failure> {
 }
 
 /// Lets commands through to the actuators, or to one.
-pub fn arm(agent: &AgentOption, actuator: Option<&str>) -> Result<bool, Failure> {
-    agent.connect()?.arm(actuator)?;
-    match actuator {
+pub fn arm(options: &ArmOptions) -> Result<bool, Failure> {
+    let mut client = options.agent.connect()?;
+    client.arm(options.actuator.as_deref())?;
+    match &options.actuator {
+        actuator if options.json => {
+            let agent = client.name();
+            output::json(&json!({"schema": "slate.arm/1", "agent": agent, "actuator": actuator}));
+        }
         Some(name) => output::line(format_args!("{name} is armed")),
         None => output::line("the actuators are armed"),
     }

@@ -9,7 +9,7 @@ use slate::runtime::remote::{Reading, Watched};
 
 use crate::condition::Condition;
 use crate::connection::AgentOption;
-use crate::failure::{Failure, TIMED_OUT};
+use crate::failure::Failure;
 use crate::property::in_a_line;
 use crate::watch::now;
 use crate::{complete, duration, output};
@@ -42,8 +42,8 @@ pub struct WaitOptions {
 /// How long the agent is asked to wait at a time.
 const WAIT: Duration = Duration::from_millis(100);
 
-/// Waits, and prints the value; returns what the process ends with.
-pub fn wait(options: &WaitOptions) -> Result<u8, Failure> {
+/// Waits, and prints the value.
+pub fn wait(options: &WaitOptions) -> Result<bool, Failure> {
     let mut client = options.agent.connect_for(&options.url)?;
     let until = now() + options.timeout;
     let mut of = [Watched { url: options.url.clone(), after: None }];
@@ -64,19 +64,24 @@ pub fn wait(options: &WaitOptions) -> Result<u8, Failure> {
             since = begun;
             newest = Some(reading);
             if is_long {
-                return Ok(done(options, newest.as_ref()));
+                done(options, newest.as_ref());
+                return Ok(true);
             }
         }
         // One that is written when it changes stays as it is without a new value.
         if since.is_some_and(|(_, looked)| looked.elapsed() >= held) {
-            return Ok(done(options, newest.as_ref()));
+            done(options, newest.as_ref());
+            return Ok(true);
         }
         if now() >= until {
             let last = newest.map_or("it was never written".into(), |reading| {
                 format!("it is {}", in_a_line(&reading.value))
             });
-            eprintln!("{} was not so within {:.1} s: {last}", options.url, options.timeout.as_secs_f64());
-            return Ok(TIMED_OUT);
+            let seconds = options.timeout.as_secs_f64();
+            return Err(Failure::NoValue(format!(
+                "{} was not so within {seconds:.1} s: {last}",
+                options.url
+            )));
         }
     }
 }
@@ -85,8 +90,8 @@ fn nanoseconds(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
-fn done(options: &WaitOptions, reading: Option<&Reading>) -> u8 {
-    let Some(Reading { value, sequence, time }) = reading else { return 0 };
+fn done(options: &WaitOptions, reading: Option<&Reading>) {
+    let Some(Reading { value, sequence, time }) = reading else { return };
     match options.json {
         true => {
             let (schema, url) = ("slate.wait/1", &options.url);
@@ -96,5 +101,4 @@ fn done(options: &WaitOptions, reading: Option<&Reading>) -> u8 {
         }
         false => output::line(in_a_line(value)),
     }
-    0
 }

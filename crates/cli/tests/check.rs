@@ -63,6 +63,33 @@ fn all_mistakes_are_told_at_once_with_their_places() {
 }
 
 #[test]
+fn a_plugin_that_nobody_knows_hides_no_wrong_link() {
+    let running = Running::new("check-round");
+    let wrong = EXP1
+        .replacen(
+            "knowledge = { plugin = \"wheeled_knowledge\" }",
+            "knowledge = { plugin = \"wheeled_knowlege\" }",
+            1,
+        )
+        .replacen("time_limit = 120.0", "time_limit = -1.0", 1)
+        .replacen(
+            "\"referee/truth\" = \"simulator/r2/truth\"",
+            "\"referee/truth\" = \"simulator/r2/trut\"",
+            1,
+        )
+        .replacen("\"pass_range/range\" = ", "\"pass_range/rang\" = ", 1);
+    std::fs::write(running.folder().join("wrong.toml"), &wrong).unwrap();
+    let checked = findings(&running, 7, &["check", "wrong.toml"]);
+    let found: Vec<&str> =
+        checked["findings"].as_array().unwrap().iter().map(|one| one["message"].as_str().unwrap()).collect();
+    // Nothing is said of links to the one whose ports are not known.
+    assert_eq!(found.len(), 4, "{found:#?}");
+    for words in ["wheeled_knowlege", "outside 0 to", "`simulator` has no output", "`rang`"] {
+        assert!(found.iter().any(|message| message.contains(words)), "{words}: {found:#?}");
+    }
+}
+
+#[test]
 fn a_mistake_has_the_code_of_its_kind() {
     let running = Running::new("check-codes");
     for (set, code) in [

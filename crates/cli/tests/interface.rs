@@ -69,7 +69,24 @@ fn what_is_no_field_or_type_is_refused() {
     running.fails(2, &["interface", "new", "Battery", "--field", "x"], &["NAME:TYPE"]);
     running.fails(2, &["interface", "new", "Battery", "--field", "x:bool"], &["`Bool`"]);
     running.fails(2, &["interface", "new", "Battery", "--field", "x:Pose3"], &["did you mean Pose2"]);
+    running.fails(2, &["interface", "new", "Battery", "--field", "type:f64"], &["`type` is a word of Rust"]);
+    running.fails(2, &["interface", "new", "Battery", "--field", "9a:f64"], &["`9a` begins with a digit"]);
+    running.fails(
+        2,
+        &["interface", "new", "Battery", "--field", "x:f64", "--field", "x:f64"],
+        &["there are two fields `x`"],
+    );
+    running.fails(2, &["interface", "new", "Self", "--field", "x:f64"], &["`Self` is a word of Rust"]);
     running.fails(2, &["interface", "check", "nothing.rs"], &["nothing.rs"]);
+    let write = |name: &str, text: &str| std::fs::write(running.folder().join(name), text).unwrap();
+    write("open.rs", "use std::fmt;\nfn main(){\n");
+    running.fails(7, &["interface", "check", "open.rs"], &["open.rs:2", "expected `}`"]);
+    write("twice.rs", "#[interface]\npub struct Bad {\n    pub x: f64,\n    pub x: f64,\n}\n");
+    running.fails(7, &["interface", "check", "twice.rs"], &["twice.rs:4", "two fields `x`"]);
+    write("none.rs", "pub struct Plain { x: f64 }\n");
+    running.fails(7, &["interface", "check", "none.rs"], &["none.rs:1", "below `#[interface]`"]);
+    write("enum.rs", "#[interface]\npub enum Mode { Off, On }\n");
+    assert!(running.done(&["interface", "check", "enum.rs"]).contains("enums alone"));
     assert!(running.done(&["explain", "s006"]).contains("S006: the two ends of a link don't fit"));
     running.fails(4, &["explain", "S999"], &["`slate explain` lists all"]);
 }

@@ -30,6 +30,15 @@ const EXP1: [&str; 11] = [
     "console.port=0",
 ];
 
+#[test]
+fn goals_that_nobody_reads_are_told_to_do_nothing() {
+    let mut running = Running::new("goal-unread");
+    running.start("exp3", &["run", "exp3", "--headless", "--rate", "0.3"]);
+    let words =
+        ["no module has a goal that can be set", "nobody reads the goals of r2/knowledge, r3/knowledge"];
+    running.fails(4, &["goal", "1", "0", "--yes"], &words);
+}
+
 fn started(name: &str) -> Running {
     let mut running = Running::new(name);
     running.start("exp1", &EXP1);
@@ -152,7 +161,15 @@ fn a_goal_is_set_where_the_robot_keeps_it() {
         goal["x"] == -0.5 && goal["y"] == 1.25
     });
     running.fails(2, &["goal", "1", "0.5", "90deg", "--yes"], &["`r2/knowledge`", "no heading"]);
-    running.fails(4, &["goal", "1", "0.5", "--of", "r7", "--yes"], &["no module has a goal"]);
+    let others = ["`r7` has no goal", "such a goal have: r2/knowledge"];
+    running.fails(4, &["goal", "1", "0.5", "--of", "r7", "--yes"], &others);
+    for far in [["1e9", "0"], ["0", "-3"]] {
+        running.fails(
+            5,
+            &["goal", far[0], far[1], "--yes"],
+            &["outside of the world, which goes from [-2.5, -2.475] to"],
+        );
+    }
     running.fails(2, &["goal", "1", "inf", "--yes"], &["metres"]);
 }
 

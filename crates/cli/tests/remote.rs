@@ -105,6 +105,22 @@ fn one_of_several_agents_is_chosen_and_a_killed_one_makes_room() {
     running.done(&["config", "set", "modules.referee.params.tolerance=0.2", "--agent", "exp1-2"]);
     assert_eq!(running.read("exp1", "/referee/params/tolerance"), 0.1);
     assert_eq!(running.read("exp1-2", "/referee/params/tolerance"), 0.2);
+    // A URL names it as the list of agents does, whichever verb has it.
+    let tolerance = |agent: &str| format!("slate://{agent}/referee/params/tolerance");
+    assert_eq!(running.done(&["get", &tolerance("exp1-2")]), "0.2\n");
+    assert_ne!(running.done(&["get", &tolerance("exp1")]), "0.2\n");
+    running.done(&["set", &tolerance("exp1-2"), "0.3"]);
+    assert_eq!(running.read("exp1-2", "/referee/params/tolerance"), 0.3);
+    running.done(&["set", &tolerance("exp1-2"), "0.2"]);
+    assert_eq!(running.done(&["watch", "--once", "--json", &tolerance("exp1-2")]).matches("0.2").count(), 1);
+    assert!(running.done(&["list", "slate://exp1-2/referee/**"]).contains("slate://exp1-2/referee/params"));
+    assert!(running.done(&["tree", "slate://exp1-2/referee/*"]).contains("params"));
+    assert!(
+        running
+            .done(&["stat", "slate://exp1-2/simulator/r2/truth", "--for", "10ms"])
+            .contains("/simulator/r2/truth")
+    );
+    running.fails(4, &["get", "slate://exp1-2/referee/params/toleranc"], &["tolerance"]);
     running.kill();
     running.fails(3, &["module", "list", "--agent", "exp1"], &["no agent `exp1`", "there are: exp1-2"]);
     // Now it is the only one, and the name of the killed one is free.

@@ -7,7 +7,20 @@ use std::time::Duration;
 
 use common::Running;
 
-const STOPPED: &str = "all actuators are stopped, until `slate reset` and `slate arm`\n";
+/// Stops by these words, and looks what is said.
+#[track_caller]
+fn stops(running: &Running, words: &[&str], agents: &[&str]) {
+    let said = running.done(&[&["stop"], words].concat());
+    let mut found: Vec<_> =
+        said.lines().filter_map(|line| line.split_once(" has stopped all actuators, after ")).collect();
+    found.sort_unstable();
+    assert_eq!(found.iter().map(|(agent, _)| *agent).collect::<Vec<_>>(), agents, "{said}");
+    for (_, time) in found {
+        let time: f64 = time.strip_suffix(" ms").unwrap().parse().unwrap();
+        assert!((0.0..4000.0).contains(&time), "{said}");
+    }
+    assert!(said.ends_with("they stay so until `slate reset` and `slate arm`\n"), "{said}");
+}
 
 fn wheels(running: &Running) -> [f64; 2] {
     let command = running.read("exp1", "/r2/wheels/command");
@@ -46,7 +59,7 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     let mut running = Running::new("stop");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
     drives(&running);
-    assert_eq!(running.done(&["stop", "a child ran by"]), STOPPED);
+    stops(&running, &["a child ran by"], &["exp1"]);
     stands(&running, "STOPPED");
     let log = || running.read("exp1", "/log/tail").to_string();
     assert!(soon(|| log().contains("the actuators are stopped: a child ran by")), "{}", log());
@@ -55,7 +68,7 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
         running.fails(5, arm, &words);
     }
     // What stopped it first is why it stands.
-    assert_eq!(running.done(&["stop"]), STOPPED);
+    stops(&running, &[], &["exp1"]);
     running.fails(5, &["arm"], &["a child ran by"]);
     stands(&running, "STOPPED");
 
@@ -74,12 +87,73 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     // A reset of what is not stopped disarms nothing.
     assert!(running.done(&["reset"]).contains("no actuator was stopped"));
     drives(&running);
-    assert_eq!(running.done(&["stop", "--agent", "exp1"]), STOPPED);
+    stops(&running, &["--agent", "exp1"], &["exp1"]);
     running.done(&["reset", "--agent", "exp1"]);
     assert_eq!(running.done(&["arm", "--agent", "exp1"]), "the actuators are armed\n");
     drives(&running);
     running.fails(3, &["stop", "--agent", "exp7"], &["no agent `exp7`", "there are: exp1"]);
     drives(&running);
+}
+
+#[test]
+fn a_stop_takes_any_words_and_says_to_a_program_who_has_stopped() {
+    let mut running = Running::new("stop-words");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    let reason = || running.read("exp1", "/log/tail").to_string();
+    stops(&running, &["the", "robot", "is", "crazy", "--agent", "exp1"], &["exp1"]);
+    assert!(soon(|| reason().contains("stopped: the robot is crazy")), "{}", reason());
+    assert_eq!(
+        running.done(&["reset", "--json"]),
+        "{\"agent\":\"exp1\",\"schema\":\"slate.reset/1\",\"was_stopped\":true}\n"
+    );
+    assert!(running.done(&["arm", "r2/wheels", "--json"]).contains("\"actuator\":\"r2/wheels\""));
+    drives(&running);
+
+    // An option that there is not is no reason to drive on.
+    let said = running.done(&["stop", "--now", "-x", "quick", "--json"]);
+    let document: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(document["schema"], "slate.stop/1");
+    assert_eq!(document["reason"], "--now -x quick");
+    assert_eq!(
+        (&document["agents"][0]["agent"], &document["agents"][0]["stopped"]),
+        (&"exp1".into(), &true.into())
+    );
+    assert!(document["agents"][0]["after"].as_f64().unwrap() < 4000.0);
+    stands(&running, "STOPPED");
+}
+
+#[test]
+fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other() {
+    let mut running = Running::new("stop-all");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    running.start("exp1-2", &["run", "exp1", "--headless", "--rate", "1"]);
+    stops(&running, &["it", "smells"], &["exp1", "exp1-2"]);
+    for agent in ["exp1", "exp1-2"] {
+        assert!(soon(|| running.read(agent, "/r2/wheels/gate")["mode"] == "STOPPED"), "{agent}");
+    }
+    // To let several go needs more care.
+    for verb in ["reset", "arm"] {
+        running.fails(2, &[verb], &["several agents run here: exp1, exp1-2"]);
+    }
+    running.done(&["reset", "--agent", "exp1-2"]);
+    running.done(&["arm", "--agent", "exp1-2"]);
+
+    // Who listens and never answers, as an agent that is frozen does.
+    let socket = std::os::unix::net::UnixListener::bind(running.sockets().join("slate/frozen.sock")).unwrap();
+    let output = running.call(&["stop"]);
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let (said, wrong) = (common::text(&output.stdout), common::text(&output.stderr));
+    assert!(said.contains("exp1 has stopped") && said.contains("exp1-2 has stopped"), "{said}");
+    for words in ["`frozen` has not confirmed", "no answer within 4 s", "stop the robot by its own switch"] {
+        assert!(wrong.contains(words), "{words}: {wrong}");
+    }
+    assert!(soon(|| running.read("exp1-2", "/r2/wheels/gate")["mode"] == "STOPPED"));
+    let output = running.call(&["stop", "--agent", "frozen", "--json"]);
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    assert_eq!(common::json(&output)["agents"][0]["stopped"], false);
+    let error: serde_json::Value = serde_json::from_slice(&output.stderr).unwrap();
+    assert_eq!((&error["code"], &error["exit"]), (&"S103".into(), &3.into()));
+    drop(socket);
 }
 
 #[test]

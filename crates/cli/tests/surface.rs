@@ -192,11 +192,58 @@ fn each_document_in_json_says_of_which_form_it_is() {
         (&["top"], "slate.top/1", "modules"),
         (&["explain"], "slate.explain/1", "codes"),
         (&["graph", "exp1"], "slate.graph/1", "nodes"),
+        (&["examples"], "slate.examples/1", "examples"),
+        (&["stop"], "slate.stop/1", "agents"),
+        (&["reset"], "slate.reset/1", "was_stopped"),
+        (&["arm"], "slate.arm/1", "actuator"),
     ] {
-        let form = if arguments[0] == "graph" { &["--format", "json"][..] } else { &["--json"] };
-        let said = running.done(&[arguments, form].concat());
+        let said = running.done(&[arguments, &["--json"]].concat());
         let document: Value = serde_json::from_str(said.lines().last().unwrap_or("null")).unwrap();
         assert_eq!(document["schema"], schema, "{arguments:?}");
         assert!(document.get(field).is_some(), "{arguments:?}: {document}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_a_document_for_whoever_asks_for_json() {
+    let mut running = Running::new("errors");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "0.3"]);
+    std::fs::write(running.folder().join("bad.toml"), "[world]\n[modules.x]\ntyp = 1\n").unwrap();
+    for (exit, arguments, code, message, help) in [
+        (4, &["get", "/nope"][..], Some("S004"), "nope", "slate list"),
+        (5, &["set", "/simulator/r2/truth", "1"], Some("S105"), "one writer", "slate link"),
+        (3, &["tree", "--agent", "nobody"], Some("S101"), "no agent `nobody`", "exp1"),
+        (2, &["get"], None, "not provided", "Usage"),
+        (2, &["tree", "--bogus"], None, "--bogus", "Usage"),
+        (2, &["param", "list"], None, "unrecognized", "slate set /MODULE/params/NAME"),
+        (2, &["goal", "0", "0"], None, "nobody", "--yes"),
+        (4, &["explain", "S999"], None, "S999", "lists all"),
+        (2, &["interface", "check", "none.rs"], None, "none.rs", ""),
+        (2, &["run", "bad.toml"], Some("S002"), "typ", ""),
+    ] {
+        let output = running.call(&[arguments, &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(exit), "{arguments:?}: {output:?}");
+        let error: Value =
+            serde_json::from_slice(&output.stderr).unwrap_or_else(|_| panic!("{arguments:?}: {output:?}"));
+        assert_eq!(error["schema"], "slate.error/1");
+        assert_eq!(error["exit"], exit, "{error}");
+        assert_eq!(error["code"].as_str(), code, "{error}");
+        assert!(error["message"].as_str().unwrap().contains(message), "{error}");
+        assert!(error["help"].as_str().unwrap_or_default().contains(help), "{error}");
+    }
+    let output = running.call(&["run", "bad.toml", "--json"]);
+    let error: Value = serde_json::from_slice(&output.stderr).unwrap();
+    assert_eq!(
+        (&error["findings"][0]["file"], &error["findings"][0]["line"]),
+        (&"bad.toml".into(), &3.into())
+    );
+}
+
+#[test]
+fn verbs_of_other_systems_lead_to_those_that_do_it_here() {
+    let running = Running::new("instead");
+    for (verb, words) in [("plot", "slate bag plot"), ("param", "slate config diff"), ("topic", "slate list")]
+    {
+        running.fails(2, &[verb], &["unrecognized subcommand", words]);
     }
 }

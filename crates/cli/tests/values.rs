@@ -53,7 +53,7 @@ fn values_are_watched_as_they_come_and_only_those_that_are_meant() {
 
     running.fails(4, &["watch", "/simulator/r2/trut"], &["simulator/r2/truth"]);
     running.fails(2, &["watch", truth, "--where", "x ="], &["FIELD OPERATOR VALUE"]);
-    running.fails(2, &["watch", truth, "--where", "z > 1"], &["there is no `z`", "x, y"]);
+    running.fails(4, &["watch", truth, "--where", "z > 1"], &["there is no `z`", "x, y"]);
     running.fails(2, &["watch", "/r2/*/state", "--csv"], &["of one property"]);
     running.fails(2, &["watch", truth, "--max-hz", "0"], &["positive"]);
 }
@@ -70,6 +70,14 @@ fn a_script_waits_for_a_value() {
     let output = running.call(&["wait", "/simulator/r2/truth", "x > 1000", "--timeout", "300ms"]);
     assert_eq!(output.status.code(), Some(6), "{output:?}");
     assert!(text(&output.stderr).contains("was not so within 0.3 s: it is theta="), "{output:?}");
+    // One mistake has one code, whichever verb meets it.
+    let has = ["theta", "x", "y"];
+    running.fails(4, &["wait", "/simulator/r2/truth", "foo == 1"], &has);
+    running.fails(4, &["get", "/simulator/r2/truth/foo"], &has);
+    running.fails(4, &["watch", "/simulator/r2/truth/foo", "--once"], &has);
+    running.fails(4, &["watch", "/simulator/r2/truth", "--where", "foo == 1", "--once"], &has);
+    running.fails(4, &["stat", "/simulator/r2/truth/foo", "--for", "10ms"], &has);
+    running.fails(4, &["set", "/r2/planner/params/foo", "1"], &["careful_speed"]);
     running.fails(2, &["wait", "/simulator/r2/truth", "x"], &["FIELD OPERATOR VALUE"]);
 }
 

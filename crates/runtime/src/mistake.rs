@@ -3,6 +3,7 @@
 use std::fmt;
 
 use slate_blackboard::BoardError;
+use slate_blackboard::interface::AccessError;
 
 /// A kind of mistake; `slate explain` says what each means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -148,6 +149,7 @@ impl From<&BoardError> for Message {
     fn from(error: &BoardError) -> Self {
         let mistake = match error {
             BoardError::Unknown { .. } => Some(Mistake::Name),
+            BoardError::Access { error: AccessError::UnknownField { .. }, .. } => Some(Mistake::Name),
             BoardError::ReadOnly { .. } => Some(Mistake::OneWriter),
             BoardError::Linked { .. } => Some(Mistake::Linked),
             BoardError::Access { .. } | BoardError::Misfit { .. } => Some(Mistake::Value),

@@ -26,6 +26,10 @@ pub struct GraphOptions {
     #[arg(long, value_enum, default_value_t = Format::Svg)]
     format: Format,
 
+    /// The same as `--format json`.
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
+
     /// The file; what is printed goes to stdout unless given.
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -122,7 +126,7 @@ pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
         None => of_agent(&options.agent)?,
     };
     let graph = made(found, &options.hide);
-    let text = match options.format {
+    let text = match if options.json { Format::Json } else { options.format } {
         Format::Svg => svg::draw(&graph),
         Format::Mermaid => text::mermaid(&graph),
         Format::Dot => text::dot(&graph),

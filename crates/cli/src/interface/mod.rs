@@ -1,6 +1,8 @@
 //! Making and maintaining interfaces.
 
 mod parse;
+mod token;
+mod word;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -153,20 +155,32 @@ fn source(
     text
 }
 
-fn read(path: &Path) -> Result<Vec<Found>, Failure> {
+/// The interfaces of a file, and how many enums there are beside them.
+fn read(path: &Path) -> Result<(Vec<Found>, usize), Failure> {
     let source =
         std::fs::read_to_string(path).map_err(|source| Failure::File { path: path.into(), source })?;
-    let place = slate::runtime::printable(path);
-    parse::interfaces(&source).map_err(|wrong| Failure::Interface {
-        place: format!("{place}:{}", wrong.line),
-        problem: wrong.message,
-    })
+    parse::read(&source).map_err(|wrong| at(path, wrong.line, wrong.message))
+}
+
+fn at(path: &Path, line: usize, problem: String) -> Failure {
+    Failure::Interface { place: format!("{}:{line}", slate::runtime::printable(path)), problem }
+}
+
+/// As [`read`], of a file that shall have one.
+fn read_some(path: &Path) -> Result<Vec<Found>, Failure> {
+    match read(path)? {
+        (none, 0) if none.is_empty() => {
+            let problem = "no interface is in this file: expected a struct or an enum below `#[interface]`";
+            Err(at(path, 1, problem.into()))
+        }
+        (interfaces, _) => Ok(interfaces),
+    }
 }
 
 fn check(files: &[PathBuf], json: bool) -> Result<u8, Failure> {
     let (mut layouts, mut wrong) = (Vec::new(), 0);
     for file in files {
-        match read(file) {
+        match read_some(file) {
             Ok(found) => {
                 for Found { line, descriptor } in found {
                     layouts.push(layout(file, line, descriptor));
@@ -185,7 +199,7 @@ fn check(files: &[PathBuf], json: bool) -> Result<u8, Failure> {
     if json {
         output::json(&json!({"schema": "slate.interface/1", "ok": wrong == 0, "interfaces": layouts}));
     } else if layouts.is_empty() && wrong == 0 {
-        output::line("there is no #[interface] in it");
+        output::line("enums alone, which are laid out as the integers that carry them");
     }
     Ok(if wrong == 0 { 0 } else { ASSERTION_FALSE })
 }
@@ -226,7 +240,7 @@ struct Difference {
 }
 
 fn diff(old: &Path, new: &Path, json: bool) -> Result<u8, Failure> {
-    let (old, new) = (read(old)?, read(new)?);
+    let ((old, _), (new, _)) = (read(old)?, read(new)?);
     let of = |all: &[Found], name: &str| {
         all.iter().find(|one| one.descriptor.name == name).map(|one| one.descriptor)
     };

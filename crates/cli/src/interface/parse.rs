@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::token::{Token, tokens};
+use super::word::objection;
 use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, schema_hash};
 
 /// What is wrong, and in which line.
@@ -18,16 +20,6 @@ pub struct Found {
     pub descriptor: &'static Descriptor,
 }
 
-/// A piece of the source.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Token {
-    Word(String),
-    /// What a text in quotes has in it.
-    Text(String),
-    Doc(String),
-    Sign(char),
-}
-
 /// The types that interfaces of a file may name: what comes with Slate, and then what stands above them.
 type Types = BTreeMap<String, Kind>;
 
@@ -42,6 +34,12 @@ fn keep_text(text: &str) -> &'static str {
 
 /// Reads all interfaces of a file, in their order.
 pub fn interfaces(source: &str) -> Result<Vec<Found>, Wrong> {
+    Ok(read(source)?.0)
+}
+
+/// As [`interfaces`], with how many enums there are beside them.
+pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
+    let mut enumerations = 0;
     let mut reader = Reader { tokens: tokens(source)?, next: 0 };
     let (mut types, mut found) = (known(), Vec::new());
     while reader.next < reader.tokens.len() {
@@ -54,12 +52,19 @@ pub fn interfaces(source: &str) -> Result<Vec<Found>, Wrong> {
         match reader.word("`struct` or `enum`")?.as_str() {
             "struct" => {
                 let descriptor = reader.structure(&doc, line, &types)?;
+                if found.iter().any(|one: &Found| one.descriptor.name == descriptor.name) {
+                    return Err(Wrong {
+                        line,
+                        message: format!("`{}` is there already, above", descriptor.name),
+                    });
+                }
                 types.insert(descriptor.name.into(), Kind::Nested(descriptor));
                 found.push(Found { line, descriptor });
             }
             "enum" => {
                 let enumeration = reader.enumeration(representation, &types)?;
                 types.insert(enumeration.name.into(), Kind::Enumeration(enumeration));
+                enumerations += 1;
             }
             other => {
                 return Err(Wrong {
@@ -69,7 +74,7 @@ pub fn interfaces(source: &str) -> Result<Vec<Found>, Wrong> {
             }
         }
     }
-    Ok(found)
+    Ok((found, enumerations))
 }
 
 /// The numbers, and the interfaces that come with Slate.
@@ -121,45 +126,6 @@ fn known() -> Types {
     numbers.into_iter().map(|(name, kind)| (name.to_owned(), kind)).chain(nested).collect()
 }
 
-fn tokens(source: &str) -> Result<Vec<(usize, Token)>, Wrong> {
-    let mut tokens = Vec::new();
-    let (mut rest, mut line) = (source, 1);
-    while let Some(first) = rest.chars().next() {
-        let length = if let Some(comment) = rest.strip_prefix("//") {
-            let end = comment.find('\n').unwrap_or(comment.len());
-            if let Some(doc) = comment[..end].strip_prefix('/') {
-                tokens.push((line, Token::Doc(doc.trim().to_owned())));
-            }
-            end + 2
-        } else if rest.starts_with("/*") {
-            rest.find("*/").map_or(rest.len(), |end| end + 2)
-        } else if first == '"' {
-            let mut end = 1;
-            let bytes = rest.as_bytes();
-            while end < bytes.len() && bytes[end] != b'"' {
-                end += if bytes[end] == b'\\' { 2 } else { 1 };
-            }
-            if end >= bytes.len() {
-                return Err(Wrong { line, message: "a text is not closed".into() });
-            }
-            tokens.push((line, Token::Text(rest[1..end].to_owned())));
-            end + 1
-        } else if first.is_alphanumeric() || first == '_' {
-            let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
-            tokens.push((line, Token::Word(rest[..end].to_owned())));
-            end
-        } else {
-            if !first.is_whitespace() {
-                tokens.push((line, Token::Sign(first)));
-            }
-            first.len_utf8()
-        };
-        line += rest[..length].matches('\n').count();
-        rest = &rest[length..];
-    }
-    Ok(tokens)
-}
-
 struct Reader {
     tokens: Vec<(usize, Token)>,
     next: usize,
@@ -190,6 +156,13 @@ impl Reader {
             true => Ok(()),
             false => self.wrong(format!("expected `{sign}`")),
         }
+    }
+
+    /// A word that the compiler takes for a name.
+    fn name(&mut self, expected: &str) -> Result<String, Wrong> {
+        let line = self.line();
+        let word = self.word(expected)?;
+        objection(&word).map_or(Ok(word), |message| Err(Wrong { line, message }))
     }
 
     fn word(&mut self, expected: &str) -> Result<String, Wrong> {
@@ -267,7 +240,7 @@ impl Reader {
     }
 
     fn structure(&mut self, doc: &str, line: usize, types: &Types) -> Result<&'static Descriptor, Wrong> {
-        let name = self.word("a name")?;
+        let name = self.name("a name")?;
         self.expect('{')?;
         let (mut fields, mut size, mut align) = (Vec::new(), 0_usize, 1);
         while !self.take('}') {
@@ -288,7 +261,13 @@ impl Reader {
             }
             self.visibility();
             let field_line = self.line();
-            let field = self.word("the name of a field")?;
+            let field = self.name("the name of a field")?;
+            if fields.iter().any(|known: &Field| known.name == field) {
+                return Err(Wrong {
+                    line: field_line,
+                    message: format!("there are two fields `{field}`: rename one"),
+                });
+            }
             self.expect(':')?;
             let kind = self.kind(types, true)?;
             let offset = size.next_multiple_of(kind.align());
@@ -338,13 +317,18 @@ impl Reader {
         let Some(carrier) = types.get(&carrier).copied() else {
             return self.wrong(format!("`{carrier}` carries no enum"));
         };
-        let name = self.word("a name")?;
+        let name = self.name("a name")?;
         self.expect('{')?;
         let mut constants = Vec::new();
         while !self.take('}') {
             let doc = self.doc();
             while self.attribute()?.is_some() {}
-            let variant = self.word("the name of a constant")?;
+            let variant_line = self.line();
+            let variant = self.name("the name of a constant")?;
+            if constants.iter().any(|known: &Constant| known.name == upper_case(&variant)) {
+                let message = format!("there are two constants `{variant}`: rename one");
+                return Err(Wrong { line: variant_line, message });
+            }
             let mut value = constants.len() as i64;
             if self.take('=') {
                 let negative = self.take('-');
@@ -491,11 +475,25 @@ mod tests {
             ("#[interface] pub struct A { a: Sequence<f64, LIMIT> }", 1, "write it out"),
             ("#[interface] pub union A {}", 1, "expected a struct or an enum"),
             ("#[interface] pub struct A { a u8 }", 1, "expected `:`"),
+            ("#[interface]\npub struct A {\n a: u8,\n a: u8 }", 4, "two fields `a`"),
+            ("#[interface]\npub struct A { type: u8 }", 2, "`type` is a word of Rust"),
+            ("#[interface]\npub struct A { 9a: u8 }", 2, "begins with a digit"),
+            ("#[interface]\npub enum A { Go, Go }", 2, "two constants `Go`"),
+            ("#[interface] struct A { a: u8 }\n#[interface] struct A { a: u8 }", 2, "there already"),
+            ("\nfn main() {", 2, "expected `}`"),
+            ("fn main() {\n let x = [1);\n}", 2, "expected `]` for the `[` of line 2"),
+            ("}", 1, "closes nothing"),
+            ("/* /* */ fn", 1, "expected `*/`"),
+            ("\n\"text", 2, "a text begins here"),
+            ("r#\"text\"", 1, "a raw text"),
         ] {
             let wrong = interfaces(source).unwrap_err();
             assert!(wrong.line == line && wrong.message.contains(words), "{source}: {wrong:?}");
         }
         assert!(interfaces("pub struct A { a: String }\n// #[interface]\n").unwrap().is_empty());
+        // Brackets in texts, characters and comments are none.
+        let source = "fn a<'a>(x: &'a str) { ('{', '\\'', '\\u{7b}', b'(', \"{\", r#\"\"{\"#, br\"[\") /* { /* ( */ */ // [\n}";
+        assert!(interfaces(source).unwrap().is_empty());
     }
 
     proptest! {

@@ -14,9 +14,9 @@ use super::properties::reading;
 use super::protocol::{PropertyEntry, Refusal, RemoteSnapshotEntry};
 use crate::NewLink;
 use crate::agent::Property;
-use crate::mistake::Mistake;
+use crate::mistake::{Message, Mistake};
 use crate::replacement::Replacement;
-use crate::sharing::{Newest, RemotePath, RemoteProperty, TEAM};
+use crate::sharing::{Newest, RemotePath, RemoteProperty, TEAM, Unread};
 
 /// How long the other agent may take for an answer.
 const LIMIT: Duration = Duration::from_secs(1);
@@ -49,8 +49,11 @@ impl Desk {
             return Err(self.nothing_at(agent, path));
         };
         let value = property.value(field);
-        let value = value
-            .map_err(|error| refusal(format!("slate://{agent}/{}: {error}", property.path), &seen(agent)))?;
+        let value = value.map_err(|error| {
+            let text = format!("slate://{agent}/{}: {error}", property.path);
+            let mistake = matches!(error, Unread::Field(_)).then_some(Mistake::Name);
+            refusal(Message { text, mistake }, &seen(agent))
+        })?;
         result(value.map(reading))
     }
 

@@ -32,6 +32,7 @@ mod desk;
 mod elsewhere;
 mod line;
 mod lock;
+mod own;
 mod peers;
 mod place;
 mod properties;

@@ -17,6 +17,7 @@ use serde::Serialize;
 use super::desk::{self, Desk, refusal};
 use super::elsewhere;
 use super::line::{self, Line};
+use super::own::make_own;
 use super::place::Place;
 use super::protocol::{Answer, Call, Greeting, LINE_LIMIT, Refusal, VERSION};
 use super::visit::Visit;
@@ -223,10 +224,13 @@ fn is_gone(stream: &UnixStream) -> bool {
 impl Hall {
     /// The answer to a line; nothing when the tool is gone before it is its turn.
     fn answer(&self, line: &[u8], stream: &UnixStream, number: u64, visit: &mut Visit) -> Option<Answer> {
-        let call = match desk::read(line) {
+        let mut call = match desk::read(line) {
             Ok(call) => call,
             Err(refusal) => return Some(Answer::Error(refusal)),
         };
+        if self.name != self.desk.composer().board().agent() {
+            make_own(&mut call, &self.name);
+        }
         let manner = Manner::of(&call);
         if !self.guests().begin(number, manner != Manner::Prompt) {
             return Some(Answer::Error(too_many()));

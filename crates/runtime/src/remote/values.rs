@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use slate_blackboard::{Access, BoardError, Property, Watching};
+use slate_blackboard::{Access, BoardError, Property, Watching, interface};
 
 use super::desk::{Desk, Done, refusal, result};
 use super::properties::{KNOWN, reading};
@@ -36,7 +36,11 @@ impl Desk {
             return Ok(Target::Elsewhere { agent, path });
         }
         let path = self.value_path(url)?;
-        let (property, _) = self.composer.board().find(&path).map_err(unknown)?;
+        let (property, field) = self.composer.board().find(&path).map_err(unknown)?;
+        if !field.is_empty() {
+            let wrong = |error| unknown(BoardError::Access { url: format!("/{}", property.path()), error });
+            interface::find(property.descriptor(), &field).map_err(wrong)?;
+        }
         Ok(Target::Here { _watching: property.watch(), property, path })
     }
 

@@ -331,12 +331,16 @@ pub(super) fn survey<'a>(
     complaints: &mut Complaints<'a>,
 ) -> Survey<'a> {
     let mut modules = Vec::new();
-    let mut dormant = Vec::new();
+    // Whose ports are not known: nothing is said of links to them.
+    let (mut dormant, mut is_complete) = (Vec::new(), true);
     for module in configuration.modules() {
         if catalogue.is_dormant(&module.plugin.value) {
             dormant.push(module.name.value.as_str());
         } else if let Some(surveyed) = module::survey_module(configuration, module, catalogue, complaints) {
             modules.push(surveyed);
+        } else {
+            dormant.push(module.name.value.as_str());
+            is_complete = false;
         }
     }
     check_unique(&modules, complaints);
@@ -356,9 +360,9 @@ pub(super) fn survey<'a>(
         order: Vec::new(),
         listeners: BTreeMap::new(),
     };
-    // Links can only be judged when every module is known.
-    if survey.modules.len() + dormant.len() == configuration.modules().len() {
-        links::survey_links(configuration, &dormant, catalogue, &mut survey, complaints);
+    links::survey_links(configuration, &dormant, catalogue, &mut survey, complaints);
+    // The order can only be told when every module is known.
+    if is_complete {
         survey.listen(configuration);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
     }

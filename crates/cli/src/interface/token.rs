@@ -1,0 +1,146 @@
+//! The words and signs of a source file of Rust.
+
+use super::parse::Wrong;
+
+/// A piece of the source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Token {
+    Word(String),
+    /// What a text in quotes has in it.
+    Text(String),
+    Doc(String),
+    Sign(char),
+}
+
+/// All of them with their lines, when each bracket is closed.
+pub fn tokens(source: &str) -> Result<Vec<(usize, Token)>, Wrong> {
+    let mut tokens = Vec::new();
+    let (mut rest, mut line) = (source, 1);
+    while let Some(first) = rest.chars().next() {
+        let unclosed = |what: &str, end: &str| Wrong {
+            line,
+            message: format!(
+                "{what} begins here and is not closed: expected `{end}` before the end of the file"
+            ),
+        };
+        let length = if let Some(comment) = rest.strip_prefix("//") {
+            let end = comment.find('\n').unwrap_or(comment.len());
+            if let Some(doc) = comment[..end].strip_prefix('/') {
+                tokens.push((line, Token::Doc(doc.trim().to_owned())));
+            }
+            end + 2
+        } else if rest.starts_with("/*") {
+            comment(rest).ok_or_else(|| unclosed("a comment", "*/"))?
+        } else if let Some(end) = raw_text(rest) {
+            end.ok_or_else(|| unclosed("a raw text", "\""))?
+        } else if first == '"' {
+            let mut end = 1;
+            let bytes = rest.as_bytes();
+            while end < bytes.len() && bytes[end] != b'"' {
+                end += if bytes[end] == b'\\' { 2 } else { 1 };
+            }
+            if end >= bytes.len() {
+                return Err(unclosed("a text", "\""));
+            }
+            tokens.push((line, Token::Text(rest[1..end].to_owned())));
+            end + 1
+        } else if first.is_alphanumeric() || first == '_' {
+            let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
+            tokens.push((line, Token::Word(rest[..end].to_owned())));
+            end
+        } else if first == '\'' {
+            // What is no character is a lifetime, which is of no interest.
+            character(rest).unwrap_or(1)
+        } else {
+            if !first.is_whitespace() {
+                tokens.push((line, Token::Sign(first)));
+            }
+            first.len_utf8()
+        };
+        line += rest[..length].matches('\n').count();
+        rest = &rest[length..];
+    }
+    balanced(&tokens)?;
+    Ok(tokens)
+}
+
+/// Where a comment ends that may have others in it.
+fn comment(text: &str) -> Option<usize> {
+    let (mut depth, mut at) = (0_usize, 0);
+    loop {
+        let next = text.get(at..)?;
+        let step = if next.starts_with("/*") {
+            depth += 1;
+            2
+        } else if next.starts_with("*/") {
+            depth -= 1;
+            2
+        } else {
+            next.chars().next()?.len_utf8()
+        };
+        at += step;
+        if depth == 0 {
+            return Some(at);
+        }
+    }
+}
+
+/// Where a raw text such as `r#"…"#` ends, if one begins here; nothing inside when it does not end.
+fn raw_text(text: &str) -> Option<Option<usize>> {
+    let rest = ["r", "br", "cr"].iter().find_map(|prefix| text.strip_prefix(prefix))?;
+    let inside = rest.trim_start_matches('#');
+    let signs = rest.len() - inside.len();
+    let inside = inside.strip_prefix('"')?;
+    let end = format!("\"{}", "#".repeat(signs));
+    let begin = text.len() - inside.len();
+    Some(inside.find(&end).map(|place| begin + place + end.len()))
+}
+
+/// Where a character in quotes ends, if one begins here.
+fn character(text: &str) -> Option<usize> {
+    let inside = text.strip_prefix('\'')?;
+    let mut chars = inside.char_indices();
+    let (_, first) = chars.next()?;
+    if first == '\\' {
+        // What is escaped may be a quote.
+        let (escaped, c) = chars.next()?;
+        let behind = escaped + c.len_utf8();
+        let end = inside.get(behind..)?.find('\'')?;
+        return Some(1 + behind + end + 1);
+    }
+    let (end, quote) = chars.next()?;
+    (quote == '\'').then_some(1 + end + 1)
+}
+
+/// Whether each bracket is closed by its own kind.
+fn balanced(tokens: &[(usize, Token)]) -> Result<(), Wrong> {
+    let mut open: Vec<(usize, char, char)> = Vec::new();
+    for (line, token) in tokens {
+        let Token::Sign(sign) = token else { continue };
+        match sign {
+            '(' => open.push((*line, '(', ')')),
+            '[' => open.push((*line, '[', ']')),
+            '{' => open.push((*line, '{', '}')),
+            ')' | ']' | '}' => match open.pop() {
+                Some((_, _, wanted)) if wanted == *sign => {}
+                Some((begin, opened, wanted)) => {
+                    let message =
+                        format!("expected `{wanted}` for the `{opened}` of line {begin}, not `{sign}`");
+                    return Err(Wrong { line: *line, message });
+                }
+                None => {
+                    let message = format!("`{sign}` closes nothing: expected an item");
+                    return Err(Wrong { line: *line, message });
+                }
+            },
+            _ => {}
+        }
+    }
+    match open.pop() {
+        Some((line, opened, wanted)) => {
+            let message = format!("`{opened}` is not closed: expected `{wanted}` before the end of the file");
+            Err(Wrong { line, message })
+        }
+        None => Ok(()),
+    }
+}

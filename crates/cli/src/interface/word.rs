@@ -1,0 +1,21 @@
+//! What fields and interfaces can be called.
+
+/// The keywords of Rust, with those that are kept for later.
+const KEYWORDS: [&str; 53] = [
+    "Self", "abstract", "as", "async", "await", "become", "box", "break", "const", "continue", "crate", "do",
+    "dyn", "else", "enum", "extern", "false", "final", "fn", "for", "gen", "if", "impl", "in", "let", "loop",
+    "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "return", "self", "static",
+    "struct", "super", "trait", "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual",
+    "where", "while", "yield", "_",
+];
+
+/// Why the compiler takes a word for no name.
+pub fn objection(word: &str) -> Option<String> {
+    if word.starts_with(|first: char| first.is_numeric()) {
+        Some(format!("`{word}` begins with a digit, and a name with a letter"))
+    } else if KEYWORDS.contains(&word) {
+        Some(format!("`{word}` is a word of Rust, and no name"))
+    } else {
+        None
+    }
+}
