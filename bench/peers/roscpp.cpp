@@ -1,15 +1,20 @@
-// A message of roscpp from one process to another, one at a time: `roscpp reader SIZE`, `roscpp writer SIZE COUNT`. The reader
-// prints the nanoseconds that each took.
+// A message of roscpp, one at a time, from one process to another: `roscpp reader SIZE`, `roscpp writer SIZE COUNT`; in one
+// process: `roscpp turns SIZE COUNT` where one thread publishes and then calls back, `roscpp threads SIZE COUNT` where another
+// one does. Who reads prints the nanoseconds that each took.
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_msgs/ByteMultiArray.h>
 #include <std_msgs/Empty.h>
 
+#include <boost/make_shared.hpp>
+
+#include <atomic>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <string>
+#include <vector>
 
 static int64_t now() {
     timespec time;
@@ -64,11 +69,60 @@ static int write(ros::NodeHandle &node, size_t size, int count) {
     return 0;
 }
 
+// Publishes shared pointers, which are handed on as they are in a process.
+static int hand_on(ros::NodeHandle &node, size_t size, int count, bool threads) {
+    std::atomic<int> answers(0);
+    std::vector<int64_t> times;
+    times.reserve(count);
+    boost::function<void(const std_msgs::ByteMultiArray::ConstPtr &)> take = [&](const std_msgs::ByteMultiArray::ConstPtr &message) {
+        int64_t took = now(), sent;
+        memcpy(&sent, message->data.data(), sizeof sent);
+        times.push_back(took - sent);
+        ++answers;
+    };
+    ros::Publisher values = node.advertise<std_msgs::ByteMultiArray>("value", 10);
+    ros::Subscriber reader = node.subscribe<std_msgs::ByteMultiArray>("value", 10, take);
+    ros::AsyncSpinner spinner(1);
+    if (threads) {
+        spinner.start();
+    }
+    ros::WallTime end = ros::WallTime::now() + ros::WallDuration(20);
+    while (values.getNumSubscribers() == 0) {
+        if (ros::WallTime::now() > end) {
+            fprintf(stderr, "the subscriber is not found\n");
+            return 1;
+        }
+        usleep(1000);
+    }
+    for (int i = 0; i < count; ++i) {
+        usleep(1000);
+        std_msgs::ByteMultiArray::Ptr message = boost::make_shared<std_msgs::ByteMultiArray>();
+        message->data.assign(size, 7);
+        int64_t sent = now();
+        memcpy(message->data.data(), &sent, sizeof sent);
+        values.publish(message);
+        while (answers <= i && ros::ok()) {
+            if (threads) {
+                usleep(20);
+            } else {
+                ros::getGlobalCallbackQueue()->callAvailable();
+            }
+        }
+    }
+    for (int64_t took : times) {
+        printf("%lld\n", static_cast<long long>(took));
+    }
+    return 0;
+}
+
 int main(int argc, char **argv) {
     std::string role = argc > 2 ? argv[1] : "";
     size_t size = argc > 2 ? std::stoul(argv[2]) : 64;
     int count = argc > 3 ? std::stoi(argv[3]) : 0;
     ros::init(argc, argv, "slate_bench_" + role, ros::init_options::NoSigintHandler);
     ros::NodeHandle node;
+    if (role == "turns" || role == "threads") {
+        return hand_on(node, size, count, role == "threads");
+    }
     return role == "reader" ? read(node) : write(node, size, count);
 }

@@ -51,7 +51,7 @@ pub struct Figure {
 }
 
 /// A contestant that could not take part.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Absent {
     pub work: String,
     pub contestant: String,
@@ -87,9 +87,12 @@ impl Table {
 
     /// Says that a contestant is missing, and why.
     pub fn absent(&mut self, work: &str, contestant: &str, reason: impl Into<String>) {
-        let reason = reason.into();
-        println!("{work}: {contestant} does not take part: {reason}");
-        self.absent.push(Absent { work: work.into(), contestant: contestant.into(), reason });
+        let absent = Absent { work: work.into(), contestant: contestant.into(), reason: reason.into() };
+        // Where something is not installed, it is missing in all lines of the work.
+        if !self.absent.contains(&absent) {
+            println!("{work}: {contestant} does not take part: {}", absent.reason);
+            self.absent.push(absent);
+        }
     }
 
     /// For people.

@@ -7,10 +7,11 @@ use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
-use slate_fuzz::{bag, configuration, knowledge, logs as others, peer, robot, shared_memory};
-use slate_interfaces::{Image, ImageFormat, LaserScan, Pose2};
+use slate_fuzz::{bag, configuration, definition, knowledge, logs as others, peer, robot, shared_memory};
+use slate_interfaces::{Chassis, Image, ImageFormat, LaserScan, Odometry, Pose2, Sightings, Transform};
 use slate_module::encode_interface;
 use slate_record::bag::Compression as Chunks;
+use slate_record::ros;
 use slate_share::encoding::encode;
 use slate_share::knowledge::{Replica, Statement};
 use slate_share::session::{Compression, Encoding};
@@ -31,6 +32,7 @@ fn main() {
     configurations();
     recordings();
     logs();
+    definitions();
 }
 
 fn keep(target: &str, name: &str, bytes: &[u8]) {
@@ -423,6 +425,50 @@ fn logs() {
         let whole = [&[format], &bytes[..]].concat();
         keep("logs", name, &whole);
         keep("logs", &format!("{name}-cut"), &whole[..whole.len() * 2 / 3]);
+    }
+}
+
+/// Definitions with messages of them, as Slate and as ROS has them, and interfaces as they are written.
+fn definitions() {
+    let script = |text: &str, messages: &[Vec<u8>]| {
+        let mut script = vec![definition::MESSAGES];
+        append_counted(text.as_bytes(), &mut script);
+        messages.iter().for_each(|message| append_counted(message, &mut script));
+        script
+    };
+    let interfaces = [
+        Chassis::DESCRIPTOR,
+        Image::DESCRIPTOR,
+        LaserScan::DESCRIPTOR,
+        Odometry::DESCRIPTOR,
+        Sightings::DESCRIPTOR,
+        Transform::DESCRIPTOR,
+    ];
+    for descriptor in interfaces {
+        // Every bit pattern is a value.
+        let shape = descriptor.shape(3);
+        let values: Vec<Vec<u8>> = [0, 1].map(|byte| vec![byte; shape.bytes(3)]).into();
+        let own = values.iter().map(|value| {
+            let mut message = Vec::new();
+            ros::encode(descriptor, value, &mut message).expect("it is a value");
+            message
+        });
+        let text = ros::definition(descriptor).text;
+        keep("definition", descriptor.name, &script(&text, &own.collect::<Vec<_>>()));
+        let Some(standard) = ros::standard(descriptor) else { continue };
+        let others = values.iter().map(|value| {
+            let mut message = Vec::new();
+            standard.encode(value, 1_500_000_000, "map", &mut message).expect("it is a value");
+            message
+        });
+        let script = script(&standard.definition().text, &others.collect::<Vec<_>>());
+        keep("definition", &format!("{}-standard", descriptor.name), &script);
+    }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/interfaces/src");
+    for name in ["fact", "image", "map", "range"] {
+        let mut source = vec![definition::SOURCE];
+        source.extend(fs::read(folder.join(name).with_extension("rs")).expect("it is there"));
+        keep("definition", &format!("source-{name}"), &source);
     }
 }
 

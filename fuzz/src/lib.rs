@@ -9,6 +9,7 @@ pub mod agents;
 pub mod bag;
 pub mod configuration;
 pub mod conversation;
+pub mod definition;
 pub mod encoding;
 pub mod input;
 pub mod interface;
@@ -22,6 +23,13 @@ pub mod robot;
 pub mod shared_memory;
 pub mod snapshot;
 pub mod tool;
+
+// What reads the interfaces of a source file belongs to the `slate` command, and calls these by the facade's names.
+extern crate self as slate;
+#[doc(hidden)]
+pub use slate_blackboard as blackboard;
+#[doc(hidden)]
+pub use slate_interfaces as interfaces;
 
 use std::path::PathBuf;
 use std::sync::OnceLock;

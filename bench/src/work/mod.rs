@@ -4,11 +4,14 @@ pub mod agents;
 pub mod caterpillar;
 pub mod iceoryx;
 pub mod latest_value;
+pub mod modules;
 pub mod process;
 pub mod queue;
 pub mod record;
+pub mod replay;
 pub mod routes;
 pub mod scale;
+pub mod scripts;
 pub mod simulator;
 pub mod wakeup;
 
@@ -22,14 +25,16 @@ use crate::table::Table;
 pub type Work = (&'static str, fn(Effort, &mut Table));
 
 /// All that is measured, in the order of the report.
-pub const ALL: [Work; 9] = [
+pub const ALL: [Work; 11] = [
     ("latest", latest_value::run),
     ("queue", queue::run),
     ("caterpillar", caterpillar::run),
     ("wakeup", wakeup::run),
     ("routes", routes::run),
+    ("modules", modules::run),
     ("process", process::run),
     ("record", record::run),
+    ("replay", replay::run),
     ("simulator", simulator::run),
     ("scale", scale::run),
 ];

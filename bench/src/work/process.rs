@@ -22,6 +22,7 @@ use slate_share::session::{Compression, Identity, Limits, Options};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
+use super::scripts::{ALL, Script, script};
 use crate::machine::now;
 use crate::measure::{Contest, Effort, Samples, allocations};
 use crate::table::{Role, Table};
@@ -47,6 +48,7 @@ pub fn run(effort: Effort, table: &mut Table) {
             effort,
             Iceoryx::start(size),
         );
+        foreign(&SHARED_MEMORY, &mut contest, "process to process, shared memory", size, effort, table);
         contest.run(effort, table);
     }
     for size in SIZES {
@@ -76,45 +78,45 @@ pub fn run(effort: Effort, table: &mut Table) {
             Zenoh::start("zenoh-thread", size),
         );
         add(&mut contest, "TCP, nothing else", Role::Floor, size, effort, Tcp::start(size));
-        for (name, script, role) in SCRIPTS {
-            foreign(&mut contest, table, name, script, role, size, effort);
-        }
+        foreign(&SOCKETS, &mut contest, "process to process, sockets", size, effort, table);
         contest.run(effort, table);
     }
 }
 
-/// Peers that are no crates, by the scripts that run them.
-const SCRIPTS: [(&str, &str, Role); 2] = [
-    ("roscpp, in its callback", "roscpp", Role::Lesser),
-    ("LCM over UDP multicast, in its callback", "lcm", Role::Lesser),
+/// Peers that are no crates, where values go by shared memory.
+static SHARED_MEMORY: [Script; 3] = [
+    script("ROS 2 in C (rcl, Fast DDS)", Role::Peer, &["ros2", "rcl", "local"], ALL),
+    script("ROS 2 in Python (rclpy, Fast DDS)", Role::Peer, &["ros2", "rclpy", "local"], ALL),
+    script(DORA, Role::Peer, &["dora"], DORA_SHARES..usize::MAX),
 ];
 
-/// Adds a peer that is run by a script, if that can run it.
+/// Peers that are no crates, where values go by sockets.
+static SOCKETS: [Script; 6] = [
+    script("roscpp, in its callback", Role::Lesser, &["roscpp", "processes"], ALL),
+    script("LCM over UDP multicast, in its callback", Role::Lesser, &["lcm"], ALL),
+    script("CycloneDDS over UDP", Role::Peer, &["cyclonedds"], ALL),
+    script("ROS 2 in C (rcl, Fast DDS) over UDP", Role::Peer, &["ros2", "rcl", "udp"], ALL),
+    script("ROS 2 in Python (rclpy, Fast DDS) over UDP", Role::Peer, &["ros2", "rclpy", "udp"], ALL),
+    script(DORA, Role::Peer, &["dora"], 0..DORA_SHARES),
+];
+
+const DORA: &str = "dora, nodes in Python";
+
+/// From so many bytes on dora shares memory.
+const DORA_SHARES: usize = 4096;
+
+/// Lets those take part that are run by scripts; quickly with a small value and a large one, as each takes seconds to begin.
 fn foreign(
+    scripts: &'static [Script],
     contest: &mut Contest<'_>,
-    table: &mut Table,
-    name: &str,
-    script: &str,
-    role: Role,
+    work: &str,
     size: usize,
     effort: Effort,
+    table: &mut Table,
 ) {
-    let script = format!("{}/peers/{script}", env!("CARGO_MANIFEST_DIR"));
-    let times = move |count: usize| {
-        let output = Command::new(&script).args([size.to_string(), count.to_string()]).output();
-        let output = output.map_err(|error| format!("{script}: {error}"))?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        let times: Vec<u64> = text.lines().filter_map(|line| line.parse().ok()).collect();
-        let mistake = || String::from_utf8_lossy(&output.stderr).trim().replace('\n', "; ");
-        if times.is_empty() { Err(mistake()) } else { Ok(times) }
-    };
-    if let Err(reason) = times(1) {
-        return table.absent("process to process, sockets", name, format!("{size} B: {reason}"));
+    if !effort.quick || [64, 1 << 20].contains(&size) {
+        scripts.iter().for_each(|script| script.join(contest, work, size, effort, table));
     }
-    let count = effort.count(if size > 1 << 16 { 150 } else { 500 });
-    contest.with(name, role, move |samples| {
-        times(count).unwrap_or_default().into_iter().for_each(|took| samples.add(took));
-    });
 }
 
 /// What sends values.

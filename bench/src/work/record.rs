@@ -109,13 +109,13 @@ fn camera(images: usize, samples: &mut Samples) {
 }
 
 /// A file of the format, as the crate writes it without compression.
-struct Mcap {
+pub(super) struct Mcap {
     writer: mcap::Writer<BufWriter<File>>,
     channels: Vec<u16>,
 }
 
 impl Mcap {
-    fn create(folder: &Path, channels: usize) -> Self {
+    pub fn create(folder: &Path, channels: usize) -> Self {
         let file = File::create(folder.join("floor.mcap")).expect("there is room for a file");
         let options = mcap::WriteOptions::new().compression(None);
         let mut writer = options.create(BufWriter::new(file)).expect("there is room for a file");
@@ -125,7 +125,7 @@ impl Mcap {
         Self { channels: channels.expect("there are few channels"), writer }
     }
 
-    fn write(&mut self, channel: usize, number: u64, bytes: &[u8]) {
+    pub fn write(&mut self, channel: usize, number: u64, bytes: &[u8]) {
         let header = mcap::records::MessageHeader {
             channel_id: self.channels[channel],
             sequence: number as u32,

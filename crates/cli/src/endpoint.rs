@@ -93,7 +93,7 @@ impl Endpoint {
 
     fn access(self, address: Address, role: Option<Role>) -> Result<Access, Failure> {
         let token = self.token(role).ok_or_else(|| no_token(role))?.to_owned();
-        Ok(Access { address, token, certificate: certificate().or(self.certificate) })
+        Ok(Access { address, token, certificate: self.certificate.or_else(certificate) })
     }
 }
 
@@ -107,14 +107,14 @@ impl Access {
         endpoint.access(address, role)
     }
 
-    /// That of the agent at an address. Of one of this computer secret and certificate are known, unless others are given.
+    /// That of the agent at an address. Of one of this computer its certificate is known, and its secret unless one is given.
     pub fn at(text: &str, role: Option<Role>) -> Result<Self, Failure> {
         let address = parse(text)?;
         let given = if role.is_none() { token::given()? } else { None };
         match (given, Endpoint::at(&address)) {
             (Some(token), endpoint) => {
-                let known = || endpoint.and_then(|endpoint| endpoint.certificate);
-                Ok(Self { address, token, certificate: certificate().or_else(known) })
+                let known = endpoint.and_then(|endpoint| endpoint.certificate);
+                Ok(Self { address, token, certificate: known.or_else(certificate) })
             }
             (None, Some(endpoint)) => endpoint.access(address, role),
             (None, None) if role.is_some() => Err(no_token(role)),

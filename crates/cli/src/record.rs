@@ -47,7 +47,7 @@ pub struct StartOptions {
     #[arg(long, value_name = "SELECT")]
     pub exclude: Vec<String>,
     /// At most so many values a second of each property.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
     pub rate: Option<f64>,
     /// Only values that are other ones than the last that was recorded.
     #[arg(long)]
@@ -59,13 +59,34 @@ pub struct StartOptions {
     pub agent: AgentOption,
 }
 
+const SCHEME: &str = "slate://";
+
+/// What is no number at all can't be told to an agent, which says of others whether they will do.
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse::<f64>().ok().filter(|rate| rate.is_finite());
+    rate.ok_or_else(|| "expected values a second, such as 5".into())
+}
+
 /// Does what is asked; true, as what is refused is a failure.
 pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
     match verb {
         RecordVerb::Start(options) => {
             let file = options.agent.file(&options.out)?;
-            let mut client = options.agent.connect()?;
-            let what = (&*options.select, &*options.exclude);
+            let mut patterns = options.select.iter().chain(&options.exclude);
+            let named = patterns.find(|pattern| pattern.starts_with(SCHEME));
+            let mut client = match named {
+                Some(url) => options.agent.connect_for(url)?,
+                None => options.agent.connect()?,
+            };
+            let own = format!("{SCHEME}{}", client.name());
+            // A URL of the agent itself is a path there; any other one it refuses.
+            let path = |pattern: &String| match pattern.strip_prefix(&own) {
+                Some(path) if path.starts_with('/') => path.to_owned(),
+                _ => pattern.clone(),
+            };
+            let paths = |patterns: &[String]| patterns.iter().map(path).collect::<Vec<_>>();
+            let (select, exclude) = (paths(&options.select), paths(&options.exclude));
+            let what = (&*select, &*exclude);
             client.start_recording(&file, what, options.rate, options.on_change)?;
             output::line(format_args!("{} records into {}", client.name(), printable(&options.out)));
         }

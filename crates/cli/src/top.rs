@@ -24,8 +24,8 @@ pub struct TopOptions {
     #[arg(long)]
     once: bool,
 
-    /// How often the table is renewed.
-    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = duration::parse)]
+    /// How often the table is renewed, once a minute at least.
+    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = period)]
     interval: Duration,
 
     /// By what it is sorted.
@@ -67,6 +67,16 @@ struct Row {
     load: Option<f64>,
     overruns: u64,
     restarts: u64,
+}
+
+/// The longest time between two looks: an agent elsewhere lets go of who says nothing.
+const LONGEST: Duration = Duration::from_secs(60);
+
+fn period(text: &str) -> Result<Duration, String> {
+    match duration::parse(text)? {
+        period if period > LONGEST => Err("expected a minute at most, such as `10s`".into()),
+        period => Ok(period),
+    }
 }
 
 /// How long the terminal is left alone before Ctrl-C is looked for.

@@ -113,6 +113,7 @@ fn every_verb_is_for_an_agent_elsewhere_and_each_role_may_what_it_may() {
         (&["set", "/r2/avoid_obstacle/motion", still], "operator"),
         (&["record", "start", "/simulator/**"], "operator"),
         (&["record", "stop", "recording.mcap"], "operator"),
+        (&["record", "snapshot"], "operator"),
         (&["stop"], "viewer"),
         (&["reset"], "operator"),
         (&["arm"], "operator"),
@@ -132,7 +133,9 @@ fn every_verb_is_for_an_agent_elsewhere_and_each_role_may_what_it_may() {
     for role in ROLES {
         let rank = |role: &str| ROLES.iter().position(|own| *own == role);
         // Whoever records makes a new file.
-        let _ = std::fs::remove_file(report.join("recording.mcap"));
+        for name in ["recording.mcap", "flight.mcap"] {
+            let _ = std::fs::remove_file(report.join(name));
+        }
         for (arguments, least) in verbs {
             let output = all.call(role, arguments);
             match rank(role) < rank(least) {
@@ -294,11 +297,15 @@ fn terminal(all: &Elsewhere, address: &str, arguments: &str) -> Child {
     script.current_dir(all.user.folder()).spawn().unwrap()
 }
 
-fn hold_key(terminal: &mut Child, key: &[u8]) {
-    for _ in 0..15 {
-        terminal.stdin.as_mut().unwrap().write_all(key).unwrap();
-        std::thread::sleep(Duration::from_millis(30));
-    }
+/// Holds a key as a terminal repeats it, until the robot is driven.
+fn hold_key(terminal: &mut Child, key: &[u8], is_driven: impl Fn() -> bool) {
+    wait_for("the robot", || {
+        for _ in 0..5 {
+            terminal.stdin.as_mut().unwrap().write_all(key).unwrap();
+            std::thread::sleep(Duration::from_millis(30));
+        }
+        is_driven()
+    });
 }
 
 #[test]
@@ -309,11 +316,10 @@ fn a_robot_elsewhere_is_driven_by_keys_and_stops_when_the_connection_goes() {
     // As it is meant to be.
     let mut driver = terminal(&all, &all.address, "teleop --speed 0.2");
     wait_for("the controls", || holder().as_str().is_some_and(|who| who.contains("(operator at 127.0.0.1")));
-    hold_key(&mut driver, b"w");
+    // 0.2 m/s by wheels of 9.75 cm.
+    let left = || all.agent.read("exp1", "/r2/wheels/command/left").as_f64().unwrap_or_default();
+    hold_key(&mut driver, b"w", || priority() == "TELEOPERATION" && (left() - 2.05).abs() < 0.1);
     let last = Instant::now();
-    assert_eq!(priority(), "TELEOPERATION");
-    let left = all.agent.read("exp1", "/r2/wheels/command")["left"].as_f64().unwrap();
-    assert!((left - 2.05).abs() < 0.1, "{left}");
     while all.agent.read("exp1", "/r2/wheels/command/left") != 0.0 {
         assert!(last.elapsed() < Duration::from_millis(250), "{:?}", last.elapsed());
     }
@@ -325,8 +331,7 @@ fn a_robot_elsewhere_is_driven_by_keys_and_stops_when_the_connection_goes() {
     let cable = Cable::to(&all.address);
     let mut driver = terminal(&all, &cable.address, "teleop");
     wait_for("the controls", || holder().is_string());
-    hold_key(&mut driver, b"w");
-    assert_eq!(priority(), "TELEOPERATION");
+    hold_key(&mut driver, b"w", || priority() == "TELEOPERATION");
     cable.cut();
     let cut = Instant::now();
     while priority() == "TELEOPERATION" {
@@ -353,7 +358,7 @@ fn a_command_whose_agent_ends_meanwhile_says_so() {
     // What was there to see was shown.
     assert!(lines.all(|line| line.unwrap().contains("slate.watch/1")));
     assert_eq!(watching.wait().unwrap().code(), Some(0));
-    says(&waiting.wait_with_output().unwrap(), 3, &["agent `exp1` does not answer", "closed the connection"]);
+    says(&waiting.wait_with_output().unwrap(), 3, &["agent `exp1` does not answer"]);
 }
 
 /// Makes a certificate by OpenSSL, signed by itself or by an authority.
@@ -368,7 +373,10 @@ const KEY: &str = "-newkey ec -pkeyopt ec_paramgen_curve:P-256 -noenc";
 fn an_agent_with_a_certificate_is_asked_over_tls_by_those_who_trust_it() {
     let mut agent = Running::new("elsewhere-tls");
     let folder = agent.folder().to_owned();
-    let own = format!("openssl req -x509 {KEY} -days 30 -subj /CN=robot -keyout own.key -out own.pem");
+    // As the book says.
+    let page = include_str!("../../../book/src/27-command-line.md");
+    let own = page.split("```").find(|block| block.contains("openssl req -x509")).unwrap();
+    let own = own.trim_start_matches("sh").replace("console.", "own.");
     let signed = format!(
         "openssl req -x509 {KEY} -days 30 -subj /CN=others -keyout authority.key -out authority.pem
          openssl req -new {KEY} -subj /CN=robot -keyout signed.key -out signed.csr

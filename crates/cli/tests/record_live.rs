@@ -94,8 +94,17 @@ fn a_recording_of_a_running_agent_begins_with_what_holds_and_misses_nothing_from
 fn what_is_recorded_and_how_often_is_said_by_patterns_a_rate_and_changes() {
     let mut running = Running::new("live-some");
     running.start("exp1", &RUN);
-    let slow =
-        ["record", "start", "/simulator/r2/*", "--exclude", "/**/sonar", "--rate", "5", "--out", "slow.mcap"];
+    let slow = [
+        "record",
+        "start",
+        "slate://exp1/simulator/r2/*",
+        "--exclude",
+        "/**/sonar",
+        "--rate",
+        "5",
+        "--out",
+        "slow.mcap",
+    ];
     running.done(&slow);
     running.done(&[
         "record",
@@ -137,7 +146,13 @@ fn a_recording_that_can_not_begin_says_why_and_what_to_do() {
     running.fails(5, &start(&["--out", "no/where.mcap"]), &["No such file", "a folder that exists"]);
     running.fails(5, &start(&["/nobody/**"]), &["no property of the agent", "slate list"]);
     running.fails(5, &start(&["/r2/["]), &["/r2/[", "slate list"]);
-    running.fails(5, &start(&["--rate", "0"]), &["`rate` is from 0.001", "--rate 5"]);
+    for rate in ["0", "-3", "1e-4"] {
+        running.fails(5, &start(&["--rate", rate]), &["`rate` is from 0.001", "--rate 5"]);
+    }
+    for rate in ["nan", "inf", "fast"] {
+        running.fails(2, &start(&["--rate", rate]), &["expected values a second"]);
+    }
+    running.fails(5, &start(&["slate://exp1/nobody/*"]), &["no property of the agent", "slate list"]);
     running.fails(
         5,
         &["record", "snapshot"],

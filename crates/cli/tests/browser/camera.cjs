@@ -44,9 +44,10 @@ visit(async () => {
     off.push(await apart());
     await page.waitForTimeout(37);
   }
-  // The disc moves some nine pixels from one picture to the next at 10 Hz. A machine with much to do tells late what was found.
+  // The disc moves some nine pixels from one picture to the next at 10 Hz. A machine with much to do tells late what was found, but
+  // what is drawn upon the wrong picture is never right.
   off.sort((one, other) => one - other);
-  assert(off[9] < 1, `what was found is not where the picture shows it: ${off}`);
+  assert(off[5] < 1, `what was found is not where the picture shows it: ${off}`);
   const seen = await place();
   await until("it moves with it", async () => (await place())[0] !== seen[0]);
   await browser.accessible(page, "an image");

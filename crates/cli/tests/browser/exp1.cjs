@@ -216,8 +216,14 @@ visit(async () => {
   // What goes over a link.
   const line = page.locator(".edge[data-edge='simulator r2/range_monitor']");
   await line.locator(".near").dispatchEvent("click");
-  await until("how often and how old", async () => /Rate\s+\d+ Hz\s+Age\s+\d+ ms/.test(await page.innerText(".links")));
-  assert((await line.getAttribute("data-state")) === "chosen", "the line that was chosen does not stand out");
+  await until("how often and how old", async () => /Rate\s+\d+ Hz\s+Age\s+\d+ ms\s+Latency\s+0 ns/.test(await page.innerText(".links")));
+  // What comes back from behind is of the cycle before.
+  const back = page.locator(".edge[data-edge='r2/wheels simulator']");
+  await back.locator(".near").dispatchEvent("click");
+  await until("the latency of a loop", async () => /Latency\s+20\.0 ms/.test(await page.innerText(".links")));
+  await line.locator(".near").dispatchEvent("click");
+  await until("the line is chosen again", async () => (await line.getAttribute("data-state")) === "chosen");
+  assert((await back.getAttribute("data-state")) === "dim", "the other line stands out, too");
   await browser.accessible(page, "a link of the graph");
 
   // The stop is one press; what ends it takes two steps, of which one is held.

@@ -97,10 +97,10 @@ pub(super) fn warning(context: &Context, module: &str, after: u64) -> Option<Str
     // What it says in a step is still on its way here.
     context.logger.flush(WRITTEN);
     let lines = context.board().history(TAIL).ok()?.into_iter();
-    let lines = lines.filter(|(_, stamp)| stamp.sequence > after).map(line);
+    let mut lines = lines.filter(|(_, stamp)| stamp.sequence > after).map(line);
     let warns =
         |line: &Json| line["module"] == module && (line["level"] == "warn" || line["level"] == "error");
-    lines.filter(warns).last().and_then(|line| line["text"].as_str().map(ToOwned::to_owned))
+    lines.rfind(warns).and_then(|line| line["text"].as_str().map(ToOwned::to_owned))
 }
 
 fn line((value, stamp): (Value, Stamp)) -> Json {

@@ -165,6 +165,7 @@ pub(super) fn link() -> Json {
             "from": text(),
             "options": list(list(text())),
             "queue": optional(list(count())),
+            "age": { "type": "integer", "minimum": 0, "description": "How old the value was in the last step of its reader that was measured, ns." },
             "evicted": flag(),
             "trouble": text(),
         },

@@ -1,6 +1,6 @@
 // Modules, gates and the links between them, with how much goes over each. A link is made by dragging from a module to another
 // one, or in the list of inputs; whether it fits is found out before it is made.
-import { Age, Empty, Field, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
+import { Age, duration, Empty, Field, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
 import { moduleOf } from "/blocks.js";
 import { HEIGHT, layout, WIDTH } from "/graph/layout.js";
 
@@ -80,11 +80,12 @@ function Relink({ input, from, sources, done, isAllowed }) {
 function Edge({ edge, rates, change, close }) {
   // Messages have no value that stays.
   const readings = useReadings(edge.links.filter(({ sends }) => !sends).map(({ source }) => source), 4);
-  const told = (links) => links.map(({ source, to, from, sends, queue, trouble, evicted }) => html`<section key=${to}>
+  const told = (links) => links.map(({ source, to, from, sends, age, queue, trouble, evicted }) => html`<section key=${to}>
     <button class="output" title="Shows it in the panel Inspector" onClick=${() => select(source)}><span>${sends ? `${to} sends to` : "from"}</span><span class="number">/${source}</span></button>
     ${!sends && html`<button class="output" onClick=${() => change(to, from)} disabled=${edge.isGate}><span>to</span><span class="number">${to}</span></button>`}
     <dl>
       ${!sends && html`<${Field} name="Rate">${hertz(rates.get(source)) || "–"}</${Field}><${Field} name="Age"><${Age} time=${readings[source]?.time} /></${Field}>`}
+      ${age !== undefined && html`<${Field} name="Latency" title="How old the value was when its reader had it, in the last step that was measured">${duration(age)}</${Field}>`}
       ${queue && html`<${Field} name="Queue" state=${queue[1] ? "degraded" : undefined} title="Values that the reader has not taken, and those that it never saw">${queue[0]} wait, ${queue[1]} lost</${Field}>`}
       ${(trouble || evicted) && html`<${Field} name="Trouble" state="bad">${trouble ?? "it fell behind and reads no more"}</${Field}>`}
     </dl></section>`);

@@ -32,10 +32,13 @@ pub struct Recomputed {
 }
 
 impl Recomputed {
+    fn has_values(&self) -> bool {
+        self.same + self.different + self.only_recorded + self.only_recomputed > 0
+    }
+
     /// Whether there was a value that a module computes; its state is what the host says of it.
     fn is_computed(&self) -> bool {
-        let values = self.same + self.different + self.only_recorded + self.only_recomputed;
-        values > 0 && !self.url.ends_with("/state")
+        self.has_values() && !self.url.ends_with("/state")
     }
 
     /// Whether nothing differs.
@@ -183,8 +186,10 @@ impl Witness {
                 comparer.miss_letter(&path, time);
             }
         }
+        // What was written before they began is none of theirs.
+        let is_meant = |own: &&Recomputed| comparer.fresh_from.is_none() || own.has_values();
         Ok(Recomputation {
-            properties: comparer.found.values().cloned().collect(),
+            properties: comparer.found.values().filter(is_meant).cloned().collect(),
             first: comparer.first.clone(),
             ..Recomputation::default()
         })

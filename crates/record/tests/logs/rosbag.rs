@@ -143,6 +143,36 @@ fn a_recording_that_is_cut_off_or_damaged_names_the_byte_and_gives_what_is_befor
 }
 
 #[test]
+fn a_recording_that_ends_before_its_end_where_a_record_does_is_not_taken_for_a_whole_one() {
+    let (folder, _) = written();
+    let whole = std::fs::read(folder.join("none.bag")).unwrap();
+    let own = files::folder("rosbag-unfinished");
+    let length = |at: usize| 4 + u32::from_le_bytes(whole[at..at + 4].try_into().unwrap()) as usize;
+    let mut ends = vec![13];
+    while *ends.last().unwrap() < whole.len() {
+        let at = *ends.last().unwrap();
+        ends.push(at + length(at) + length(at + length(at)));
+    }
+    assert_eq!(ends.pop(), Some(whole.len()));
+    let index = whole.windows(10).position(|part| part == b"index_pos=").unwrap() + 10;
+    let index = index..index + 8;
+    let begins = u64::from_le_bytes(whole[index.clone()].try_into().unwrap()) as usize;
+    for end in ends.into_iter().filter(|end| *end <= begins) {
+        let path = write(&own, "cut.bag", &whole[..end]);
+        let error = import(&path, &own.join("x.mcap"), &STRICT).unwrap_err().to_string();
+        assert!(error.contains(&format!("damaged at byte {end}")), "{end}: {error}");
+    }
+    // As it is while it is written.
+    let mut unfinished = whole[..begins].to_vec();
+    unfinished[index].fill(0);
+    let path = write(&own, "active.bag", &unfinished);
+    let error = import(&path, &own.join("x.mcap"), &STRICT).unwrap_err().to_string();
+    assert!(error.contains("it was not ended"), "{error}");
+    let (imported, found) = files::import(&path, &LENIENT);
+    assert_eq!((imported.wrong, found.len()), (1, messages(&folder.join("none.bag")).len()));
+}
+
+#[test]
 fn behind_a_record_of_a_wrong_length_it_goes_on_with_the_next_chunk() {
     let (folder, _) = written();
     let whole = std::fs::read(folder.join("none.bag")).unwrap();

@@ -234,6 +234,7 @@ impl Agent {
             means,
             index: 0,
             gauges: BTreeMap::new(),
+            ages: BTreeMap::new(),
             sharing_wake: Arc::default(),
             arenas: Arenas::new(options.isolation_program),
             kept: BTreeMap::new(),

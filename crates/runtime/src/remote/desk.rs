@@ -171,6 +171,7 @@ impl Desk {
                     from: link.from,
                     options: link.options,
                     queue: link.queue,
+                    age: link.age,
                     evicted: link.evicted,
                     trouble: link.trouble,
                 };

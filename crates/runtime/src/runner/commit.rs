@@ -250,6 +250,10 @@ impl Runner {
     /// Writes `/module/timing`.
     fn show_timing(&mut self) {
         let (measured, now) = (&mut self.measured, self.frame.now);
+        for input in &self.inputs {
+            let written = self.slots[input.slot].stamp.time;
+            input.age.set((input.seen != (0, 0)).then(|| now.saturating_sub(written)));
+        }
         let timing = ModuleTiming {
             ticks: self.frame.number,
             period: measured.period,

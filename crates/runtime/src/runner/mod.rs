@@ -28,7 +28,9 @@ pub(crate) use commit::priority;
 pub(crate) use conversion::{Conversion, ConvertedSource, Wire};
 pub(crate) use frozen::FrozenRunner;
 pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
-pub(crate) use ports::{InboxPort, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort};
+pub(crate) use ports::{
+    InboxPort, InputAge, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort,
+};
 pub(crate) use retired::{Patience, Retired, describe};
 pub(crate) use shadow::{Shadow, ShadowState};
 

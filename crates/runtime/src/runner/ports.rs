@@ -1,5 +1,5 @@
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use slate_blackboard::Property;
 use slate_blackboard::channel::{QueueReader, SetAside, Writer};
@@ -55,6 +55,31 @@ pub(crate) struct InputPort {
     /// Sequence and generation of the value that the last tick saw.
     pub seen: (u64, u64),
     pub missed: u64,
+    /// How old the value was in the step that was measured last, for others to look at.
+    pub age: Arc<InputAge>,
+}
+
+/// How old a value is when its reader has it, ns of the agent's time.
+#[derive(Debug)]
+pub(crate) struct InputAge(AtomicU64);
+
+impl Default for InputAge {
+    fn default() -> Self {
+        Self(AtomicU64::new(Self::UNKNOWN))
+    }
+}
+
+impl InputAge {
+    const UNKNOWN: u64 = u64::MAX;
+
+    pub fn set(&self, age: Option<u64>) {
+        self.0.store(age.unwrap_or(Self::UNKNOWN), Ordering::Relaxed);
+    }
+
+    /// The age; none before there was a value in a step.
+    pub fn get(&self) -> Option<u64> {
+        Some(self.0.load(Ordering::Relaxed)).filter(|age| *age != Self::UNKNOWN)
+    }
 }
 
 /// How a queue input keeps up; others may look at any time.

@@ -47,13 +47,14 @@ pub(super) fn read<W: Write>(
         let what = "it does not begin with `#ROSBAG V2.0`; older ones are made new by `rosbag fix`".into();
         return Err(Error::Unfit { path: path.into(), what });
     }
-    let mut log = Log { output, options, imported, path, connections: BTreeMap::new(), buffer: Vec::new() };
+    let connections = BTreeMap::new();
+    let mut log = Log { output, options, imported, path, connections, buffer: Vec::new(), index: None };
     let mut records = Records::new(input, MAGIC.len() as u64);
     let mut resumes = 0;
     loop {
         let place = records.place();
         match records.next() {
-            Ok(None) => return Ok(()),
+            Ok(None) => return log.end(place),
             Ok(Some(record)) => log.record(record, place, true)?,
             // Where the next record begins is not known, but what a chunk looks like is.
             Err(what) => {
@@ -81,9 +82,26 @@ struct Log<'a, W> {
     path: &'a Path,
     connections: BTreeMap<u32, Connection>,
     buffer: Vec<u8>,
+    /// Where the index is that stands at the end, and of how many connections, as the head says.
+    index: Option<(u64, u64)>,
 }
 
 impl<W: Write> Log<'_, W> {
+    /// A file can end where a record does, and not be whole.
+    fn end(&mut self, length: u64) -> Result<(), Error> {
+        match self.index {
+            Some((0, _)) => self.wrong(
+                length,
+                "it was not ended: its head knows no index; `rosbag reindex` makes one".into(),
+            ),
+            Some((index, connections)) if index > length || (index == length && connections > 0) => {
+                self.wrong(length, format!("it is cut off: its index should begin at byte {index}"))
+            }
+            Some(_) => Ok(()),
+            None => self.wrong(length, "it has no head".into()),
+        }
+    }
+
     fn wrong(&mut self, offset: u64, what: String) -> Result<(), Error> {
         self.imported.wrong(self.options, Error::Damaged { path: self.path.into(), offset, what })
     }
@@ -93,12 +111,18 @@ impl<W: Write> Log<'_, W> {
             Ok(0x02) => return self.message(&record, place),
             Ok(0x05) if is_outside => return self.chunk(&record, place),
             Ok(0x07) => self.connection(&record),
-            // The head, indexes, and what is said of chunks.
-            Ok(0x03 | 0x04 | 0x06) if is_outside => Ok(()),
+            Ok(0x03) if is_outside => self.head(&record),
+            // Indexes, and what is said of chunks.
+            Ok(0x04 | 0x06) if is_outside => Ok(()),
             Ok(other) => Err(format!("a record of op {other:#04x} can't stand here")),
             Err(what) => Err(what),
         };
         done.or_else(|what| self.wrong(place, what))
+    }
+
+    fn head(&mut self, record: &Record) -> Result<(), String> {
+        self.index = Some((record.number(b"index_pos", 8)?, record.number(b"conn_count", 4)?));
+        Ok(())
     }
 
     fn chunk(&mut self, record: &Record, place: u64) -> Result<(), Error> {

@@ -28,7 +28,7 @@ use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::isolation::Arenas;
 use crate::log::Logger;
-use crate::runner::{Health, Patience, QueueGauge, Runner};
+use crate::runner::{Health, InputAge, Patience, QueueGauge, Runner};
 pub(super) use deepening::deepening;
 pub(super) use rewiring::{Rewiring, rewire};
 
@@ -60,6 +60,8 @@ pub(super) struct Ground {
     pub index: u32,
     /// How queue inputs keep up, by the path of the port.
     pub gauges: BTreeMap<String, Arc<QueueGauge>>,
+    /// How old the values of other inputs are, by the path of the port.
+    pub ages: BTreeMap<String, Arc<InputAge>>,
     /// Wakes who sends messages to other agents.
     pub sharing_wake: Arc<Wake>,
     /// Memory that isolated modules see.

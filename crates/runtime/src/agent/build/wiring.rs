@@ -172,6 +172,7 @@ impl Builder<'_, '_> {
                     };
                     let stale = self.joint(m, wire).and_then(|joint| joint.link.stale.as_ref());
                     let is_converted = self.conversions(m, wire).next().is_some();
+                    let path = format!("{}/{}", self.name(m), port.name);
                     let port = InputPort {
                         slot: p,
                         stale_after: match stale {
@@ -184,6 +185,7 @@ impl Builder<'_, '_> {
                         writer: post.map(|post| post.health),
                         seen: (0, 0),
                         missed: 0,
+                        age: Arc::clone(self.ground.ages.entry(path).or_default()),
                     };
                     wiring.inputs.push((port, reader));
                 }

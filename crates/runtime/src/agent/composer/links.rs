@@ -89,6 +89,8 @@ pub struct LinkStatus {
     pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
+    /// For an input of a value: how old that was in the step of its reader that was measured last, ns of the agent's time.
+    pub age: Option<u64>,
     /// Whether it is a queue input that fell behind and reads no more, as its link says.
     pub evicted: bool,
     /// Why it brings nothing: what it leads to of another agent is not there, or a module is in the way of it.
@@ -110,6 +112,7 @@ impl Composer {
         let status = |link: &Link| LinkStatus {
             queue: gauge(link)
                 .map(|gauge| (gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed))),
+            age: composition.ground.ages.get(&link.to.value).and_then(|age| age.get()),
             evicted: gauge(link).is_some_and(|gauge| gauge.evicted.load(Ordering::Relaxed)),
             options: composition.configuration.link_options(&link.to.value),
             to: link.to.value.clone(),

@@ -107,6 +107,9 @@ pub struct LinkEntry {
     pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
     pub queue: Option<(u64, u64)>,
+    /// For an input of a value: how old that was in the step of its reader that was measured last, ns of the agent's time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub age: Option<u64>,
     /// Whether it is a queue input that fell behind and reads no more, as its link says.
     #[serde(default)]
     pub evicted: bool,
