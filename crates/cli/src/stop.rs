@@ -68,10 +68,13 @@ struct Answer {
     trouble: Option<String>,
 }
 
+/// Tells an agent to stop, for a reason.
+type Stop = Box<dyn FnOnce(&str) -> Result<(), Failure> + Send>;
+
 /// An agent, and how it is told to stop.
 struct Target {
     name: String,
-    stop: Box<dyn FnOnce(&str) -> Result<(), Failure> + Send>,
+    stop: Stop,
 }
 
 impl Target {
@@ -144,7 +147,10 @@ fn stop_all(targets: Vec<Target>, reason: &str, tell: impl Fn(&Answer)) -> Resul
     for (index, target) in targets.into_iter().enumerate() {
         let (sender, reason) = (sender.clone(), reason.to_owned());
         // One that hangs keeps its thread until the end of this program, which is near.
-        thread::spawn(move || sender.send((index, (target.stop)(&reason), begin.elapsed())));
+        thread::spawn(move || {
+            // By then nobody may wait any more.
+            let _ = sender.send((index, (target.stop)(&reason), begin.elapsed()));
+        });
     }
     drop(sender);
     while let Ok((index, outcome, time)) = outcomes.recv_timeout(PATIENCE.saturating_sub(begin.elapsed())) {
