@@ -8,7 +8,11 @@ use slate_module::{decode_interface, encode_interface};
 use slate_record::ros::{self, Described, Schema, definition};
 
 #[path = "../../crates/cli/src/interface/parse.rs"]
-mod source;
+mod parse;
+#[path = "../../crates/cli/src/interface/token.rs"]
+mod token;
+#[path = "../../crates/cli/src/interface/word.rs"]
+mod word;
 
 /// What the messages of a script are called.
 pub const NAME: &str = "fuzz_msgs/msg/Thing";
@@ -69,7 +73,7 @@ fn messages(mut script: Input) {
 
 fn sources(source: &[u8]) {
     let Ok(text) = std::str::from_utf8(source) else { return };
-    match source::interfaces(text) {
+    match parse::interfaces(text) {
         Ok(found) => found.iter().for_each(|found| {
             assert!(found.line <= text.lines().count(), "line {} is not there", found.line);
             check(found.descriptor);
