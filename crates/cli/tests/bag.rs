@@ -555,8 +555,9 @@ fn what_is_wrong_names_file_place_and_mend() {
 
 #[test]
 fn the_commands_of_the_book_do_what_it_says() {
-    let folder = recorded("bag-book");
-    write(&folder, "again.mcap", &recording(12.25, Compression::None));
+    let folder = folder("bag-book");
+    let run = ["run", "exp1", "--headless", "--set", "record.enabled=true", "--out", "here"];
+    assert!(slate(&folder, &run).status.success());
     let block = BOOK.split_once("```sh\n").unwrap().1.split_once("```").unwrap().0;
     let commands: Vec<_> = block.lines().map(|line| line.split('#').next().unwrap().trim()).collect();
     assert!(commands.len() >= 9, "{commands:?}");

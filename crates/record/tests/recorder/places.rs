@@ -41,6 +41,7 @@ fn of_two_runs_in_one_folder_at_once_each_has_its_own_file() {
     other.attach(&second, &folder);
     (0..4).for_each(|_| assert!(first.step() && second.step()));
     assert!(first.step());
+    second.logger().flush(std::time::Duration::from_secs(10));
     let [first, second] = [its.end(&mut first).unwrap(), other.end(&mut second).unwrap()];
     assert_eq!([&first.file, &second.file], [&folder.join("run.mcap"), &folder.join("run-1.mcap")]);
     assert_eq!([&first, &second].map(|recorded| count(&recorded.file)), [5, 4]);
@@ -87,6 +88,7 @@ fn a_pattern_that_no_property_fits_is_told_with_the_nearest_names() {
     recorder.attach(&agent, &folder("misspelt"));
     assert!(agent.step());
     recorder.end(&mut agent).unwrap();
+    agent.logger().flush(std::time::Duration::from_secs(10));
     let said = log.lines();
     let told = |words: &str| said.iter().any(|line| line.message().contains(words));
     assert!(told("no property fits /counter/nummber of record.select"), "{said:?}");
