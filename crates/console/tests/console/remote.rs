@@ -31,6 +31,7 @@ fn calls() -> Vec<(Json, &'static str)> {
         (json!({ "call": "controls/list" }), viewer),
         (json!({ "call": "replay", "order": "status" }), viewer),
         (json!({ "call": "property/set", "url": "/driver/goal", "value": { "x": 0.0, "y": 0.0 } }), operator),
+        (json!({ "call": "message/send", "url": "/nothing", "value": {} }), operator),
         (json!({ "call": "controls/take", "actuator": "wheel", "who": "me" }), operator),
         (json!({ "call": "controls/command", "command": { "value": 0.0 } }), operator),
         (json!({ "call": "controls/release" }), operator),
