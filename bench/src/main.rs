@@ -53,10 +53,15 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     // The other processes of some works are this program again.
     match arguments.split_first().map(|(first, rest)| (first.as_str(), rest)) {
-        Some((work::process::READER, rest)) => return finished(work::process::read(rest)),
-        Some((work::scale::PROCESS, rest)) => return finished(work::scale::make(rest)),
-        _ => {}
+        Some((work::process::READER, rest)) => work::process::read(rest),
+        Some((work::scale::PROCESS, rest)) => work::scale::make(rest),
+        _ => return measure(&arguments),
     }
+    ExitCode::SUCCESS
+}
+
+/// Measures what is asked for.
+fn measure(arguments: &[String]) -> ExitCode {
     let wanted = match Arguments::read(arguments.iter().cloned()) {
         Ok(wanted) => wanted,
         Err(mistake) => {
@@ -68,8 +73,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let mut table = Table::default();
-    table.run = machine::describe();
+    let mut table = Table { run: machine::describe(), ..Table::default() };
     let command = format!("cargo run --release --manifest-path bench/Cargo.toml -- {}", arguments.join(" "));
     table.run.push(format!("Command: `{command}`"));
     table.run.iter().for_each(|line| println!("{line}"));
@@ -85,10 +89,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-fn finished((): ()) -> ExitCode {
-    ExitCode::SUCCESS
 }
 
 /// Writes the table for programs and for people.

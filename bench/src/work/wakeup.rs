@@ -153,7 +153,7 @@ fn tokio(rounds: usize, samples: &mut Samples) {
 fn iceoryx(rounds: usize, samples: &mut Samples) {
     let (node, name) = super::iceoryx::node("event");
     let service = node.service_builder(&name).event().create().expect("a new service");
-    let own = name.clone();
+    let own = name;
     let sleeper = Sleeper::start(rounds, move || {
         let node = super::iceoryx::plain_node();
         let service = node.service_builder(&own).event().open().expect("it was created before");

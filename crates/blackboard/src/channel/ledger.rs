@@ -60,7 +60,7 @@ impl Ledger {
     }
 
     /// What is known of a slot of the channel's pool.
-    #[inline]
+    #[inline(always)] // Part of every write.
     pub fn entry<'a>(&'a mut self, pool: &'a Pool, slot: usize) -> &'a mut Entry {
         let near = self.lines.len() * LINE;
         if slot >= near {
@@ -72,7 +72,7 @@ impl Ledger {
         &mut entries[slot]
     }
 
-    #[inline(never)]
+    #[cold]
     fn far_entry<'a>(&'a mut self, pool: &'a Pool, slot: usize) -> &'a mut Entry {
         let FarLines(lines) = pool.far_lines();
         // SAFETY: a pool has one ledger, which is borrowed as long as the entry.

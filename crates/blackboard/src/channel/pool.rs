@@ -139,7 +139,7 @@ impl Pool {
     }
 
     /// Where a slot below the number of those that are ready is.
-    #[inline]
+    #[inline(always)] // Part of every write and every read.
     fn entry(&self, index: usize) -> &Entry {
         match self.near.get(index) {
             Some(entry) => entry,
@@ -148,7 +148,7 @@ impl Pool {
     }
 
     /// Made before an index of them is ready, under the channel's lock.
-    #[inline(never)]
+    #[cold]
     fn far(&self) -> &Far {
         self.far.get_or_init(|| {
             let count = self.limit - self.near.len();
