@@ -259,8 +259,13 @@ impl Player {
         remarks.filter_map(|(topic, remark)| Some((topic.clone(), remark.clone()?))).collect()
     }
 
-    /// Topics whose times go back, and how often: such a value is played at the time of the one before it.
+    /// Topics whose times go back, and how often: such a value is played at the time of the one before it. In a recording of an
+    /// agent several may write a property, such as all who command an actuator, each with the time of its own tick, so that there
+    /// nothing is to be said of it.
     pub fn backwards(&self) -> Vec<(String, u64)> {
+        if self.run.is_some() {
+            return Vec::new();
+        }
         let reel = self.reel.get();
         let back = reel.timeline.tracks.iter().filter(|track| track.backwards > 0);
         back.map(|track| (track.topic.clone(), track.backwards)).collect()
