@@ -141,7 +141,8 @@ impl Player {
                  same with --partial"
             )));
         }
-        (reel.silent, reel.inboxes) = (excerpt.silent, excerpt.inboxes);
+        (reel.silent, reel.inboxes, reel.deaf) = (excerpt.silent, excerpt.inboxes, excerpt.deaf.clone());
+        let mut deaf = excerpt.deaf;
         let text = excerpt.text;
         let (mut written, mut mailboxes) = (Written::new(), Written::new());
         if let Some(run) = &run {
@@ -149,14 +150,18 @@ impl Player {
             mailboxes = run.closed_mailboxes(&reel.timeline, &plan.modules);
             let lacks = Lacks::new(run, &reel.timeline);
             mailboxes.retain(|path, _| !lacks.is_ruled(path));
+            deaf.retain(|path, _| !lacks.is_ruled(path));
             written.extend(mailboxes.clone());
+            for (from, to) in excerpt.outboxes.iter().filter(|(_, to)| deaf.contains_key(*to)) {
+                written.entry(to.clone()).or_default().extend(run.owner(from).cloned());
+            }
         }
         let changes = if is_lockstep && (begins || reel.is_each_known) { changes } else { VecDeque::new() };
         let mut unheard = excerpt.outboxes;
-        unheard.retain(|_, to| !mailboxes.contains_key(to));
+        unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
         let reel = SharedReel::new(reel);
-        let witness =
-            (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys()));
+        let witness = (!plan.modules.is_empty())
+            .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf));
         let (counter, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),
