@@ -83,8 +83,8 @@ function Panel() {
   const own = `/${path}`;
   const readers = links.filter(({ from }) => from === own || from.startsWith(`${own}/`)).map(({ to }) => to);
   const isLinked = links.some(({ to }) => to === path);
-  const writer = { output: "its module", setting: isLinked ? "its link" : "configuration, or by hand", messages: "whoever sends" }[property.access];
-  return html`<div class="scroll inspector" tabindex="0" role="region" aria-label="Inspector">
+  const writer = { output: "its module", queue: "its link", setting: isLinked ? "its link" : "configuration, or by hand", messages: "whoever sends" }[property.access];
+  return html`<div class="scroll inspector" tabindex="0" role="group" aria-label="Inspector">
     <div class="group"><code>/${path}</code></div>
     <p class="doc">${property.doc}</p>
     <dl>
