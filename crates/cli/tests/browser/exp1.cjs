@@ -305,8 +305,11 @@ visit(async () => {
   assert(covers === "stop", "a dialog is over the stop");
   await page.keyboard.press("Enter");
   await until("its plot is there", async () => (await page.innerText(".tile[data-panel=plot] .series")).includes("simulator/r2/clearance/distance"));
+  await until("the palette leaves", async () => (await page.locator("[role=dialog]").count()) === 0);
   await page.keyboard.press("Control+k");
   await find.fill("switch avoid_obs on");
+  // What the modules are is asked for when the palette opens.
+  await until("the switch is found", async () => (await page.locator("[role=option]").first().innerText()).includes("Switch r2/avoid_obstacle on"));
   await page.keyboard.press("Enter");
   await until("it is switched on", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_obstacle" && condition === "WORKING"));
   await until("the palette is closed", async () => (await page.locator("[role=dialog]").count()) === 0);

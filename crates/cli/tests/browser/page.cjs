@@ -22,7 +22,18 @@ async function until(what, holds, seconds = 10) {
     if (last) return last;
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
-  return fail(`${what}: not within ${seconds} s (${JSON.stringify(last)})`);
+  return fail(`${what}: not within ${seconds} s (${JSON.stringify(last)})${await shown()}`);
+}
+
+const tabs = [];
+
+/** What the tabs say where something went wrong: dialogs, troubles, and the focus. */
+async function shown() {
+  const texts = await Promise.all(tabs.filter((tab) => !tab.isClosed()).map((tab) => tab.evaluate(() => {
+    const texts = [...document.querySelectorAll("[role=dialog], .trouble, .banner")].map((node) => `${node.className}: ${node.innerText.slice(0, 600)}`);
+    return [location.hash, `focus: ${document.activeElement?.outerHTML.slice(0, 200)}`, ...texts].join("\n");
+  }).catch(String)));
+  return texts.map((text) => `\n--- ${text}`).join("");
 }
 
 class Visit {
@@ -38,6 +49,7 @@ class Visit {
   async tab(settings = {}) {
     const context = await this.browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark", ...settings });
     const page = await context.newPage();
+    tabs.push(page);
     // The browser itself tells of each refusal; that of a link which does not fit is what is asked for.
     const isAsked = (message) => /409/.test(message.text()) && message.location().url.includes("/links/");
     page.on("console", (message) => ["error", "warning"].includes(message.type()) && !isAsked(message) && this.complaints.push(`${message.text()} (${message.location().url})`));
