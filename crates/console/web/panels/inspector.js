@@ -93,7 +93,7 @@ function Panel() {
       <${Field} name="Read by">${readers.length ? readers.join(", ") : "no link"}</${Field}>
       ${reading && html`<${Field} name="Number, age">${reading.sequence}, <${Age} time=${reading.time} /></${Field}>`}
     </dl>
-    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th><th></th></tr></thead><tbody>
+    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th><td></td></tr></thead><tbody>
       ${leaves(schema).map((leaf) => html`<tr key=${leaf.pointer}><th scope="row" title=${leaf.pointer}>${leaf.name || "value"}</th>
         <td class="number">${written(part(reading.value, leaf.pointer), leaf)}</td><td class="muted wrap">${leaf.doc}</td>
         <td>${["number", "integer", "boolean"].includes(leaf.type) && html`<button class="quiet" title="Over time, in a panel beside this" aria-label=${`Plot ${leaf.name || "value"}`} onClick=${() => openPanel("plot", { series: [path + leaf.pointer] })}>Plot</button>`}</td></tr>`)}</tbody></table>`}
