@@ -141,9 +141,10 @@ visit(async () => {
   await until("it is said what is wrong", async () => (await page.locator(".tile .trouble").count()) === 1);
   await add.fill("=2 * {simulator/r2/clearance/distance}");
   await add.press("Enter");
-  await until("it is computed", async () => {
-    const [single, twice] = (await page.locator(".tile").nth(1).locator(".series b").allInnerTexts()).map((text) => Number.parseFloat(text));
-    return Math.abs(twice - 2 * single) < 0.1;
+  await until("it is computed, in its unit", async () => {
+    const texts = await page.locator(".tile").nth(1).locator(".series b").allInnerTexts();
+    const [single, twice] = texts.map((text) => Number.parseFloat(text));
+    return Math.abs(twice - 2 * single) < 0.1 && texts[1].endsWith(" m");
   });
   await add.fill("simulator/r2/sonar$.echoes[3].range");
   await add.press("Enter");

@@ -50,9 +50,7 @@ class Visit {
     const context = await this.browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark", ...settings });
     const page = await context.newPage();
     tabs.push(page);
-    // The browser itself tells of each refusal; that of a link which does not fit is what is asked for.
-    const isAsked = (message) => /409/.test(message.text()) && message.location().url.includes("/links/");
-    page.on("console", (message) => ["error", "warning"].includes(message.type()) && !isAsked(message) && this.complaints.push(`${message.text()} (${message.location().url})`));
+    page.on("console", (message) => ["error", "warning"].includes(message.type()) && this.complaints.push(`${message.text()} (${message.location().url})`));
     page.on("pageerror", (error) => this.complaints.push(String(error)));
     page.on("request", (request) => /^(data|blob):/.test(request.url()) || request.url().startsWith(origin) || this.foreign.push(request.url()));
     return page;
@@ -73,7 +71,7 @@ class Visit {
     if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe);
     // What is as it should be is much, and nobody reads it; and there is no frame and nothing to be loaded.
     const violations = await page.evaluate(async () => {
-      const rules = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"];
+      const rules = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
       return (await window.axe.run(document, { runOnly: rules, resultTypes: ["violations"], iframes: false, preload: false })).violations;
     });
     const words = violations.map(({ id, help, nodes }) => `${id}: ${help}: ${nodes.slice(0, 3).map(({ html, failureSummary }) => `${html.slice(0, 200)} ${failureSummary}`).join("; ")}`);
