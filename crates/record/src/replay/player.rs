@@ -148,6 +148,11 @@ impl Player {
         }
         (reel.silent, reel.inboxes, reel.deaf) = (excerpt.silent, excerpt.inboxes, excerpt.deaf.clone());
         let mut deaf = excerpt.deaf;
+        if !is_lockstep {
+            // Modules on threads of their own answer each other many times in what is one cycle here, so that a sender alone sends
+            // something else.
+            deaf.clear();
+        }
         let text = excerpt.text;
         let (mut written, mut mailboxes) = (Written::new(), Written::new());
         if let Some(run) = &run {
