@@ -42,6 +42,7 @@ pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
 /// Slate: an architecture for autonomous robots, everything the robot knows at a URL, and runs that repeat bit for bit.
 #[derive(Debug, Parser)]
 #[command(name = "slate", version, about, long_about = None)]
+#[command(after_help = "The agent of a verb may be named before it, too: slate --agent NAME VERB")]
 pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,

@@ -8,7 +8,7 @@ use slate::runtime::remote::LinkEntry;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::{complete, output};
+use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct LinkOptions {
@@ -156,15 +156,16 @@ fn only(links: Vec<LinkEntry>, to: &str) -> Result<Vec<LinkEntry>, Failure> {
     Ok(meant)
 }
 
-fn row(link: LinkEntry) -> [String; 6] {
+fn row(link: LinkEntry) -> [String; 7] {
     let options: Vec<_> = link.options.iter().map(|(name, value)| format!("{name} = {value}")).collect();
     let queue = match link.queue {
         Some((_, lost)) if link.evicted => format!("evicted: it fell behind and reads no more, {lost} lost"),
         Some((waiting, lost)) => format!("{waiting} waiting, {lost} lost"),
         None => String::new(),
     };
+    let age = link.age.map_or(String::new(), |age| format!("{} old", duration::show(age as f64)));
     let trouble = link.trouble.map_or(String::new(), |trouble| format!("waits: {trouble}"));
-    [link.to, "<-".into(), link.from, options.join(", "), queue, trouble]
+    [link.to, "<-".into(), link.from, options.join(", "), age, queue, trouble]
 }
 
 /// Takes the link of an input away.
@@ -190,5 +191,8 @@ fn show(changed: &[slate::runtime::remote::Changed], dry_run: bool, json: bool) 
     };
     for change in changed {
         output::line(format_args!("{}: {} -> {}", change.path, text(&change.before), text(&change.after)));
+        if let Some(conversion) = &change.conversion {
+            output::line(format_args!("  converted: {conversion}"));
+        }
     }
 }

@@ -55,6 +55,7 @@ mod trails;
 mod tree;
 mod wait;
 mod watch;
+mod words;
 
 use std::process::ExitCode;
 
@@ -92,7 +93,7 @@ fn main() -> ExitCode {
 
 /// What was asked for, with help and complaints in the colours that were asked for, too.
 fn parsed() -> Result<Arguments, clap::Error> {
-    let words: Vec<_> = std::env::args_os().collect();
+    let words = words::with_agent_behind(words::of_stop(std::env::args_os().collect()));
     let is_said = |wanted: &str| words.iter().take_while(|word| *word != "--").any(|word| word == wanted);
     output::set_json(is_said("--json"));
     let mut command = Arguments::command();

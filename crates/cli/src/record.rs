@@ -1,6 +1,8 @@
 //! Recordings of running agents.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use slate::runtime::printable;
@@ -8,6 +10,7 @@ use slate::runtime::recording::{RecordingEntry, RecordingStatus};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
+use crate::http::{BASE, Request};
 use crate::output;
 
 #[derive(Debug, Subcommand)]
@@ -34,6 +37,16 @@ pub enum RecordVerb {
         /// The file; it must not be there yet.
         #[arg(default_value = "flight.mcap")]
         file: PathBuf,
+        #[command(flatten)]
+        agent: AgentOption,
+    },
+    /// Fetches a recording that has ended from the folder of an agent's report, over HTTP: also from another computer.
+    Fetch {
+        /// Its name, such as `recording`; `slate api GET /recordings` shows which there are.
+        name: String,
+        /// The file that it is written into, which is not there yet; NAME.mcap in this folder unless given.
+        #[arg(long)]
+        out: Option<PathBuf>,
         #[command(flatten)]
         agent: AgentOption,
     },
@@ -105,8 +118,38 @@ pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
             let (file, values) = (printable(file), saved.values);
             output::line(format_args!("{file} has the last {seconds:.3} s: {values} values"));
         }
+        RecordVerb::Fetch { name, out, agent } => {
+            let name = name.strip_suffix(KIND).unwrap_or(name);
+            fetch(agent, name, &out.clone().unwrap_or_else(|| format!("{name}{KIND}").into()))?;
+        }
     }
     Ok(true)
+}
+
+/// How the files of recordings end.
+const KIND: &str = ".mcap";
+
+/// Writes a recording of an agent into a file here. Of what breaks off nothing is left.
+fn fetch(agent: &AgentOption, name: &str, out: &Path) -> Result<(), Failure> {
+    let coded = |byte: u8| match byte {
+        byte if byte.is_ascii_alphanumeric() => char::from(byte).to_string(),
+        byte => format!("%{byte:02X}"),
+    };
+    let path = format!("{BASE}/recordings/{}", name.bytes().map(coded).collect::<String>());
+    let mut response =
+        agent.over_http(None)?.ask(&Request { method: "GET", path: &path, ..Request::default() })?.well()?;
+    let unwritten = |source: Error| match source.kind() {
+        ErrorKind::AlreadyExists => Failure::Taken { path: out.into() },
+        _ => Failure::File { path: out.into(), source },
+    };
+    let mut file = File::create_new(out).map_err(unwritten)?;
+    let bytes = std::io::copy(&mut response.body, &mut file).inspect_err(|_| {
+        // It is not there, or nobody can help it.
+        let _ = std::fs::remove_file(out);
+    });
+    let bytes = bytes.map_err(unwritten)?;
+    output::line(format_args!("{} has {:.1} MB", printable(out), megabytes(bytes)));
+    Ok(())
 }
 
 fn counts(entry: &RecordingEntry) -> String {

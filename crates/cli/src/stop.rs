@@ -18,8 +18,8 @@ use crate::watch::now;
 #[derive(Debug, Args)]
 pub struct StopOptions {
     /// Why, in one word or several; it is kept and shown.
-    // What nobody knows is a part of it: a stop is not refused for a word.
-    #[arg(value_name = "REASON", allow_hyphen_values = true)]
+    // What nobody knows is a part of it (see `words`): a stop is not refused for a word.
+    #[arg(value_name = "REASON")]
     reason: Vec<String>,
 
     /// Prints who has stopped as JSON.
@@ -98,10 +98,8 @@ impl Target {
 
 /// Stops all actuators of the agent that is named, else of all that run here; returns what the process ends with.
 pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
-    // Behind an option that there is not, all are words of the reason.
-    let (mut words, json) = (options.reason.clone(), options.json || output::is_json());
-    words.retain(|word| word != "--json");
-    let reason = match words.join(" ") {
+    let json = options.json;
+    let reason = match options.reason.join(" ") {
         empty if empty.trim().is_empty() => "by a person at the terminal".into(),
         reason => reason,
     };

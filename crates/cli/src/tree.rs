@@ -113,6 +113,7 @@ fn draw(node: &Node, indent: &str, depth: u8, options: &TreeOptions, rows: &mut 
             // What a module writes is the rule.
             row[2] = match property.access.as_str() {
                 "setting" => "can be set".into(),
+                "queue" => "takes a link".into(),
                 "messages" => "takes messages".into(),
                 _ => String::new(),
             };

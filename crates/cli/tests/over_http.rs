@@ -8,7 +8,7 @@ use std::fs::Permissions;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -149,6 +149,16 @@ fn every_verb_is_for_an_agent_elsewhere_and_each_role_may_what_it_may() {
     assert!(there.join("snapshots/now.snapshot").is_file());
     assert!(report.join("recording.mcap").is_file() && report.join("trace.json").is_file(), "{report:?}");
     assert_eq!(std::fs::read_dir(here).unwrap().count(), 0);
+    // A recording is fetched from there, by whoever may look.
+    let said = all.done("viewer", &["record", "fetch", "recording", "--out", "mine.mcap"]);
+    let read = |file: PathBuf| std::fs::read(file).unwrap();
+    assert!(said.starts_with("mine.mcap has "), "{said}");
+    assert!(read(here.join("mine.mcap")) == read(report.join("recording.mcap")));
+    let again = all.call("viewer", &["record", "fetch", "recording.mcap", "--out", "mine.mcap"]);
+    says(&again, 2, &["mine.mcap", "there already"]);
+    says(&all.call("viewer", &["record", "fetch", "none"]), 4, &["there is no none.mcap", "recordings"]);
+    says(&all.call("viewer", &["record", "fetch", "../now"]), 5, &["can't be the name of a recording"]);
+    assert_eq!(std::fs::read_dir(here).unwrap().count(), 1, "of what is not fetched nothing is left");
     // A shell is offered its names.
     wait_for("names", || {
         let mut command = all.command("viewer", &["--", "slate", "get", "/r2/planner/pa"]);

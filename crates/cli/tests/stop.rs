@@ -131,6 +131,20 @@ fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other
     for agent in ["exp1", "exp1-2"] {
         assert!(soon(|| running.read(agent, "/r2/wheels/gate")["mode"] == "STOPPED"), "{agent}");
     }
+    for agent in ["exp1", "exp1-2"] {
+        running.done(&["--agent", agent, "reset"]);
+        running.done(&["--color", "never", "--agent", agent, "arm"]);
+    }
+    // An option keeps its meaning behind one that there is not, and in front of the verb.
+    stops(&running, &["--now", "--agent", "exp1-2"], &["exp1-2"]);
+    let said = running.done(&["--agent=exp1-2", "stop", "--now", "--json"]);
+    assert!(said.contains("\"reason\":\"--now\"") && !said.contains("\"exp1\""), "{said}");
+    assert_eq!(running.read("exp1", "/r2/wheels/gate")["mode"], "ARMED");
+    // An option without its value, or with one that it does not have, is no reason to drive on.
+    for words in [&["--agent"][..], &["--color", "blue"], &["--json=1"]] {
+        stops(&running, words, &["exp1", "exp1-2"]);
+    }
+
     // To let several go needs more care.
     for verb in ["reset", "arm"] {
         running.fails(2, &[verb], &["several agents run here: exp1, exp1-2"]);

@@ -1,6 +1,8 @@
 //! What is sent back.
 
 use std::convert::Infallible;
+use std::fs::File;
+use std::io::Read;
 use std::pin::Pin;
 use std::task::{Context as Task, Poll};
 
@@ -19,6 +21,8 @@ pub(crate) enum Answer {
     Json(StatusCode, Json, Option<String>),
     /// Anything, of a kind.
     Bytes(&'static str, Vec<u8>),
+    /// So many bytes of a file.
+    File(File, u64),
     /// What goes on until somebody goes.
     Follow(Follow),
     /// Nothing to tell.
@@ -120,6 +124,30 @@ impl Problem {
     }
 }
 
+/// What is no text and nothing that a browser shows.
+pub(crate) const BYTES: &str = "application/octet-stream";
+
+/// As much of a file as is sent at once, bytes.
+const PIECE: u64 = 256 << 10;
+
+/// Sends a file, piece by piece.
+async fn send(mut file: File, mut left: u64, sender: mpsc::Sender<Bytes>) {
+    while left > 0 {
+        let length = left.min(PIECE);
+        let read = tokio::task::spawn_blocking(move || {
+            let mut piece = vec![0; length as usize];
+            file.read_exact(&mut piece).map(|()| (file, piece))
+        });
+        // What can't be read is missing in the answer, which says how long it is.
+        let Ok(Ok((back, piece))) = read.await else { return };
+        file = back;
+        left -= length;
+        if sender.send(piece.into()).await.is_err() {
+            return;
+        }
+    }
+}
+
 /// An answer that is whole.
 pub(crate) fn whole(answer: Answer) -> Response<Body> {
     match answer {
@@ -131,6 +159,15 @@ pub(crate) fn whole(answer: Answer) -> Response<Body> {
             response
         }
         Answer::Bytes(kind, bytes) => response(StatusCode::OK, kind, Body::of(bytes)),
+        Answer::File(file, length) => {
+            // One piece that waits, and one on its way: who reads slowly is read for slowly.
+            let (sender, receiver) = mpsc::channel(1);
+            tokio::spawn(send(file, length, sender));
+            let mut response = response(StatusCode::OK, BYTES, Body::Stream(receiver));
+            // Whoever gets fewer knows that something is missing.
+            response.headers_mut().insert(hyper::header::CONTENT_LENGTH, length.into());
+            response
+        }
         Answer::Nothing => json_response(StatusCode::OK, &json!({})),
         Answer::Follow(follow) => {
             let (kind, receiver) = follow.begin();

@@ -26,7 +26,17 @@ pub(crate) struct Problem {
 impl Problem {
     pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
         let (detail, help) = (detail.into(), help.into());
-        Self { status, detail, help, mistake: None, report: None, headers: Vec::new() }
+        let mistake = match status {
+            StatusCode::NOT_FOUND => Some(Mistake::Name),
+            StatusCode::UNPROCESSABLE_ENTITY => Some(Mistake::Value),
+            _ => None,
+        };
+        Self { status, detail, help, mistake, report: None, headers: Vec::new() }
+    }
+
+    /// Of that kind.
+    pub fn of(self, mistake: Mistake) -> Self {
+        Self { mistake: Some(mistake), ..self }
     }
 
     pub fn with(mut self, name: &'static str, value: impl Into<String>) -> Self {
@@ -50,7 +60,8 @@ impl Problem {
 
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
         let mistake = refusal.code.as_deref().and_then(Mistake::from_code);
-        Self { mistake, report: refusal.report, ..Self::new(status, refusal.message, refusal.help) }
+        let problem = Self::new(status, refusal.message, refusal.help);
+        Self { mistake: mistake.or(problem.mistake), report: refusal.report, ..problem }
     }
 
     /// As it is told at the local socket.
@@ -93,11 +104,7 @@ impl From<Refusal> for Problem {
 
 impl From<Report> for Problem {
     fn from(report: Report) -> Self {
-        Self {
-            mistake: report.mistake(),
-            report: Some(report.render(false)),
-            ..Self::unfit(report.to_string(), "")
-        }
+        Refusal::from(report).into()
     }
 }
 
@@ -111,6 +118,6 @@ impl From<BoardError> for Problem {
             BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
             _ => Self::unfit(text, "GET /api/v1/interfaces/NAME tells what values are made of"),
         };
-        Self { mistake, ..problem }
+        Self { mistake: mistake.or(problem.mistake), ..problem }
     }
 }

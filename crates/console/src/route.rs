@@ -101,18 +101,18 @@ pub(crate) fn find(operations: &'static [Operation], method: &str, path: &str) -
     let unknown = || Problem::not_found(format!("there is nothing at {path}"), "see /api/v1/openapi.json");
     let parts = rest.ok_or_else(unknown)?.split('/').skip(1);
     let parts = parts.map(decode).collect::<Result<Vec<_>, _>>()?;
+    // What is more special comes first, and what is more general is no other way to say the same.
+    let mut path_found = None;
     let mut allowed: Vec<&str> = Vec::new();
     for operation in operations {
         let Some(captured) = fits(operation.path, &parts) else { continue };
+        if *path_found.get_or_insert(operation.path) != operation.path {
+            continue;
+        }
         if operation.method == method || (method == "HEAD" && operation.method == "GET") {
             return Ok((operation, captured));
         }
-        // What is more general comes later, and is no other way to say the same.
-        if allowed.is_empty()
-            || operations.iter().any(|other| other.path == operation.path && allowed.contains(&other.method))
-        {
-            allowed.push(operation.method);
-        }
+        allowed.push(operation.method);
     }
     if allowed.is_empty() {
         return Err(unknown());

@@ -11,8 +11,7 @@ pub(crate) fn complete(
     names: impl Fn(&str) -> bool,
     help: &str,
 ) -> Result<(), Problem> {
-    let fields = descriptor.fields.iter().map(|field| field.name);
-    let lacking: Vec<_> = fields.filter(|name| *name != "reserved" && !names(name)).collect();
+    let lacking = slate_runtime::remote::lacking(descriptor, names);
     if lacking.is_empty() {
         return Ok(());
     }

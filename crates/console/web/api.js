@@ -34,9 +34,9 @@ export class Problem extends Error {
 /** When anything was heard of the agent last, ms of `performance.now`. */
 export const life = { heard: performance.now() };
 
-/** An answer that is read as it comes. */
+/** An answer that is read as it comes. A refusal is told with status 200, as it is no failure that belongs in the browser's log. */
 export async function request(method, path, { body, signal } = {}) {
-  const options = { method, signal, headers: { Authorization: `Bearer ${token()}` } };
+  const options = { method, signal, headers: { Authorization: `Bearer ${token()}`, Prefer: "refusal=200" } };
   if (body !== undefined) {
     options.body = JSON.stringify(body);
     options.headers["Content-Type"] = "application/json";
@@ -48,9 +48,10 @@ export async function request(method, path, { body, signal } = {}) {
     throw new Problem(0, "the agent does not answer", "see whether it still runs");
   }
   life.heard = performance.now();
-  if (response.ok) return response;
+  const isRefused = (response.headers.get("content-type") ?? "").startsWith("application/problem+json");
+  if (response.ok && !isRefused) return response;
   const value = await read(response);
-  throw new Problem(response.status, value.detail ?? String(value), value.help, value.report);
+  throw new Problem(value.status ?? response.status, value.detail ?? String(value), value.help, value.report);
 }
 
 async function read(response) {

@@ -4,6 +4,11 @@ const FUNCTIONS = { abs: Math.abs, atan2: Math.atan2, cos: Math.cos, degrees: (a
 const CONSTANTS = { pi: Math.PI };
 const PARTS = /\s*(?:(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+)|\{([^{}]+)\}|([a-z]\w*)|([-+*/^(),]))/iy;
 
+// What has a unit is of the unit of all its parts, if that is one; a number that is written there has none, and is no part.
+const same = (units) => (units.every((unit) => unit === units[0]) ? units[0] : "");
+const factor = (left, right) => (left === null ? right : right === null ? left : "");
+const UNITS = { abs: same, hypot: same, max: same, min: same, atan2: (units) => (same(units) ? "rad" : ""), degrees: ([unit]) => (unit === "rad" ? "deg" : "") };
+
 /** What functions there are. */
 export const functions = Object.keys(FUNCTIONS).join(", ");
 
@@ -19,7 +24,7 @@ function parts(text) {
   return found;
 }
 
-/** An expression: the names of its `inputs`, and what it is of their values, in their order. Throws what is wrong with it. */
+/** An expression: the names of its `inputs`, and what it and its unit are of theirs, in their order. Throws what is wrong with it. */
 export function parse(text) {
   const [all, inputs] = [parts(text), []];
   let place = 0;
@@ -32,53 +37,60 @@ export function parse(text) {
     let left = product();
     for (;;) {
       const before = left;
-      if (take("+")) { const right = product(); left = (values) => before(values) + right(values); }
-      else if (take("-")) { const right = product(); left = (values) => before(values) - right(values); }
-      else return left;
+      const minus = sign() === "-";
+      if (!take("+") && !take("-")) return left;
+      const right = product();
+      left = { of: (values) => (minus ? before.of(values) - right.of(values) : before.of(values) + right.of(values)), unit: (units) => same([before.unit(units), right.unit(units)]) };
     }
   };
   const product = () => {
     let left = negative();
     for (;;) {
       const before = left;
-      if (take("*")) { const right = negative(); left = (values) => before(values) * right(values); }
-      else if (take("/")) { const right = negative(); left = (values) => before(values) / right(values); }
-      else return left;
+      const isRatio = sign() === "/";
+      if (!take("*") && !take("/")) return left;
+      const right = negative();
+      left = isRatio
+        ? { of: (values) => before.of(values) / right.of(values), unit: (units) => (right.unit(units) === null ? before.unit(units) : "") }
+        : { of: (values) => before.of(values) * right.of(values), unit: (units) => factor(before.unit(units), right.unit(units)) };
     }
   };
   const negative = () => {
-    if (take("-")) { const of = negative(); return (values) => -of(values); }
+    if (take("-")) { const { of, unit } = negative(); return { of: (values) => -of(values), unit }; }
     return power();
   };
   const power = () => {
     const base = single();
     if (!take("^")) return base;
     const exponent = negative();
-    return (values) => base(values) ** exponent(values);
+    return { of: (values) => base.of(values) ** exponent.of(values), unit: (units) => (base.unit(units) === null && exponent.unit(units) === null ? null : "") };
   };
   const single = () => {
     const part = all[place];
     place += 1;
-    if (part?.number !== undefined) return () => part.number;
+    if (part?.number !== undefined) return { of: () => part.number, unit: () => null };
     if (part?.input !== undefined) {
       if (!inputs.includes(part.input)) inputs.push(part.input);
       const own = inputs.indexOf(part.input);
-      return (values) => values[own];
+      return { of: (values) => values[own], unit: (units) => units[own] };
     }
     if (part?.sign === "(") {
       const inner = sum();
       demand(")");
       return inner;
     }
-    if (part?.word && Object.hasOwn(CONSTANTS, part.word)) return () => CONSTANTS[part.word];
+    if (part?.word && Object.hasOwn(CONSTANTS, part.word)) return { of: () => CONSTANTS[part.word], unit: () => null };
     if (!part?.word || !Object.hasOwn(FUNCTIONS, part.word)) throw new Error(part ? `“${part.word ?? part.sign}” is no number; functions are ${functions}; names stand in braces` : "a number is missing at the end");
     demand("(");
     const given = [sum()];
     while (take(",")) given.push(sum());
     demand(")");
-    return (values) => FUNCTIONS[part.word](...given.map((one) => one(values)));
+    return {
+      of: (values) => FUNCTIONS[part.word](...given.map((one) => one.of(values))),
+      unit: (units) => (UNITS[part.word] ?? (() => ""))(given.map((one) => one.unit(units))),
+    };
   };
-  const compute = sum();
+  const whole = sum();
   if (place < all.length) throw new Error(`“${Object.values(all[place])[0]}” is too much`);
-  return { inputs, compute };
+  return { inputs, compute: whole.of, unit: (units) => whole.unit(units) ?? "" };
 }

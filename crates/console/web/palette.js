@@ -12,17 +12,19 @@ import { Trouble } from "/parts.js";
 
 const MOST = 40;
 
-/** How well words fit a text, the better the less; nothing when one of them is not in it. */
-function fit(words, text) {
-  const low = text.toLowerCase();
+/** How well words fit a name of a kind, the better the less; nothing when one of them is not in it. */
+function fit(words, kind, name) {
+  const low = name.toLowerCase();
   let sum = 0;
   for (const word of words) {
+    // A kind is meant by its beginning alone: what is switched off is an action, too, and has no "on".
+    if (kind.toLowerCase().startsWith(word)) continue;
     const place = low.indexOf(word);
     if (place < 0) return null;
-    // The beginning of a name is meant more often than its middle.
+    // The beginning of a word is meant more often than its middle.
     sum += place === 0 || /[^a-z0-9]/.test(low[place - 1]) ? 0 : 20;
   }
-  return sum + text.length / 10;
+  return sum + name.length / 10;
 }
 
 /** A dialog in which a few letters find everything. */
@@ -56,7 +58,7 @@ export function Palette({ agent, layouts, panels, show, help, close }) {
   ], [layouts, panels, properties, interfaces, modules, agent?.role]);
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
   const found = all
-    .map((one) => ({ ...one, score: fit(words, `${one.kind} ${one.name}`) }))
+    .map((one) => ({ ...one, score: fit(words, one.kind, one.name) }))
     .filter(({ score }) => score !== null)
     .sort((one, other) => (words.length ? one.score - other.score : 0))
     .slice(0, MOST);

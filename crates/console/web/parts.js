@@ -10,10 +10,8 @@ export const Empty = ({ children }) => html`<p class="empty">${children}</p>`;
 export const Trouble = ({ problem }) => {
   if (!problem) return null;
   const { message, help, report } = problem;
-  // What is told beside it is not told twice.
-  const what = help && message.endsWith(`(${help})`) ? message.slice(0, -help.length - 2).trim() : message;
   return html`<div class="trouble" role="alert">
-    <b>${report ? what.replace(/^change:\d+:\d+: /, "") : what}</b>${help && html`<span>${help}</span>`}
+    <b>${message}</b>${help && html`<span>${help}</span>`}
     ${report && html`<details><summary>Where</summary><pre>${report}</pre></details>`}
   </div>`;
 };

@@ -17,13 +17,14 @@ class Shield extends Component {
   }
 }
 
-function Tile({ tile, panels, change, close, split }) {
+function Tile({ tile, number, panels, change, close, split }) {
   const panel = panels.get(tile.panel);
-  const title = panel?.title ?? tile.panel;
+  const title = `${panel?.title ?? tile.panel}${number > 1 ? ` ${number}` : ""}`;
   const choose = (event) => change({ ...tile, panel: event.target.value, options: {} });
   const setOptions = (options) => change({ ...tile, options: { ...tile.options, ...options } });
   return html`<section class="tile" data-panel=${tile.panel} aria-label=${title}>
     <header>
+      <h2 class="hidden">${title}</h2>
       <select aria-label="Panel" value=${tile.panel} onChange=${choose}>
         ${!panel && html`<option value=${tile.panel}>${tile.panel}</option>`}
         ${[...panels.values()].map(({ id, title }) => html`<option key=${id} value=${id}>${title}</option>`)}
@@ -79,6 +80,7 @@ export function Workspace({ layout, panels, change }) {
   const setColumns = (columns) => change({ ...layout, columns });
   const setTiles = (place, tiles) =>
     setColumns(tiles.length ? columns.map((column, own) => (own === place ? { ...column, tiles } : column)) : columns.filter((_, own) => own !== place));
+  const all = columns.flatMap(({ tiles }) => tiles);
   const only = columns.length === 1 && columns[0].tiles.length === 1;
   return html`<main class="workspace" id="content" tabindex="-1">
     ${columns.map((column, place) => html`
@@ -87,7 +89,7 @@ export function Workspace({ layout, panels, change }) {
         ${column.tiles.map((tile, row) => html`
           ${row > 0 && html`<${Border} key=${`border${row}`} direction="row" move=${(share) => setTiles(place, moved(column.tiles, row - 1, share))} />`}
           <div class="cell" key=${row} style=${{ flex: `${tile.share} 1 0` }}>
-            <${Tile} tile=${tile} panels=${panels}
+            <${Tile} tile=${tile} number=${all.slice(0, all.indexOf(tile) + 1).filter(({ panel }) => panel === tile.panel).length} panels=${panels}
               change=${(tile) => setTiles(place, column.tiles.map((other, own) => (own === row ? tile : other)))}
               close=${only ? undefined : () => setTiles(place, column.tiles.filter((_, own) => own !== row))}
               split=${(where) => {

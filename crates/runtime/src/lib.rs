@@ -8,6 +8,7 @@
 mod actuators;
 mod agent;
 mod aspects;
+mod background;
 mod clock;
 mod comparison;
 pub mod configuration;
@@ -34,6 +35,7 @@ pub use agent::{
     Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,
     PluginError, PluginStatus, Reload, StartError, Stopper, SystemClock, Teleoperation, WeakComposer,
 };
+pub use background::give_way;
 pub use clock::{Calendar, RecordedTimes, TimeSource};
 pub use main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,

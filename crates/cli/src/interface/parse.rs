@@ -77,14 +77,8 @@ pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
     Ok((found, enumerations))
 }
 
-/// The numbers, and the interfaces that come with Slate.
+/// The numbers, and the interfaces that come with Slate and can be a field: all without a tail.
 fn known() -> Types {
-    use slate::blackboard::interface::Interface;
-    use slate::interfaces::{
-        Bumper, Chassis, Clearance, Contact, Contacts, Echo, FactHead, FourWheelSpeeds, Odometry,
-        Orientation, Point2, Pose2, Position, Quaternion, Sighting, Sightings, SonarPlacement, SonarScan,
-        Transform, Twist2, Verdict, WheelSpeeds,
-    };
     let numbers = [
         ("Bool", Kind::Bool),
         ("u8", Kind::U8),
@@ -98,31 +92,8 @@ fn known() -> Types {
         ("f32", Kind::F32),
         ("f64", Kind::F64),
     ];
-    let descriptors = [
-        Bumper::DESCRIPTOR,
-        Chassis::DESCRIPTOR,
-        Clearance::DESCRIPTOR,
-        Contact::DESCRIPTOR,
-        Contacts::DESCRIPTOR,
-        Echo::DESCRIPTOR,
-        FactHead::DESCRIPTOR,
-        FourWheelSpeeds::DESCRIPTOR,
-        Odometry::DESCRIPTOR,
-        Orientation::DESCRIPTOR,
-        Point2::DESCRIPTOR,
-        Pose2::DESCRIPTOR,
-        Position::DESCRIPTOR,
-        Quaternion::DESCRIPTOR,
-        Sighting::DESCRIPTOR,
-        Sightings::DESCRIPTOR,
-        SonarPlacement::DESCRIPTOR,
-        SonarScan::DESCRIPTOR,
-        Transform::DESCRIPTOR,
-        Twist2::DESCRIPTOR,
-        Verdict::DESCRIPTOR,
-        WheelSpeeds::DESCRIPTOR,
-    ];
-    let nested = descriptors.into_iter().map(|one| (one.name.to_owned(), Kind::Nested(one)));
+    let fields = slate::interfaces::ALL.iter().copied().filter(|one| one.tail().is_none());
+    let nested = fields.map(|one| (one.name.to_owned(), Kind::Nested(one)));
     numbers.into_iter().map(|(name, kind)| (name.to_owned(), kind)).chain(nested).collect()
 }
 
@@ -462,6 +433,14 @@ mod tests {
         assert_eq!(hash(sighting, "Sightings"), Sightings::DESCRIPTOR.hash);
         let image = include_str!("../../../interfaces/src/image.rs");
         assert_eq!(hash(image, "Image"), Image::DESCRIPTOR.hash);
+    }
+
+    #[test]
+    fn a_field_is_any_interface_that_comes_with_slate_but_one_with_a_tail() {
+        for known in slate::interfaces::ALL {
+            let source = format!("#[interface] pub struct Own {{ a: {} }}", known.name);
+            assert_eq!(interfaces(&source).is_ok(), known.tail().is_none(), "{}", known.name);
+        }
     }
 
     #[test]

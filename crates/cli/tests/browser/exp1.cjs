@@ -141,9 +141,10 @@ visit(async () => {
   await until("it is said what is wrong", async () => (await page.locator(".tile .trouble").count()) === 1);
   await add.fill("=2 * {simulator/r2/clearance/distance}");
   await add.press("Enter");
-  await until("it is computed", async () => {
-    const [single, twice] = (await page.locator(".tile").nth(1).locator(".series b").allInnerTexts()).map((text) => Number.parseFloat(text));
-    return Math.abs(twice - 2 * single) < 0.1;
+  await until("it is computed, in its unit", async () => {
+    const texts = await page.locator(".tile").nth(1).locator(".series b").allInnerTexts();
+    const [single, twice] = texts.map((text) => Number.parseFloat(text));
+    return Math.abs(twice - 2 * single) < 0.1 && texts[1].endsWith(" m");
   });
   await add.fill("simulator/r2/sonar$.echoes[3].range");
   await add.press("Enter");
@@ -305,8 +306,11 @@ visit(async () => {
   assert(covers === "stop", "a dialog is over the stop");
   await page.keyboard.press("Enter");
   await until("its plot is there", async () => (await page.innerText(".tile[data-panel=plot] .series")).includes("simulator/r2/clearance/distance"));
+  await until("the palette leaves", async () => (await page.locator("[role=dialog]").count()) === 0);
   await page.keyboard.press("Control+k");
   await find.fill("switch avoid_obs on");
+  // What the modules are is asked for when the palette opens.
+  await until("the switch is found", async () => (await page.locator("[role=option]").first().innerText()).includes("Switch r2/avoid_obstacle on"));
   await page.keyboard.press("Enter");
   await until("it is switched on", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_obstacle" && condition === "WORKING"));
   await until("the palette is closed", async () => (await page.locator("[role=dialog]").count()) === 0);

@@ -22,7 +22,18 @@ async function until(what, holds, seconds = 10) {
     if (last) return last;
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
-  return fail(`${what}: not within ${seconds} s (${JSON.stringify(last)})`);
+  return fail(`${what}: not within ${seconds} s (${JSON.stringify(last)})${await shown()}`);
+}
+
+const tabs = [];
+
+/** What the tabs say where something went wrong: dialogs, troubles, and the focus. */
+async function shown() {
+  const texts = await Promise.all(tabs.filter((tab) => !tab.isClosed()).map((tab) => tab.evaluate(() => {
+    const texts = [...document.querySelectorAll("[role=dialog], .trouble, .banner")].map((node) => `${node.className}: ${node.innerText.slice(0, 600)}`);
+    return [location.hash, `focus: ${document.activeElement?.outerHTML.slice(0, 200)}`, ...texts].join("\n");
+  }).catch(String)));
+  return texts.map((text) => `\n--- ${text}`).join("");
 }
 
 class Visit {
@@ -38,9 +49,8 @@ class Visit {
   async tab(settings = {}) {
     const context = await this.browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark", ...settings });
     const page = await context.newPage();
-    // The browser itself tells of each refusal; that of a link which does not fit is what is asked for.
-    const isAsked = (message) => /409/.test(message.text()) && message.location().url.includes("/links/");
-    page.on("console", (message) => ["error", "warning"].includes(message.type()) && !isAsked(message) && this.complaints.push(`${message.text()} (${message.location().url})`));
+    tabs.push(page);
+    page.on("console", (message) => ["error", "warning"].includes(message.type()) && this.complaints.push(`${message.text()} (${message.location().url})`));
     page.on("pageerror", (error) => this.complaints.push(String(error)));
     page.on("request", (request) => /^(data|blob):/.test(request.url()) || request.url().startsWith(origin) || this.foreign.push(request.url()));
     return page;
@@ -61,7 +71,7 @@ class Visit {
     if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe);
     // What is as it should be is much, and nobody reads it; and there is no frame and nothing to be loaded.
     const violations = await page.evaluate(async () => {
-      const rules = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"];
+      const rules = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
       return (await window.axe.run(document, { runOnly: rules, resultTypes: ["violations"], iframes: false, preload: false })).violations;
     });
     const words = violations.map(({ id, help, nodes }) => `${id}: ${help}: ${nodes.slice(0, 3).map(({ html, failureSummary }) => `${html.slice(0, 200)} ${failureSummary}`).join("; ")}`);

@@ -8,11 +8,58 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde_json::{Map, Value as Json, json};
 
+use super::{TOKEN, shape};
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::pages::{PROJECT, is_plain};
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation};
+
+pub(super) const LIST: Operation = Operation {
+    method: "GET",
+    path: "/layouts",
+    name: "layouts",
+    summary: "The layouts of the page that the project has, by their names",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || json!({ "type": "object" }),
+    kinds: &[],
+    handler: list,
+};
+
+pub(super) const SAVE: Operation = Operation {
+    method: "PUT",
+    path: "/layouts/{layout}",
+    name: "save_layout",
+    summary: "Writes a layout into the project, as console/layouts/NAME.json where the agent was started",
+    role: Role::Developer,
+    parameters: &[],
+    body: Some(|| {
+        json!({
+            "type": "object",
+            "properties": { "title": shape::text(), "columns": { "type": "array", "minItems": 1 } },
+            "required": ["title", "columns"],
+        })
+    }),
+    answer: || shape::object(&[("file", shape::text())]),
+    kinds: &[],
+    handler: save,
+};
+
+pub(super) const REMOVE: Operation = Operation {
+    method: "DELETE",
+    path: "/layouts/{layout}",
+    name: "remove_layout",
+    summary: "Removes a layout of the project",
+    role: Role::Developer,
+    parameters: &[],
+    body: None,
+    answer: || json!({ "type": "object", "maxProperties": 0 }),
+    kinds: &[],
+    handler: remove,
+};
 
 /// The longest layout, bytes; nobody has as many panels.
 const LONGEST: u64 = 64 << 10;

@@ -7,16 +7,71 @@ use serde::Deserialize;
 use serde_json::json;
 use slate_blackboard::interface::Value;
 use slate_runtime::remote::Call;
-use slate_runtime::{ControlsError, Teleoperation};
+use slate_runtime::{ControlsError, Mistake, Teleoperation};
 
-use super::ask;
+use super::{TOKEN, ask, shape};
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::lease::TERM;
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation};
 use crate::schema;
 use crate::socket::gate;
+
+pub(super) const LIST: Operation = Operation {
+    method: "GET",
+    path: "/leases",
+    name: "leases",
+    summary: "The actuators, and who has the controls of each",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || shape::list(shape::holder()),
+    kinds: &[],
+    handler: list,
+};
+
+pub(super) const TAKE: Operation = Operation {
+    method: "POST",
+    path: "/leases",
+    name: "take",
+    summary: "Takes the controls of an actuator, which nobody else has then",
+    role: Role::Operator,
+    parameters: &[],
+    body: Some(|| shape::object(&[("actuator", shape::text())])),
+    answer: shape::lease,
+    kinds: &[],
+    handler: take,
+};
+
+pub(super) const DRIVE: Operation = Operation {
+    method: "PUT",
+    path: "/leases/{lease}",
+    name: super::DRIVE,
+    summary: "Renews a lease of controls, which holds for 5 s, and commands the actuator for 150 ms",
+    role: Role::Operator,
+    parameters: &[],
+    body: Some(shape::drive),
+    answer: || {
+        shape::object(&[("actuator", shape::text()), ("gate", shape::anything()), ("time", shape::count())])
+    },
+    kinds: &[],
+    handler: renew,
+};
+
+pub(super) const GIVE_BACK: Operation = Operation {
+    method: "DELETE",
+    path: "/leases/{lease}",
+    name: "give_back",
+    summary: "Gives the controls back",
+    role: Role::Operator,
+    parameters: &[],
+    body: None,
+    answer: || json!({ "type": "object", "maxProperties": 0 }),
+    kinds: &[],
+    handler: give_back,
+};
 
 pub(super) fn list(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
     ask(context, Call::ControlsList {})
@@ -37,7 +92,7 @@ pub(super) fn take(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Proble
             }
             ControlsError::Taken { .. } => {
                 let help = "wait until they are given back; a stop needs no controls";
-                Problem::new(StatusCode::CONFLICT, error.to_string(), help)
+                Problem::new(StatusCode::CONFLICT, error.to_string(), help).of(Mistake::Held)
             }
         })?;
     let interface = schema::of_interface(taken.descriptor());

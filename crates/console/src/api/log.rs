@@ -9,18 +9,61 @@ use slate_blackboard::Stamp;
 use slate_blackboard::interface::Value;
 use slate_module::Level;
 
+use super::{TOKEN, shape};
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation, Parameter};
 use crate::select::Selection;
 use crate::stream::{Follow, Watcher, What};
 
+pub(super) const LINES: Operation = Operation {
+    method: "GET",
+    path: "/log",
+    name: "log",
+    summary: "The last lines of the log, or those that come as a stream of events",
+    role: Role::Viewer,
+    parameters: &[
+        Parameter {
+            name: "format",
+            doc: "`events` for a stream.",
+            schema: || json!({ "enum": ["json", "events"] }),
+        },
+        Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
+        Parameter {
+            name: "level",
+            doc: "Only those of that importance or more.",
+            schema: || json!({ "enum": ["error", "warn", "info", "debug", "trace"] }),
+        },
+        Parameter {
+            name: "module",
+            doc: "Only those of a module, or of all whose names begin so.",
+            schema: shape::text,
+        },
+        TOKEN,
+    ],
+    body: None,
+    answer: || shape::list(shape::line()),
+    kinds: &["text/event-stream"],
+    handler: lines,
+};
+
+pub(super) const NOTE: Operation = Operation {
+    method: "POST",
+    path: "/log",
+    name: "note",
+    summary: "Writes a line into the log, such as of something that is to be found again in the recording",
+    role: Role::Operator,
+    parameters: &[],
+    body: Some(|| shape::object(&[("text", json!({ "type": "string", "minLength": 1, "maxLength": 256 }))])),
+    answer: || json!({ "type": "object", "maxProperties": 0 }),
+    kinds: &[],
+    handler: note,
+};
+
 /// Where the last lines are.
 const TAIL: &str = "log/tail";
-
-/// How long lines may take until they are there.
-const WRITTEN: Duration = Duration::from_millis(500);
 
 /// The levels, the most important one first.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
@@ -80,27 +123,6 @@ pub(super) fn note(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
     }
     context.log(Level::Info, &format!("{}: {text}", ask.who));
     Ok(Answer::Nothing)
-}
-
-/// The number of the newest line.
-pub(super) fn newest(context: &Context) -> u64 {
-    context
-        .board()
-        .find(TAIL)
-        .ok()
-        .and_then(|(property, _)| Some(property.channel()?.published()))
-        .unwrap_or(0)
-}
-
-/// The last line after that number in which a module warns.
-pub(super) fn warning(context: &Context, module: &str, after: u64) -> Option<String> {
-    // What it says in a step is still on its way here.
-    context.logger.flush(WRITTEN);
-    let lines = context.board().history(TAIL).ok()?.into_iter();
-    let mut lines = lines.filter(|(_, stamp)| stamp.sequence > after).map(line);
-    let warns =
-        |line: &Json| line["module"] == module && (line["level"] == "warn" || line["level"] == "error");
-    lines.rfind(warns).and_then(|line| line["text"].as_str().map(ToOwned::to_owned))
 }
 
 fn line((value, stamp): (Value, Stamp)) -> Json {

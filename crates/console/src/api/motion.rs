@@ -7,11 +7,69 @@ use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_runtime::remote::Call;
 
-use super::{ask, made};
+use super::{TOKEN, ask, made, shape};
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation};
+
+pub(super) const ACTUATORS: Operation = Operation {
+    method: "GET",
+    path: "/actuators",
+    name: "actuators",
+    summary: "The actuators, how their gates stand, and what they get",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || shape::list(shape::actuator()),
+    kinds: &[],
+    handler: actuators,
+};
+
+pub(super) const STOP: Operation = Operation {
+    method: "POST",
+    path: "/stop",
+    name: super::STOP,
+    summary: "Stops all actuators until `reset` and `arm`; it is no emergency stop",
+    role: Role::Viewer,
+    parameters: &[],
+    body: Some(
+        || json!({ "description": "Such as {\"reason\": \"...\"}; nothing that comes with it is a reason not to stop." }),
+    ),
+    answer: || shape::object(&[("stopped", shape::list(shape::text()))]),
+    kinds: &[],
+    handler: stop,
+};
+
+pub(super) const RESET: Operation = Operation {
+    method: "POST",
+    path: "/reset",
+    name: "reset",
+    summary: "Ends a stop; nothing moves before the actuators are armed",
+    role: Role::Operator,
+    parameters: &[],
+    body: None,
+    answer: || shape::object(&[("was_stopped", shape::flag())]),
+    kinds: &[],
+    handler: reset,
+};
+
+pub(super) const ARM: Operation = Operation {
+    method: "POST",
+    path: "/arm",
+    name: "arm",
+    summary: "Lets commands through to the actuators, or to one",
+    role: Role::Operator,
+    parameters: &[],
+    body: Some(|| {
+        let actuator = shape::optional(shape::text());
+        json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
+    }),
+    answer: || json!({ "type": "object", "maxProperties": 0 }),
+    kinds: &[],
+    handler: arm,
+};
 
 pub(super) fn actuators(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
     let newest = |path: String| {

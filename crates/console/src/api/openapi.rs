@@ -5,9 +5,37 @@ use std::sync::Arc;
 use serde_json::{Map, Value as Json, json};
 use slate_blackboard::{Access, Property};
 
-use super::{shape, sockets};
+use super::{OPERATIONS, TOKEN, shape, sockets};
+use crate::Role;
+use crate::answer::{Answer, BYTES};
 use crate::context::Context;
 use crate::route::{BASE, Operation};
+
+pub(super) const INDEX: Operation = Operation {
+    method: "GET",
+    path: "",
+    name: "index",
+    summary: "What there is",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[],
+    handler: |_, _| Ok(Answer::json(index(OPERATIONS))),
+};
+
+pub(super) const DOCUMENT: Operation = Operation {
+    method: "GET",
+    path: "/openapi.json",
+    name: "openapi",
+    summary: "This document",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[],
+    handler: |context, _| Ok(Answer::json(document(OPERATIONS, context))),
+};
 
 /// The paths, each with what can be done there.
 pub(super) fn index(operations: &[Operation]) -> Json {
@@ -90,7 +118,7 @@ fn of(operation: &Operation, context: &Context) -> Json {
         );
     }
     let mut content = Map::new();
-    if operation.kinds != ["text/plain"] {
+    if !matches!(operation.kinds, ["text/plain"] | [BYTES]) {
         content.insert("application/json".into(), json!({ "schema": (operation.answer)() }));
     }
     for kind in operation.kinds {

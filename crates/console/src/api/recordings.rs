@@ -1,6 +1,6 @@
 //! Recordings, by names: whoever may name any file may overwrite any.
 
-use std::fs::{DirEntry, read_dir};
+use std::fs::{DirEntry, File, read_dir};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use slate_runtime::remote::Call;
 
 use super::{TOKEN, shape};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::{Answer, BYTES};
 use crate::context::Context;
 use crate::problem::Problem;
 use crate::route::{Ask, Operation};
@@ -93,6 +93,19 @@ pub(super) const FLIGHT: Operation = Operation {
     },
     kinds: &[],
     handler: snapshot,
+};
+
+pub(super) const FETCH: Operation = Operation {
+    method: "GET",
+    path: "/recordings/{recording}",
+    name: "fetch_recording",
+    summary: "The file of a recording that has ended",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[BYTES],
+    handler: fetch,
 };
 
 fn entry_shape() -> Json {
@@ -207,6 +220,23 @@ fn start(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
 fn stop(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     make(context, Call::RecordStop { file: Some(file(context, ask.part("recording"), KIND)?) })
         .map(Answer::json)
+}
+
+fn fetch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let name = ask.part("recording");
+    let path = file(context, name, KIND)?;
+    if recorded(context).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
+        let message = format!("{name}.{KIND} is still being recorded");
+        let help = format!("end it first: POST /api/v1/recordings/{name}/stop");
+        return Err(Problem::new(StatusCode::CONFLICT, message, help));
+    }
+    let opened = File::open(&path).and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
+    let missing = |error: std::io::Error| {
+        let message = format!("there is no {name}.{KIND} that can be read: {error}");
+        Problem::not_found(message, "GET /api/v1/recordings lists them")
+    };
+    let (file, length) = opened.map_err(missing)?;
+    Ok(Answer::File(file, length))
 }
 
 fn snapshot(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {

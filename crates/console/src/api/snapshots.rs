@@ -7,10 +7,38 @@ use hyper::StatusCode;
 use serde_json::json;
 use slate_runtime::remote::Call;
 
+use super::shape;
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation};
+
+pub(super) const LOAD: Operation = Operation {
+    method: "POST",
+    path: "/snapshots/{snapshot}/load",
+    name: "load_snapshot",
+    summary: "Goes on from a snapshot",
+    role: Role::Developer,
+    parameters: &[],
+    body: None,
+    answer: shape::snapshot,
+    kinds: &[],
+    handler: load,
+};
+
+pub(super) const SAVE: Operation = Operation {
+    method: "POST",
+    path: "/snapshots/{snapshot}",
+    name: "save_snapshot",
+    summary: "Takes a snapshot, into the folder `snapshots` where the agent was started",
+    role: Role::Developer,
+    parameters: &[],
+    body: None,
+    answer: shape::snapshot,
+    kinds: &[],
+    handler: save,
+};
 
 /// How the files of snapshots end.
 pub(crate) const KIND: &str = "snapshot";

@@ -5,10 +5,58 @@ use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 
+use super::{TOKEN, shape};
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation};
+
+pub(super) const STATISTICS: Operation = Operation {
+    method: "GET",
+    path: "/statistics",
+    name: "statistics",
+    summary: "How often each module runs, how long it takes, and what it misses",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("time", shape::count()),
+            ("modules", shape::list(shape::anything())),
+            ("loop", shape::anything()),
+            ("log", shape::anything()),
+        ])
+    },
+    kinds: &[],
+    handler: statistics,
+};
+
+pub(super) const METRICS: Operation = Operation {
+    method: "GET",
+    path: "/metrics",
+    name: "metrics",
+    summary: "The same for Prometheus",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::text,
+    kinds: &["text/plain"],
+    handler: metrics,
+};
+
+pub(super) const RECORDING: Operation = Operation {
+    method: "GET",
+    path: "/recording",
+    name: "recording",
+    summary: "What the agent records of itself",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[],
+    handler: recording,
+};
 
 /// A value on the blackboard; null when there is none.
 fn newest(context: &Context, path: &str) -> Json {

@@ -5,15 +5,104 @@ use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Descriptor;
-use slate_blackboard::{Access, Pattern, Property};
+use slate_blackboard::{Pattern, Property};
 use slate_runtime::remote::Call;
 
-use super::made;
+use super::{TOKEN, made, shape};
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation, Parameter};
 use crate::schema;
+
+const PATTERN: Parameter = Parameter {
+    name: "pattern",
+    doc: "Which of them, such as /r2/planner/* or /**/timing; all unless given.",
+    schema: shape::text,
+};
+
+pub(super) const AGENT: Operation = Operation {
+    method: "GET",
+    path: "/agent",
+    name: "agent",
+    summary: "The agent, and what the caller may do",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::agent,
+    kinds: &[],
+    handler: agent,
+};
+
+pub(super) const PROPERTIES: Operation = Operation {
+    method: "GET",
+    path: "/properties",
+    name: "properties",
+    summary: "The properties, in the order of their paths",
+    role: Role::Viewer,
+    parameters: &[
+        PATTERN,
+        Parameter { name: "values", doc: "With values of at most 4 KiB.", schema: shape::flag },
+        TOKEN,
+    ],
+    body: None,
+    answer: || shape::list(shape::property()),
+    kinds: &[],
+    handler: properties,
+};
+
+pub(super) const INTERFACES: Operation = Operation {
+    method: "GET",
+    path: "/interfaces",
+    name: "interfaces",
+    summary: "What values are made of, by their names",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || json!({ "type": "object", "additionalProperties": { "type": "object" } }),
+    kinds: &[],
+    handler: interfaces,
+};
+
+pub(super) const INTERFACE: Operation = Operation {
+    method: "GET",
+    path: "/interfaces/{interface}",
+    name: "interface",
+    summary: "What values of an interface are made of, as JSON Schema",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || json!({ "type": "object" }),
+    kinds: &[],
+    handler: interface,
+};
+
+pub(super) const DOCUMENTS: Operation = Operation {
+    method: "GET",
+    path: "/documents",
+    name: "documents",
+    summary: "What the program tells beside the blackboard, such as the world of a simulator: names",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || shape::list(shape::text()),
+    kinds: &[],
+    handler: documents,
+};
+
+pub(super) const DOCUMENT: Operation = Operation {
+    method: "GET",
+    path: "/documents/{document}",
+    name: "document",
+    summary: "One of these",
+    role: Role::Viewer,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[],
+    handler: document,
+};
 
 /// The largest value that a list has, bytes.
 const SMALL: usize = 4096;
@@ -52,18 +141,13 @@ pub(super) fn properties(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Pr
 }
 
 fn entry(context: &Context, property: &Property, values: bool) -> Json {
-    let access = match property.access() {
-        Access::Output => "output",
-        Access::Setting => "setting",
-        Access::Messages => "messages",
-    };
     let channel = property.channel();
     let mut entry = json!({
         "path": property.path(),
         "url": format!("slate://{}/{}", context.agent(), property.path()),
         "interface": property.descriptor().name,
         "doc": property.doc(),
-        "access": access,
+        "access": context.desk.access(property),
         "sequence": channel.map_or(0, |channel| channel.published()),
         "readers": property.readers(),
     });

@@ -8,13 +8,89 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::{Access, Url};
 use slate_runtime::remote::{Call, Reading};
 
+use super::{TOKEN, shape};
+use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::picture::{Picture, is_picture};
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation, Parameter};
 use crate::select::Selection;
 use crate::stream::{Follow, Watcher, What};
+
+const FORMAT: Parameter = Parameter {
+    name: "format",
+    doc: "The form of the answer, where a browser can't say it by `Accept`.",
+    schema: || json!({ "enum": ["json", "text", "png", "jpeg", "mjpeg", "events"] }),
+};
+
+pub(super) const SELECTION: [Parameter; 2] = [
+    Parameter { name: "pointer", doc: "A part of the value, by JSON Pointer.", schema: shape::text },
+    Parameter {
+        name: "select",
+        doc: "Parts of the value, by JSONPath without filters and functions; a list.",
+        schema: shape::text,
+    },
+];
+
+pub(super) const READ: Operation = Operation {
+    method: "GET",
+    path: "/slate/{agent}/{path}",
+    name: "read",
+    summary: "The newest value of slate://agent/path, or a stream of its values",
+    role: Role::Viewer,
+    parameters: &[
+        FORMAT,
+        SELECTION[0],
+        SELECTION[1],
+        Parameter { name: "bare", doc: "The value alone, without sequence and time.", schema: shape::flag },
+        Parameter {
+            name: "rate",
+            doc: "How often a stream looks for news, in Hz; 10 unless given.",
+            schema: || json!({ "type": "number", "minimum": 0.01, "maximum": 100 }),
+        },
+        Parameter {
+            name: "every",
+            doc: "A stream has each value that is kept, and not only the newest.",
+            schema: shape::flag,
+        },
+        Parameter {
+            name: "quality",
+            doc: "The quality of JPEG; 80 unless given.",
+            schema: || json!({ "type": "integer", "minimum": 1, "maximum": 100 }),
+        },
+        TOKEN,
+    ],
+    body: None,
+    answer: shape::reading,
+    kinds: &["text/plain", "image/png", "image/jpeg", "multipart/x-mixed-replace", "text/event-stream"],
+    handler: read,
+};
+
+pub(super) const QUEUE: Operation = Operation {
+    method: "GET",
+    path: "/queues/{agent}/{path}",
+    name: "queue",
+    summary: "The values that a property keeps, the oldest first",
+    role: Role::Viewer,
+    parameters: &[
+        SELECTION[0],
+        SELECTION[1],
+        Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
+        Parameter { name: "limit", doc: "At most so many; 1000 unless given.", schema: shape::count },
+        TOKEN,
+    ],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("values", shape::list(shape::reading())),
+            ("next", shape::count()),
+            ("lost", shape::count()),
+        ])
+    },
+    kinds: &[],
+    handler: queue,
+};
 
 /// How often a stream looks for news when nothing else is said, Hz.
 const RATE: f64 = 10.0;

@@ -8,17 +8,57 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Value, edit};
 use slate_blackboard::message::{Mailbox, Sender, Status, Ticket};
 use slate_blackboard::{Access, BoardError, Carrier, Property, is_within};
+use slate_runtime::Mistake;
 use slate_runtime::remote::Call;
 
 use super::values::{own_path, url, version};
-use super::{ask, log, made};
+use super::{DRY_RUN, ask, made, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::problem::Problem;
-use crate::route::Ask;
+use crate::route::{Ask, Operation};
 use crate::schema::complete;
 use crate::text::{quoted, toml};
+
+pub(super) const PUT: Operation = Operation {
+    method: "PUT",
+    path: "/slate/{agent}/{path}",
+    name: "write",
+    summary: "Sets a parameter, an input without a link, or whether a module is enabled; or a field of them",
+    role: Role::Operator,
+    parameters: &[DRY_RUN],
+    body: Some(shape::anything),
+    answer: || shape::list(shape::changed()),
+    kinds: &[],
+    handler: put,
+};
+
+pub(super) const PATCH: Operation = Operation {
+    method: "PATCH",
+    path: "/slate/{agent}/{path}",
+    name: "patch",
+    summary: "Sets fields, and leaves the others as they are",
+    role: Role::Operator,
+    parameters: &[DRY_RUN],
+    body: Some(|| json!({ "type": "object", "minProperties": 1 })),
+    answer: || shape::list(shape::changed()),
+    kinds: &[],
+    handler: patch,
+};
+
+pub(super) const SEND: Operation = Operation {
+    method: "POST",
+    path: "/slate/{agent}/{path}",
+    name: "send",
+    summary: "Sends a message to a property that takes them; waits up to a second for what becomes of it",
+    role: Role::Operator,
+    parameters: &[DRY_RUN],
+    body: Some(shape::anything),
+    answer: || shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]),
+    kinds: &[],
+    handler: send,
+};
 
 /// How long a message may take to be answered before its sender is told that it waits.
 const ANSWER: Duration = Duration::from_secs(1);
@@ -75,29 +115,55 @@ pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
 /// What a path leads to, if it can be set.
 fn target(context: &Context, ask: &Ask) -> Result<Target, Problem> {
     let url = url(ask)?;
-    let other =
-        || Problem::not_found(format!("{url} is of another agent"), "ask that agent: nobody else changes it");
+    let other = || {
+        Problem::not_found(format!("{url} is of another agent"), "ask that agent: nobody else changes it")
+            .of(Mistake::OtherAgent)
+    };
     let path = own_path(context, &url).ok_or_else(other)?;
     let (property, field) = context.board().find(&path)?;
-    let not_allowed = |message: String, help: &str, allowed: &str| {
-        Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help).with("allow", allowed))
+    let not_allowed = |mistake: Mistake, message: String, help: &str, allowed: &str| {
+        Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help).of(mistake).with("allow", allowed))
     };
     let own = property.path().to_owned();
     if !is_within(&path, &own) {
         let help = "take the link away first: DELETE /api/v1/links/INPUT";
-        return not_allowed(format!("/{path} is linked to /{own}"), help, "GET");
+        return not_allowed(Mistake::Linked, format!("/{path} is linked to /{own}"), help, "GET");
     }
     match property.access() {
+        Access::Setting if context.desk.access(&property) == "queue" => {
+            let help = "link it: PUT /api/v1/links/INPUT";
+            return not_allowed(
+                Mistake::OneWriter,
+                format!("/{own} is a queue, which takes the values of its link alone"),
+                help,
+                "GET",
+            );
+        }
         Access::Setting => {}
         Access::Output => {
-            return not_allowed(format!("/{own} is written by its module"), "link to it, or read it", "GET");
+            return not_allowed(
+                Mistake::OneWriter,
+                format!("/{own} is written by its module"),
+                "link to it, or read it",
+                "GET",
+            );
         }
         Access::Messages => {
-            return not_allowed(format!("/{own} takes messages"), "send one with POST", "POST");
+            return not_allowed(
+                Mistake::Messages,
+                format!("/{own} takes messages"),
+                "send one with POST",
+                "POST",
+            );
         }
     }
     let Some(module) = module_of(context, &own) else {
-        return not_allowed(format!("/{own} is set by the agent itself"), "read it", "GET");
+        return not_allowed(
+            Mistake::OneWriter,
+            format!("/{own} is set by the agent itself"),
+            "read it",
+            "GET",
+        );
     };
     let port = &own[module.len() + 1..];
     let key = quoted(&module);
@@ -226,13 +292,14 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
     let body: Json = ask.body()?;
     let dry = ask.is_dry()?;
     let url = url(ask)?;
-    let other = || Problem::not_found(format!("{url} is of another agent"), "ask that agent");
+    let other =
+        || Problem::not_found(format!("{url} is of another agent"), "ask that agent").of(Mistake::OtherAgent);
     let path = own_path(context, &url).ok_or_else(other)?;
     let (property, field) = context.board().find(&path)?;
     let Carrier::Mailbox(mailbox) = property.carrier() else {
         let message = format!("/{} takes no messages", property.path());
         let problem = Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, "PUT sets what can be set");
-        return Err(problem.with("allow", "GET, PUT, PATCH"));
+        return Err(problem.of(Mistake::Value).with("allow", "GET, PUT, PATCH"));
     };
     if !field.is_empty() {
         return Err(Problem::not_found(format!("/{path} is part of a message"), "send the whole one"));
@@ -245,9 +312,10 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
     if dry {
         return Ok(Answer::json(json!({ "status": "fits" })));
     }
-    let heard = log::newest(context);
+    let log_end = context.desk.log_end();
     let ticket = hand_over(context, &path, mailbox, &bytes[..shape.bytes(items)], items)?;
-    let refusal = |code| refusal(context, &property, code, heard);
+    let refusal =
+        |code| Problem::refused(StatusCode::CONFLICT, context.desk.refused_message(&property, code, log_end));
     await_answer(context, &path, ticket, refusal)
 }
 
@@ -268,21 +336,6 @@ fn hand_over(
     }
     let sender = senders.get_mut(path).ok_or_else(|| full("there is no sender".into()))?;
     sender.send(bytes, items, context.now()).map_err(|error| full(error.to_string()))
-}
-
-/// Why a message was refused, in the words of the module that did: what it has logged since, as a code says little.
-fn refusal(context: &Context, property: &Property, code: u16, heard: u64) -> Problem {
-    let path = property.path();
-    let said = module_of(context, path).and_then(|module| log::warning(context, &module, heard));
-    let (message, help) = match said {
-        Some(text) => (format!("/{path} refuses the message: {text}"), "send one that it takes".into()),
-        None => {
-            let interface = property.descriptor().name;
-            let help = format!("the interface {interface} says what the code means");
-            (format!("/{path} refuses the message, with code {code}"), help)
-        }
-    };
-    Problem::new(StatusCode::CONFLICT, message, help)
 }
 
 fn await_answer(

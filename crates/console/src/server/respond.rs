@@ -25,6 +25,15 @@ use crate::socket;
 /// The longest body, bytes.
 const BODY: usize = 1 << 20;
 
+/// What whoever asks says by `Prefer` to be told of a refusal as of anything else that comes of a request: with status 200, and
+/// the real one in the problem. A browser writes each other status into its log as a failure of the page, and to be refused is
+/// none.
+const VERDICT: &str = "refusal=200";
+
+/// What is understood, and refused.
+const VERDICTS: [StatusCode; 3] =
+    [StatusCode::CONFLICT, StatusCode::PRECONDITION_FAILED, StatusCode::UNPROCESSABLE_ENTITY];
+
 /// Answers a request.
 pub(super) async fn respond(
     hall: &Arc<Hall>,
@@ -34,10 +43,15 @@ pub(super) async fn respond(
 ) -> Response<Body> {
     let _work = place.work();
     let is_get = *request.method() == Method::GET;
+    let prefers_verdict = text(request.headers(), "prefer").is_some_and(|wish| wish.contains(VERDICT));
     match answer(hall, place, from, request).await {
         Ok(response) => response,
         Err(problem) => {
             let mut response = problem.response();
+            if prefers_verdict && VERDICTS.contains(&problem.status) {
+                *response.status_mut() = StatusCode::OK;
+                response.headers_mut().insert("preference-applied", HeaderValue::from_static(VERDICT));
+            }
             if !is_get && problem.status == StatusCode::PAYLOAD_TOO_LARGE {
                 // What still comes is not read.
                 response.headers_mut().insert("connection", HeaderValue::from_static("close"));

@@ -11,8 +11,8 @@ use hyper::StatusCode;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;
-use slate_runtime::Teleoperation;
 use slate_runtime::remote::Call;
+use slate_runtime::{ControlsError, Mistake, Teleoperation};
 
 use super::{Listener, Said, Sink, Visitor, say};
 use crate::context::Context;
@@ -77,7 +77,11 @@ fn take(
         let taken = taken.map_err(|error| {
             let help =
                 "GET /api/v1/actuators lists the actuators; who has them lets go with {\"leave\": true}";
-            wrong(Problem::new(StatusCode::CONFLICT, error.to_string(), help))
+            let mistake = match error {
+                ControlsError::Unknown { .. } => Mistake::Name,
+                ControlsError::Taken { .. } => Mistake::Held,
+            };
+            wrong(Problem::new(StatusCode::CONFLICT, error.to_string(), help).of(mistake))
         })?;
         let answer = json!({
             "taken": name,

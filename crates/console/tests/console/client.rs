@@ -45,7 +45,13 @@ impl Reply {
         assert_eq!(self.header("content-type"), "application/problem+json");
         let problem: Json = serde_json::from_slice(&self.body).unwrap();
         assert_eq!(problem["status"], status);
-        format!("{} {}", problem["detail"].as_str().unwrap(), problem["help"].as_str().unwrap_or_default())
+        let (detail, help) =
+            (problem["detail"].as_str().unwrap(), problem["help"].as_str().unwrap_or_default());
+        assert!(help.is_empty() || !detail.contains(help), "told twice: {problem}");
+        assert!(!detail.contains("change:"), "a place in a text that nobody wrote: {problem}");
+        // Of these the status alone says too little.
+        assert!(![404, 422].contains(&status) || problem["code"].is_string(), "{problem}");
+        format!("{detail} {help}")
     }
 }
 

@@ -46,6 +46,14 @@ fn a_recording_is_begun_shown_ended_and_listed() {
     assert_eq!(listed["recordings"], json!([]));
     let bytes = std::fs::metadata(&file).unwrap().len();
     assert_eq!(listed["files"], json!([{ "name": "mine", "bytes": bytes }]));
+    let fetched = run.get("/recordings/mine");
+    assert_eq!((fetched.status, fetched.header("content-type")), (200, "application/octet-stream"));
+    assert!(fetched.body == std::fs::read(&file).unwrap(), "{} of {bytes} bytes", fetched.body.len());
+    operator.send("POST", "/recordings/more", None).json();
+    assert!(run.get("/recordings/more").problem(409).contains("still being recorded"));
+    operator.send("POST", "/recordings/more/stop", None).json();
+    run.get("/recordings/none").problem(404);
+    run.get("/recordings/mine/stop").problem(405);
     // What is there stays, and what is not is not.
     assert!(operator.send("POST", "/recordings/mine", None).problem(409).contains("already"));
     assert!(

@@ -1,8 +1,9 @@
 //! What can be changed, by whom, and on which condition.
 
-use serde_json::json;
+use serde_json::{Value as Json, json};
 
 use crate::agent::Running;
+use crate::client::Client;
 
 #[test]
 fn a_parameter_is_set_checked_and_taken_back() {
@@ -146,6 +147,26 @@ fn a_message_that_is_refused_is_so_in_the_words_of_the_module() {
         assert!(said.contains("code 2") && said.contains("the interface Speed"), "{said}");
     }
     assert_eq!(send(4.0).json()["status"], "done");
+}
+
+#[test]
+fn a_refusal_is_told_with_status_200_to_whoever_prefers_that() {
+    let run = Running::start("verdict");
+    let (viewer, operator) = (run.client("viewer"), run.client("operator"));
+    let asks = |client: &Client, value: Json| {
+        client.with("Prefer", "refusal=200").send("POST", &run.at("driver/notes"), Some(&value))
+    };
+    for (value, status) in [(json!({ "value": -3.0 }), 409), (json!({ "speed": 4.0 }), 422)] {
+        let answer = asks(&operator, value.clone());
+        assert_eq!((answer.status, answer.header("preference-applied")), (200, "refusal=200"));
+        assert_eq!(answer.header("content-type"), "application/problem+json");
+        assert_eq!(answer.json()["status"], status);
+        // A program that says nothing is told by the status.
+        operator.send("POST", &run.at("driver/notes"), Some(&value)).problem(status);
+    }
+    assert_eq!(asks(&operator, json!({ "value": 4.0 })).json()["status"], "done");
+    // Who may not is no verdict on what is asked.
+    asks(&viewer, json!({ "value": 4.0 })).problem(403);
 }
 
 #[test]

@@ -47,7 +47,7 @@ function Relink({ input, from, sources, done, isAllowed }) {
     if (!source || !isAllowed) return undefined;
     let ended = false;
     put(`/links/${enc(input)}?dry_run`, { from: source }).then(
-      () => !ended && setChecked({ fits: true }),
+      (changed) => !ended && setChecked({ fits: true, conversion: changed.find(({ conversion }) => conversion)?.conversion }),
       (problem) => {
         if (!(problem instanceof Problem)) throw problem;
         if (!ended) setChecked({ problem });
@@ -70,7 +70,7 @@ function Relink({ input, from, sources, done, isAllowed }) {
     <select aria-label=${`Source of ${input}`} value=${source} onChange=${(event) => setSource(event.target.value)} disabled=${!isAllowed}>
       <option value="">nothing</option>${!sources.includes(source) && source && html`<option value=${source}>${source}</option>`}
       ${sources.map((path) => html`<option key=${path} value=${path}>${path}</option>`)}</select>
-    <p role="status" class="muted">${!isAllowed ? "A developer changes links." : checked?.fits ? "✓ It fits." : ""}</p>
+    <p role="status" class="muted">${!isAllowed ? "A developer changes links." : checked?.fits ? (checked.conversion ? `✓ It fits: ${checked.conversion}.` : "✓ It fits.") : ""}</p>
     <${Trouble} problem=${checked?.problem} />
     ${isAllowed && html`<p><button class="primary" disabled=${!checked?.fits} onClick=${() => act(() => put(`/links/${enc(input)}`, { from: source }))}>Link</button>
       <button disabled=${!from} onClick=${() => act(() => remove(`/links/${enc(input)}`))}>Take the link away</button> <button onClick=${done}>Cancel</button></p>`}</div>`;
@@ -89,8 +89,8 @@ function Edge({ edge, rates, change, close }) {
       ${queue && html`<${Field} name="Queue" state=${queue[1] ? "degraded" : undefined} title="Values that the reader has not taken, and those that it never saw">${queue[0]} wait, ${queue[1]} lost</${Field}>`}
       ${(trouble || evicted) && html`<${Field} name="Trouble" state="bad">${trouble ?? "it fell behind and reads no more"}</${Field}>`}
     </dl></section>`);
-  return html`<aside class="links" aria-label=${`Links from ${edge.from} to ${edge.to}`}>
-    <header><b>${edge.from} → ${edge.to}</b><button class="quiet" aria-label="Close" onClick=${close}>✕</button></header>${told(edge.links)}</aside>`;
+  return html`<section class="links" aria-label=${`Links from ${edge.from} to ${edge.to}`}>
+    <header><b>${edge.from} → ${edge.to}</b><button class="quiet" aria-label="Close" onClick=${close}>✕</button></header>${told(edge.links)}</section>`;
 }
 
 function Panel({ options, setOptions }) {
@@ -120,9 +120,10 @@ function Panel({ options, setOptions }) {
   const conditions = new Map(modules.map((module) => [module.name, module]));
   const rate = ({ links }) => (links.length > 1 ? `${links.length} links` : links[0].sends ? "messages" : rates.get(links[0].source) === 0 ? "0 Hz" : hertz(rates.get(links[0].source)));
   const trouble = ({ links }) => links.find(({ trouble, evicted }) => trouble || evicted);
-  const settings = properties.filter(({ access, path }) => access === "setting" && !/\/(params|enabled)$/.test(path)).map(({ path }) => path);
+  const isInput = ({ access }) => access === "setting" || access === "queue";
+  const settings = properties.filter(isInput).filter(({ path }) => !/\/(params|enabled)$/.test(path)).map(({ path }) => path);
   const inputsOf = (module) => [...new Set([...links.map(({ to }) => to), ...settings])].filter((path) => moduleOf(path, graph.names) === module).sort();
-  const sources = properties.filter(({ access }) => access !== "setting").map(({ path }) => `/${path}`);
+  const sources = properties.filter((property) => !isInput(property)).map(({ path }) => `/${path}`);
   const outputsOf = (module) => sources.filter((path) => moduleOf(path.slice(1), graph.names) === module && !/\/(histogram|state|timing)$/.test(path));
   const point = (event) => {
     const { left, top } = drawing.current.getBoundingClientRect();
@@ -166,7 +167,7 @@ function Panel({ options, setOptions }) {
     <div class="bar-of-tools"><input type="search" placeholder="Hide modules, such as referee monitor" aria-label="Hide modules whose names have" value=${options.hide ?? ""} onInput=${(event) => setOptions({ hide: event.target.value })} />
       <span class="muted">${graph.names.length} modules, ${links.length} links${isAllowed ? "; drag from a module to another to link them" : ""}</span></div>
     <div class="graph">
-      <div class="scroll" ref=${box} tabindex="0" role="region" aria-label="Graph"><svg ref=${drawing} width=${placed.width} height=${placed.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
+      <div class="scroll" ref=${box} tabindex="0" role="group" aria-label="Graph"><svg ref=${drawing} width=${placed.width} height=${placed.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
         <defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0L8 4L0 8z" class="tip" /></marker></defs>
         ${placed.boxes.map(({ name, ...box }) => html`<g key=${name} class="box"><rect ...${box} rx="10" /><text x=${box.x + 12} y=${box.y + 16}>${name}</text></g>`)}
         ${graph.edges.map((edge) => {
@@ -188,13 +189,13 @@ function Panel({ options, setOptions }) {
             <rect width=${WIDTH} height=${HEIGHT} rx=${graph.gates.has(name) ? 2 : 7} /><text x="10" y=${more(name) ? 16 : 23}>${short(own(name), 21)}</text><text x="10" y="30" class="small">${short(more(name), 24)}</text></g>`;
         })}
         ${graph.edges.filter((edge) => isChosen(edge) && placed.ways.has(edge)).map((edge) => html`<text key=${`${edge.from} ${edge.to}`} class="rate" x=${placed.ways.get(edge).x} y=${placed.ways.get(edge).y - 5}>${rate(edge)}</text>`)}</svg></div>
-      ${chosen && html`<aside class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => choose("")}>✕</button></header>
+      ${chosen && html`<section class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => choose("")}>✕</button></header>
         ${editing ? html`${editing.sources && html`<label class="muted">Input <select value=${editing.input} onChange=${(event) => setEditing({ ...editing, input: event.target.value })}>${inputsOf(chosen).map((input) => html`<option key=${input} value=${input}>${input}</option>`)}</select></label>`}
             <${Relink} key=${editing.input} input=${editing.input} from=${editing.from} sources=${editing.sources ?? sources} isAllowed=${isAllowed} done=${() => setEditing(null)} />`
         : html`<h3>Inputs</h3><ul>${inputsOf(chosen).map((input) => html`<li key=${input}><button class="output" onClick=${() => setEditing({ input, from: source(input) })}>
             <span>${input.slice(chosen.length + 1)}</span><span class="muted number">${source(input) || "no link"}</span><span class="muted number">${hertz(rates.get(source(input).slice(1)))}</span></button></li>`)}</ul>
           <h3>Outputs</h3><ul>${outputsOf(chosen).map((path) => html`<li key=${path}><button class="output" onClick=${() => select(path.slice(1))}><span>${path.slice(chosen.length + 2)}</span><span class="number muted">${hertz(rates.get(path.slice(1)))}</span></button></li>`)}</ul>`}
-      </aside>`}
+      </section>`}
       ${shown && html`<${Edge} key=${edgeChosen} edge=${{ ...shown, isGate: graph.gates.has(shown.to) }} rates=${rates} close=${() => choose("")} change=${(input, from) => { choose(shown.to); setEditing({ input, from }); }} />`}
     </div>`;
 }

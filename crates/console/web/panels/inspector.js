@@ -83,8 +83,8 @@ function Panel() {
   const own = `/${path}`;
   const readers = links.filter(({ from }) => from === own || from.startsWith(`${own}/`)).map(({ to }) => to);
   const isLinked = links.some(({ to }) => to === path);
-  const writer = { output: "its module", setting: isLinked ? "its link" : "configuration, or by hand", messages: "whoever sends" }[property.access];
-  return html`<div class="scroll inspector" tabindex="0" role="region" aria-label="Inspector">
+  const writer = { output: "its module", queue: "its link", setting: isLinked ? "its link" : "configuration, or by hand", messages: "whoever sends" }[property.access];
+  return html`<div class="scroll inspector" tabindex="0" role="group" aria-label="Inspector">
     <div class="group"><code>/${path}</code></div>
     <p class="doc">${property.doc}</p>
     <dl>
@@ -93,7 +93,7 @@ function Panel() {
       <${Field} name="Read by">${readers.length ? readers.join(", ") : "no link"}</${Field}>
       ${reading && html`<${Field} name="Number, age">${reading.sequence}, <${Age} time=${reading.time} /></${Field}>`}
     </dl>
-    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th><th></th></tr></thead><tbody>
+    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th><td></td></tr></thead><tbody>
       ${leaves(schema).map((leaf) => html`<tr key=${leaf.pointer}><th scope="row" title=${leaf.pointer}>${leaf.name || "value"}</th>
         <td class="number">${written(part(reading.value, leaf.pointer), leaf)}</td><td class="muted wrap">${leaf.doc}</td>
         <td>${["number", "integer", "boolean"].includes(leaf.type) && html`<button class="quiet" title="Over time, in a panel beside this" aria-label=${`Plot ${leaf.name || "value"}`} onClick=${() => openPanel("plot", { series: [path + leaf.pointer] })}>Plot</button>`}</td></tr>`)}</tbody></table>`}

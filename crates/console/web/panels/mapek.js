@@ -91,7 +91,7 @@ function Panel({ options, setOptions }) {
   return html`
     ${found.length > 1 && html`<div class="bar-of-tools">${found.map(({ name }) => html`<button class="tool" key=${name} aria-pressed=${name === robot.name} onClick=${() => setOptions({ robot: name })}>${name}</button>`)}</div>`}
     <${Trouble} problem=${problem} />
-    <div class="scroll" tabindex="0" role="region" aria-label="Architecture"><${Robot} key=${robot.name} robot=${robot} isAllowed=${agent?.role === "developer"} fail=${setProblem} /></div>`;
+    <div class="scroll" tabindex="0" role="group" aria-label="Architecture"><${Robot} key=${robot.name} robot=${robot} isAllowed=${agent?.role === "developer"} fail=${setProblem} /></div>`;
 }
 
 export default { id: "mapek", title: "MAPE-K", Panel };

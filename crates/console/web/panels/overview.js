@@ -31,7 +31,7 @@ function Panel() {
   if (modules === undefined) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
   const ill = modules.filter(({ condition, misses, panics }) => !HEALTHY.includes(condition) || misses || panics);
   const [loop, cycle] = [value("loop/state"), value("loop/histogram")];
-  return html`<div class="overview scroll" tabindex="0" role="region" aria-label="Overview">
+  return html`<div class="overview scroll" tabindex="0" role="group" aria-label="Overview">
     ${ill.length > 0 && html`<section><div class="group"><h3>Out of the ordinary</h3></div><dl>
       ${ill.map(({ name, condition, misses, panics }) => html`<${Field} key=${name} name=${name} state=${HEALTHY.includes(condition) ? "degraded" : "bad"}>
         ${word(condition)}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl></section>`}

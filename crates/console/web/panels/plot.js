@@ -52,12 +52,12 @@ function partOf(name, properties, interfaces) {
 /** What a name means: a number, or after “=” one that is computed; throws what is wrong with it. */
 function lineOf(name, find) {
   if (!name.startsWith("=")) return find(name);
-  const { inputs, compute } = parse(name.slice(1));
+  const { inputs, compute, unit } = parse(name.slice(1));
   const found = inputs.map(find);
   const missing = inputs.filter((_, place) => !found[place]);
   if (missing.length) throw new Error(`There is no number ${missing.join(", ")}`);
   if (!inputs.length) throw new Error("It has no number of the agent; names stand in braces");
-  return { name, inputs: found, compute, unit: "" };
+  return { name, inputs: found, compute, unit: unit(found.map((input) => input.unit)) };
 }
 
 /** What is plotted before anybody has chosen: what the first actuator gets. */

@@ -32,7 +32,7 @@ function Panel({ options, setOptions }) {
       <select aria-label="How long back" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>
         ${Object.entries(SPANS).map(([value, name]) => html`<option key=${value} value=${value}>${name}</option>`)}</select>
     </div>
-    <div class="scroll states" tabindex="0" role="region" aria-label="States">
+    <div class="scroll states" tabindex="0" role="group" aria-label="States">
       ${shown.map((choice) => html`<section key=${title(choice)}><header><h3>${title(choice)}</h3>
         <button class="quiet" aria-label=${`Take ${title(choice)} out`} onClick=${() => setOptions({ states: chosen.filter((name) => name !== title(choice)) })}>✕</button></header>
         <${Strip} ...${choice} seconds=${seconds} name=${choice.pointer.slice(1)} /></section>`)}

@@ -67,7 +67,7 @@ function Panel() {
   const period = Math.min(...names.map((name) => value(`${name}/timing`)?.period).filter(Boolean), Infinity);
   const whole = Number.isFinite(period) ? period : (cycle?.max ?? 0);
   const sorted = [...modules].sort((one, other) => (value(`${other.name}/histogram`)?.[sort] ?? -1) - (value(`${one.name}/histogram`)?.[sort] ?? -1));
-  return html`<div class="scroll timing" tabindex="0" role="region" aria-label="Timing"><table>
+  return html`<div class="scroll timing" tabindex="0" role="group" aria-label="Timing"><table>
     <${Head} first="Loop" />
     <tbody><${Row} name="A cycle" histogram=${cycle} most=${whole} misses=${value("loop/state")?.overruns} />
       ${stages.filter(value).map((path) => html`<${Row} key=${path} name=${path.split("/")[1]} histogram=${value(path)} most=${whole} />`)}</tbody></table>

@@ -48,7 +48,10 @@ impl Disk {
     pub fn start(writer: Box<dyn Write + Send>) -> io::Result<(Self, Arc<DiskQueue>)> {
         let queue = Arc::<DiskQueue>::default();
         let own = Arc::clone(&queue);
-        Builder::new().name("record disk".into()).spawn(move || own.work_safely(writer))?;
+        Builder::new().name("record disk".into()).spawn(move || {
+            slate_runtime::give_way();
+            own.work_safely(writer);
+        })?;
         Ok((Self { open: Vec::new(), queue: Arc::clone(&queue) }, queue))
     }
 

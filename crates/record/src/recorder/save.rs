@@ -63,7 +63,10 @@ impl Saves {
     /// Begins to write a file, and keeps at most so many of its trigger.
     pub fn begin(self: &Arc<Self>, save: Save, most: u64) {
         let own = Arc::clone(self);
-        let thread = Builder::new().name("record save".into()).spawn(move || own.save(&save, most));
+        let thread = Builder::new().name("record save".into()).spawn(move || {
+            slate_runtime::give_way();
+            own.save(&save, most);
+        });
         match thread {
             Ok(thread) => {
                 let mut state = locked(&self.state);

@@ -104,7 +104,10 @@ impl Thread {
             skipped: 0,
             settling: Vec::new(),
         };
-        let thread = Builder::new().name("record".into()).spawn(move || work.run_safely())?;
+        let thread = Builder::new().name("record".into()).spawn(move || {
+            slate_runtime::give_way();
+            work.run_safely()
+        })?;
         Ok(Self { thread: Some(thread), shared, hub })
     }
 

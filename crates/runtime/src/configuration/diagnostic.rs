@@ -21,6 +21,8 @@ struct Place {
     label: LabeledSpan,
     line: usize,
     column: usize,
+    /// Whether somebody has written the text: that of a change at run time is made of what a tool asks for.
+    is_written: bool,
 }
 
 impl Diagnostic {
@@ -39,14 +41,30 @@ impl Diagnostic {
         let range = source.range(span);
         let (line, column) = source.line_and_column(range.start);
         let label = LabeledSpan::new_with_span(Some("here".into()), range);
+        let is_written = source.kind != SourceKind::Change;
         let source = NamedSource::new(&source.name, Arc::clone(&source.text));
         let Message { text, mistake } = message;
-        Self { message: text, mistake, help, place: Some(Place { source, label, line, column }) }
+        Self { message: text, mistake, help, place: Some(Place { source, label, line, column, is_written }) }
     }
 
     /// Place, message and help in a line.
     pub(super) fn in_a_line(&self) -> String {
         Line(self).to_string()
+    }
+
+    /// Whether it is at a place in a text that somebody has written.
+    pub(crate) fn is_written(&self) -> bool {
+        self.place.as_ref().is_some_and(|place| place.is_written)
+    }
+
+    /// What is wrong, behind its place in a text that somebody has written.
+    pub(crate) fn placed(&self) -> String {
+        match self.place.as_ref().filter(|place| place.is_written) {
+            Some(Place { source, line, column, .. }) => {
+                format!("{}:{line}:{column}: {}", source.name(), self.message)
+            }
+            None => self.message.clone(),
+        }
     }
 
     /// What is wrong.

@@ -28,6 +28,7 @@ use std::time::Duration;
 use slate_blackboard::{Board, BoardError};
 use slate_module::Level;
 
+use crate::background::give_way;
 use crate::clock::Clock;
 
 pub use levels::Levels;
@@ -101,7 +102,10 @@ impl Logger {
         let counts = Arc::new(Counts::default());
         let repeats = Repeats::new(settings.repeat);
         let thread = Thread::new(targets, repeats, Arc::clone(&counts), settings.lockstep);
-        let thread = std::thread::Builder::new().name("log".into()).spawn(move || thread.run(&receiver))?;
+        let thread = std::thread::Builder::new().name("log".into()).spawn(move || {
+            give_way();
+            thread.run(&receiver);
+        })?;
         let name = Arc::from("agent");
         let source = Arc::new(Source::new(&name, settings.levels.of(&name)));
         // The agent may log from any thread and about what is late, so it never waits.

@@ -4,15 +4,15 @@ use std::path::Path;
 use std::time::Duration;
 
 use serde::Serialize;
-use slate_blackboard::BoardError;
 use slate_blackboard::interface;
+use slate_blackboard::{BoardError, Url};
 
 use super::protocol::{
     Call, Changed, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
     SnapshotEntry, Switched, UnloadedPlugin,
 };
 use super::visit::Visit;
-use crate::configuration::{Configuration, Database, Report};
+use crate::configuration::{Configuration, Database, Diagnostic, Report};
 use crate::mistake::{Message, Mistake};
 use crate::recording::{self, RecordingControl, RecordingRefusal};
 use crate::snapshot::{Snapshot, SnapshotError};
@@ -142,24 +142,29 @@ impl Desk {
             Call::ModuleEnable { name } => self.enable(&name, true),
             Call::ModuleDisable { name } => self.enable(&name, false),
             Call::Link { to, from, options, dry_run } => {
+                let input = to.clone();
                 let link = options
                     .into_iter()
                     .fold(NewLink::new(to, &from), |link, (name, value)| link.with(name, value));
                 let composer = &self.composer;
                 let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
-                let changes = changes.map_err(refused)?;
+                let changes = changes.map_err(Refusal::from)?;
                 if dry_run {
                     self.check_remote(&link, &from)?;
                 }
                 if !dry_run {
                     self.composer.say_changes("a tool has linked", &changes);
                 }
-                result(self.changed(changes))
+                let mut changed = self.changed(changes);
+                if let Some(first) = changed.first_mut() {
+                    first.conversion = self.conversion(&input, &from);
+                }
+                result(changed)
             }
             Call::Unlink { to, dry_run } => {
                 let composer = &self.composer;
                 let changes = if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) };
-                let changes = changes.map_err(refused)?;
+                let changes = changes.map_err(Refusal::from)?;
                 if !dry_run {
                     self.composer.say_changes("a tool has unlinked", &changes);
                 }
@@ -239,6 +244,16 @@ impl Desk {
             }
             Call::Arm { actuator } => self.arm(actuator.as_deref()),
         }
+    }
+
+    /// What a link makes of what, when its two ends are of different interfaces.
+    fn conversion(&self, to: &str, from: &str) -> Option<String> {
+        let path = Url::parse(to).ok()?.path_in("");
+        let input = self.composer.port(&path)?.descriptor;
+        let (property, field) = self.composer.board().find(&self.path_of(from).ok()?).ok()?;
+        let source = property.descriptor();
+        let is_other = field.is_empty() && source.hash != input.hash;
+        is_other.then(|| format!("{} of {}, field by field", input.name, source.name))
     }
 
     fn plugins(&self) -> Done {
@@ -356,18 +371,6 @@ impl Desk {
     }
 }
 
-/// What was refused of a link; the text that a command makes of it is none of the user's, so it is not shown.
-pub(super) fn refused(report: Report) -> Refusal {
-    match report.diagnostics() {
-        [one] if one.source_name().is_none_or(|name| name == "change") => {
-            let message = Message { text: one.message().to_owned(), mistake: one.mistake() };
-            refusal(message, one.help_text().unwrap_or_default())
-        }
-        // Each has its help beside it.
-        _ => refusal(Message { text: report.to_string(), mistake: report.mistake() }, ""),
-    }
-}
-
 fn loaded(loaded: Loaded) -> Done {
     let plugin = |(name, file)| LoadedPlugin { name, file };
     let plugins = loaded.plugins.into_iter().map(plugin).collect();
@@ -419,13 +422,19 @@ fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
 
 impl From<Report> for Refusal {
     fn from(report: Report) -> Self {
-        let help = report.diagnostics().iter().find_map(|diagnostic| diagnostic.help_text());
-        Self {
-            message: report.to_string(),
-            help: help.unwrap_or_default().into(),
-            code: code(report.mistake()),
-            report: Some(report.render(false)),
-        }
+        let diagnostics = report.diagnostics();
+        // Of several, each has its help beside it.
+        let line = |one: &Diagnostic| match one.help_text() {
+            Some(help) => format!("{} ({help})", one.placed()),
+            None => one.placed(),
+        };
+        let (message, help) = match diagnostics {
+            [one] => (one.placed(), one.help_text().unwrap_or_default().to_owned()),
+            several => (several.iter().map(line).collect::<Vec<_>>().join("\n"), String::new()),
+        };
+        let is_written = diagnostics.iter().any(Diagnostic::is_written);
+        let report_text = is_written.then(|| report.render(false));
+        Self { message, help, code: code(report.mistake()), report: report_text }
     }
 }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde_json::json;
 use slate_blackboard::{Access, nearest_names, nearest_paths};
 
-use super::desk::{Desk, Done, refusal, refused, result};
+use super::desk::{Desk, Done, refusal, result};
 use super::place::agents;
 use super::properties::reading;
 use super::protocol::{PropertyEntry, Refusal, RemoteSnapshotEntry};
@@ -85,7 +85,7 @@ impl Desk {
         let wanted = RemotePath { agent: agent.into(), path: path.into() };
         let fits = |path: &str, descriptor, takes_messages| {
             let property = Property { path, descriptor, takes_messages };
-            match self.composer.misfit(link, wanted.clone(), &property).map_err(refused)? {
+            match self.composer.misfit(link, wanted.clone(), &property).map_err(Refusal::from)? {
                 Some((message, help)) => Err(refusal(message, &help)),
                 None => Ok(()),
             }

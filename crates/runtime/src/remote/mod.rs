@@ -48,6 +48,7 @@ mod wire;
 pub use client::{Client, ClientError};
 pub use desk::Desk;
 pub use lock::Lock;
+pub use messages::lacking;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub use place::{agents, folder};
 pub use protocol::{

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use slate_blackboard::interface;
 use slate_blackboard::{Access, BoardError, Pattern, Property, Stamp, Url};
+use slate_module::Direction;
 
 use super::desk::{Desk, Done, refusal, result};
 use super::elsewhere;
@@ -32,12 +33,7 @@ impl Desk {
             path: property.path().into(),
             interface: property.descriptor().name.to_string(),
             doc: property.doc().to_string(),
-            access: match property.access() {
-                Access::Output => "output",
-                Access::Setting => "setting",
-                Access::Messages => "messages",
-            }
-            .into(),
+            access: self.access(property).into(),
         };
         let properties = self.composer.board().properties();
         let wanted = properties
@@ -49,6 +45,21 @@ impl Desk {
         }
         entries.sort_unstable_by(|a, b| a.path.cmp(&b.path));
         result(entries)
+    }
+
+    /// Who writes a property, as [`PropertyEntry::access`] says it.
+    pub fn access(&self, property: &Property) -> &'static str {
+        match property.access() {
+            Access::Output => "output",
+            Access::Messages => "messages",
+            Access::Setting if self.is_queue(property.path()) => "queue",
+            Access::Setting => "setting",
+        }
+    }
+
+    /// Whether an input takes every value of what it is linked to, and nothing else.
+    pub(super) fn is_queue(&self, path: &str) -> bool {
+        self.composer.port(path).is_some_and(|port| port.direction == Direction::Queue)
     }
 
     /// What stands before the first star has to be the beginning of something.

@@ -66,6 +66,7 @@ impl Desk {
             path: change.path,
             before: text(change.before),
             after: text(change.after),
+            conversion: None,
         };
         changes.into_iter().map(changed).collect()
     }
@@ -82,6 +83,8 @@ impl Desk {
         modules.filter(|module| !is_known(module)).find(is_named)
     }
 
+    /// What holds and is not what the files say. What says the same in other words, as the default of a module does, is no
+    /// difference.
     pub(super) fn differences(&self) -> Done {
         let different = self.database()?.diff().into_iter().map(|difference| Different {
             default: self.composer.default_at(&difference.path),
@@ -90,7 +93,11 @@ impl Desk {
             present: text(difference.present),
             origin: difference.origin.map(|origin| origin.to_string()),
         });
-        result(different.collect::<Vec<_>>())
+        let differs = |one: &Different| {
+            let said = |text: &Option<String>| text.clone().or_else(|| one.default.clone());
+            !is_same(said(&one.file), said(&one.present))
+        };
+        result(different.filter(differs).collect::<Vec<_>>())
     }
 
     pub(super) fn save(&self, to: SaveTo) -> Done {
@@ -104,6 +111,12 @@ impl Desk {
 
 fn text(value: Option<Value>) -> Option<String> {
     value.map(|value| value.to_string())
+}
+
+/// Whether two texts are the same value, as 1 and 1.0 are.
+fn is_same(a: Option<String>, b: Option<String>) -> bool {
+    let number = |text: &Option<String>| text.as_deref()?.parse::<f64>().ok();
+    a == b || number(&a).zip(number(&b)).is_some_and(|(a, b)| a == b)
 }
 
 /// Nothing stands there.

@@ -171,6 +171,12 @@ impl Desk {
         };
         let rest = &path[module.len() + 1..];
         match property.access() {
+            Access::Setting if self.is_queue(property.path()) => {
+                let message =
+                    format!("/{} is a queue, which takes the values of its link alone", property.path());
+                let help = format!("link it: slate link {} PROPERTY", property.path());
+                return Err(refusal(Mistake::OneWriter.of(message), &help));
+            }
             Access::Setting => {}
             Access::Output => {
                 let message = Mistake::OneWriter.of(format!(

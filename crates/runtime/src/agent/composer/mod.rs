@@ -14,10 +14,11 @@ mod threads;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError, Weak};
+use std::time::Duration;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Board, BoardError, nearest_names};
-use slate_module::{Level, ModuleKind, Parameter, Plugin};
+use slate_module::{Level, ModuleKind, Parameter, Plugin, PortDescription};
 
 use super::composition::Composition;
 use super::memory::States;
@@ -367,6 +368,18 @@ impl Composer {
             .unwrap_or_default()
     }
 
+    /// The port of a module at a path.
+    pub fn port(&self, path: &str) -> Option<PortDescription> {
+        let composition = self.composition();
+        let of = |name: &String| path.strip_prefix(name.as_str())?.strip_prefix('/');
+        let (port, seat) = composition
+            .present
+            .iter()
+            .filter_map(|(name, seat)| Some((of(name)?, seat)))
+            .min_by_key(|(port, _)| port.len())?;
+        seat.description.ports.iter().find(|known| known.name == port).cloned()
+    }
+
     /// The default of a module's parameter.
     pub(crate) fn default_of(&self, module: &str, parameter: &str) -> Option<Value> {
         let composition = self.composition();
@@ -395,6 +408,11 @@ impl Composer {
 
     pub(super) fn set_log_levels(&self, levels: Levels) {
         self.shared.logger.set_levels(levels);
+    }
+
+    /// Waits until what was logged so far is written, but not longer than `limit`.
+    pub(crate) fn flush_log(&self, limit: Duration) {
+        self.shared.logger.flush(limit);
     }
 
     pub(crate) fn log(&self, level: Level, text: &str) {

@@ -143,6 +143,9 @@ pub struct Changed {
     /// The value of the module where nothing says another.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub default: Option<String>,
+    /// Of a link between two interfaces: which is made of which, field by field.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conversion: Option<String>,
 }
 
 /// A setting that is not what the files say; values as `--set` takes them.
@@ -251,8 +254,8 @@ pub struct PropertyEntry {
     pub interface: String,
     /// What it is for.
     pub doc: String,
-    /// Who writes it: `output` for its module, `setting` for the configuration and tools, `messages` for all who are linked to
-    /// it; empty when it is another agent's.
+    /// Who writes it: `output` for its module, `setting` for the configuration and tools, `queue` for what it is linked to,
+    /// `messages` for all who are linked to it; empty when it is another agent's.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub access: String,
 }

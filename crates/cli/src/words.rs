@@ -1,0 +1,132 @@
+//! The order of the words of a command.
+
+use std::ffi::OsString;
+
+use clap::ValueEnum;
+
+use crate::output::Colour;
+
+/// How many words the option takes that the words begin with, if it is one that may stand before a verb.
+fn taken(words: &[OsString]) -> Option<usize> {
+    let word = words.first()?.to_str()?;
+    let (name, value, taken) = match word.split_once('=') {
+        Some((name, value)) => (name, value, 1),
+        None => (word, words.get(1)?.to_str()?, 2),
+    };
+    let fits = match name {
+        "--agent" => !value.is_empty() && !value.starts_with('-'),
+        "--color" => Colour::from_str(value, false).is_ok(),
+        _ => false,
+    };
+    fits.then_some(taken)
+}
+
+/// Where the verb is, behind the options that may stand before it.
+fn verb(words: &[OsString]) -> usize {
+    let mut place = 1;
+    while let Some(taken) = words.get(place..).and_then(taken) {
+        place += taken;
+    }
+    place
+}
+
+/// The words with the agent that is named before the verb behind all that belongs to the verb, where verbs know it.
+pub fn with_agent_behind(words: Vec<OsString>) -> Vec<OsString> {
+    let verb = verb(&words).min(words.len());
+    let (mut ordered, mut agent) = (Vec::new(), Vec::new());
+    let mut leading = &words[..verb];
+    while let Some(word) = leading.first() {
+        let count = taken(leading).unwrap_or(1);
+        let is_agent = word.to_str().is_some_and(|word| word.starts_with("--agent"));
+        if is_agent { &mut agent } else { &mut ordered }.extend_from_slice(&leading[..count]);
+        leading = &leading[count..];
+    }
+    let rest = &words[verb..];
+    let end = rest.iter().position(|word| word == "--").unwrap_or(rest.len());
+    ordered.extend_from_slice(&rest[..end]);
+    ordered.extend(agent);
+    ordered.extend_from_slice(&rest[end..]);
+    ordered
+}
+
+/// The words of a stop with its options first, and all others as its reason: it is not refused for one that is not known.
+pub fn of_stop(words: Vec<OsString>) -> Vec<OsString> {
+    let verb = verb(&words);
+    if words.get(verb).is_none_or(|word| word != "stop") {
+        return words;
+    }
+    let (mut options, mut reason) = (words[..=verb].to_vec(), Vec::new());
+    let mut rest = &words[verb + 1..];
+    while let Some(word) = rest.first() {
+        let count = taken(rest).unwrap_or(1);
+        // Who only asks what a stop does says so first.
+        let is_help = reason.is_empty() && (word == "--help" || word == "-h");
+        match word {
+            word if word == "--" => {
+                reason.extend(rest[1..].iter().map(said));
+                break;
+            }
+            word if word == "--json" && options.contains(word) => {}
+            word if word == "--json" || is_help || taken(rest).is_some() => {
+                options.extend_from_slice(&rest[..count]);
+            }
+            word => reason.push(said(word)),
+        }
+        rest = &rest[count..];
+    }
+    options.push("--".into());
+    options.extend(reason);
+    options
+}
+
+/// A word that can be shown.
+fn said(word: &OsString) -> OsString {
+    word.to_string_lossy().into_owned().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ordered(order: fn(Vec<OsString>) -> Vec<OsString>, line: &str) -> String {
+        let words = order(line.split(' ').map(OsString::from).collect());
+        words.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn an_agent_before_the_verb_comes_behind_what_belongs_to_the_verb() {
+        for (said, wanted) in [
+            ("slate --agent r2 tree --values", "slate tree --values --agent r2"),
+            (
+                "slate --color never --agent=r2 record start /a",
+                "slate --color never record start /a --agent=r2",
+            ),
+            ("slate --agent r2 stop -- no -x", "slate stop --agent r2 -- no -x"),
+            ("slate tree --agent r2", "slate tree --agent r2"),
+            ("slate --agent", "slate --agent"),
+            ("slate", "slate"),
+        ] {
+            assert_eq!(ordered(with_agent_behind, said), wanted);
+        }
+    }
+
+    #[test]
+    fn a_stop_has_its_options_first_and_any_other_word_as_its_reason() {
+        for (said, wanted) in [
+            (
+                "slate stop --now --agent r2 quick --json --json",
+                "slate stop --agent r2 --json -- --now quick",
+            ),
+            ("slate stop --agent", "slate stop -- --agent"),
+            ("slate stop --agent --json", "slate stop --json -- --agent"),
+            ("slate stop --color blue", "slate stop -- --color blue"),
+            ("slate --color never stop --json=1", "slate --color never stop -- --json=1"),
+            ("slate stop --help", "slate stop --help --"),
+            ("slate stop it --help", "slate stop -- it --help"),
+            ("slate stop -- --agent r2", "slate stop -- --agent r2"),
+            ("slate reset --now", "slate reset --now"),
+        ] {
+            assert_eq!(ordered(of_stop, said), wanted);
+        }
+    }
+}
