@@ -203,6 +203,18 @@ fn what_a_module_sends_is_compared_though_nobody_runs_who_takes_it() {
     assert!(said.contains("identical") && !said.contains("not compared"), "{said}");
 }
 
+/// Modules on threads of their own answer each other many times in what is one cycle of a playback.
+#[test]
+fn of_threads_what_a_module_sends_alone_is_named_and_not_compared() {
+    let folder = folder("try-threads");
+    let limit = "modules.referee.params.time_limit=2";
+    let run = ["run", "exp1", "--headless", "--mode", "threaded", "--rate", "realtime", "--set", limit];
+    slate(&folder, &[&run[..], &["--set", "record.enabled=true", "--out", "here"]].concat());
+    let said = printed(&folder, 2, &["try", "r2/planner", "--bag", "here/run.mcap"]);
+    assert!(said.contains("not compared: messages of /r2/planner/plan to /r2/execute/plan\n"), "{said}");
+    assert!(!said.contains("difference") && !said.contains("times before that"), "{said}");
+}
+
 #[test]
 fn a_module_that_begins_later_is_said_to_have_begun_anew() {
     let folder = folder("replay-later");

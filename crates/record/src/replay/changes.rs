@@ -21,22 +21,24 @@ fn setting(change: &Change) -> Option<(String, String)> {
     }
 }
 
-/// Makes changes once more, each after the cycle of its number; those until this one are taken out.
+/// Makes changes once more, each after the cycle of its number, or at its time; those until this one, which is told as `place`, are
+/// taken out.
 ///
 /// # Errors
 /// Why one of them can't be made.
 pub(super) fn make_until(
     agent: &Agent,
     changes: &mut VecDeque<(u64, Change)>,
-    cycle: u64,
+    until: u64,
+    place: &str,
 ) -> Result<(), String> {
     let mut settings = Vec::new();
-    while let Some((_, change)) = changes.pop_front_if(|(after, _)| *after <= cycle) {
+    while let Some((_, change)) = changes.pop_front_if(|(after, _)| *after <= until) {
         let made = match setting(&change) {
             Some(own) => {
                 settings.push(own);
                 // What was changed at once is changed at once.
-                let next = changes.front().filter(|(after, _)| *after <= cycle);
+                let next = changes.front().filter(|(after, _)| *after <= until);
                 if next.is_some_and(|(_, next)| setting(next).is_some()) {
                     continue;
                 }
@@ -47,7 +49,7 @@ pub(super) fn make_until(
             }
             None => make(agent, &change),
         };
-        made.map_err(|error| format!("a change after cycle {cycle} can't be made again: {error}"))?;
+        made.map_err(|error| format!("a change {place} can't be made again: {error}"))?;
     }
     Ok(())
 }

@@ -133,7 +133,7 @@ fn drive(run: &Run, agent: &mut Agent, hub: &Hub, course: &Course) -> Result<(),
     let mut changes = run.changes.iter().cloned().collect();
     let mut cycle = 0;
     loop {
-        changes::make_until(agent, &mut changes, cycle)?;
+        changes::make_until(agent, &mut changes, cycle, &format!("after cycle {cycle}"))?;
         mark(hub, cycle, agent.now());
         if course.is_enough.load(Ordering::Acquire) || run.cycles().is_some_and(|cycles| cycle >= cycles) {
             return Ok(());

@@ -112,7 +112,8 @@ impl Player {
         turn: &mut Turn,
         look: &mut impl FnMut(&mut Agent),
     ) -> Result<(), PlayError> {
-        while let Err(reason) = make_until(agent, &mut self.changes, self.skipped + turn.cycles) {
+        let (until, place) = self.due(turn);
+        while let Err(reason) = make_until(agent, &mut self.changes, until, &place) {
             self.misses.push(reason);
         }
         if !agent.step() {
@@ -135,6 +136,26 @@ impl Player {
         drop(reel);
         look(agent);
         Ok(())
+    }
+
+    /// Until which cycle, or on the wall clock until which time, changes are made before the next cycle, and how that is told.
+    fn due(&self, turn: &Turn) -> (u64, String) {
+        let Some(period) = self.period else {
+            let cycle = self.skipped + turn.cycles;
+            return (cycle, format!("after cycle {cycle}"));
+        };
+        let next = if turn.has_begun { turn.time.saturating_add(period) } else { self.bounds.0 };
+        // Cycles were not made exactly when they were due, and some not at all: values that were written in each cycle say
+        // between which of them a change was, and others are waited for a little.
+        let has_come = |time: u64| self.witness.as_ref().is_none_or(|witness| witness.has_all_until(time));
+        let counts = self.witness.as_ref().is_some_and(|witness| witness.counts_cycles(period));
+        let is_late = |time: u64| next.saturating_sub(time) > 2 * period;
+        let is_due = |time: u64| {
+            if counts { has_come(time) } else { time <= next && (is_late(time) || has_come(time)) }
+        };
+        let due = self.changes.iter().map(|(time, _)| *time).take_while(|time| is_due(*time)).last();
+        let until = due.unwrap_or(0);
+        (until, format!("at {:.3} s", until as f64 * 1e-9))
     }
 
     fn jump(&mut self, time: u64, agent: &mut Agent, turn: &mut Turn) -> Result<bool, PlayError> {

@@ -41,8 +41,11 @@ pub struct Player {
     pub(super) line: usize,
     /// The time of the last cycle.
     pub(super) reached: u64,
-    /// What was changed in the modules that run, while it was recorded.
+    /// What was changed in the modules that run, while it was recorded: after which cycle of a run in lockstep, and on the wall
+    /// clock at which time.
     pub(super) changes: VecDeque<(u64, Change)>,
+    /// From cycle to cycle, nanoseconds, of a run that was on the wall clock.
+    pub(super) period: Option<u64>,
     pub(super) witness: Option<Witness>,
     /// What is recorded of the modules that run.
     written: Written,
@@ -118,8 +121,10 @@ impl Player {
         let mut misses = excerpt.misses;
         let begins = bounds.0 == span.0;
         let codes = codes(plugins, &full, &plan);
-        let of_modules = |(_, change): &(u64, Change)| concerns(change, &plan.modules, &codes);
-        let changes: VecDeque<_> = reel.timeline.changes.drain(..).filter(of_modules).collect();
+        let of_modules = |(_, _, change): &(u64, u64, Change)| concerns(change, &plan.modules, &codes);
+        let changes = reel.timeline.changes.drain(..).filter(of_modules);
+        let changes: VecDeque<_> =
+            changes.map(|(cycle, time, change)| (if is_lockstep { cycle } else { time }, change)).collect();
         // Cycles are counted from the beginning.
         let skipped = reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
         if is_lockstep && !begins && !reel.is_each_known && !changes.is_empty() {
@@ -143,6 +148,11 @@ impl Player {
         }
         (reel.silent, reel.inboxes, reel.deaf) = (excerpt.silent, excerpt.inboxes, excerpt.deaf.clone());
         let mut deaf = excerpt.deaf;
+        if !is_lockstep {
+            // Modules on threads of their own answer each other many times in what is one cycle here, so that a sender alone sends
+            // something else.
+            deaf.clear();
+        }
         let text = excerpt.text;
         let (mut written, mut mailboxes) = (Written::new(), Written::new());
         if let Some(run) = &run {
@@ -156,7 +166,8 @@ impl Player {
                 written.entry(to.clone()).or_default().extend(run.owner(from).cloned());
             }
         }
-        let changes = if is_lockstep && (begins || reel.is_each_known) { changes } else { VecDeque::new() };
+        let is_known = !is_lockstep || begins || reel.is_each_known;
+        let changes = if is_known { changes } else { VecDeque::new() };
         let mut unheard = excerpt.outboxes;
         unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
         let reel = SharedReel::new(reel);
@@ -177,6 +188,7 @@ impl Player {
             line: 0,
             reached: bounds.0,
             changes,
+            period: (!is_lockstep).then(|| full.period().value),
             witness,
             written,
             unheard,

@@ -14,6 +14,7 @@ use slate_runtime::recording::{Change, Recording};
 use super::difference::{self, Difference};
 use super::reel::{Reel, SharedReel};
 use super::run::Written;
+use super::timeline::Timeline;
 use crate::bag::Error;
 use crate::recorder::{Channel, Drain, Hub, Sink};
 
@@ -185,6 +186,28 @@ impl Witness {
         self.comparer.failure.take().map_or(Ok(()), Err)
     }
 
+    /// Whether as many values came as were written until a time.
+    pub fn has_all_until(&self, time: u64) -> bool {
+        let reel = self.comparer.reel.get();
+        let timeline = &reel.timeline;
+        self.comparer.computed(timeline).all(|(track, next)| {
+            let place = timeline.place(track, next);
+            place.and_then(|place| timeline.time(place)).is_none_or(|next| next > time)
+        })
+    }
+
+    /// Whether there is a property that was written in each cycle, or nearly so, where a cycle takes that long.
+    pub fn counts_cycles(&self, period: u64) -> bool {
+        let reel = self.comparer.reel.get();
+        let timeline = &reel.timeline;
+        self.comparer.computed(timeline).any(|(track, _)| {
+            let count = timeline.tracks[track].values.len();
+            let time = |number: usize| timeline.time(timeline.place(track, number)?);
+            let span = time(0).zip(time(count.saturating_sub(1))).map_or(0, |(first, last)| last - first);
+            count > 1 && span / (count as u64 - 1) < period.saturating_add(period / 2)
+        })
+    }
+
     /// Compares messages that were sent to who does not run: where to, when, and what they are.
     pub fn hear(&mut self, sent: Vec<(String, u64, Vec<u8>)>) -> Result<(), Error> {
         sent.into_iter().try_for_each(|(path, time, bytes)| self.comparer.compare_sent(&path, time, &bytes))
@@ -248,6 +271,16 @@ impl Recording for Eye {
 }
 
 impl Comparer {
+    /// What modules compute that is compared: tracks, and the next value of each. The host writes a module's state, and not in
+    /// every run at the same place.
+    fn computed(&self, timeline: &Timeline) -> impl Iterator<Item = (usize, usize)> {
+        let tracks = self
+            .tracks
+            .iter()
+            .filter(|(path, (track, _))| timeline.is_compared(*track) && !path.ends_with("/state"));
+        tracks.map(|(_, own)| *own)
+    }
+
     fn of(&mut self, path: &str) -> &mut Recomputed {
         let new = || Recomputed { url: format!("/{path}"), ..Recomputed::default() };
         self.found.entry(path.to_owned()).or_insert_with(new)

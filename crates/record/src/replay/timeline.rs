@@ -104,8 +104,8 @@ pub(super) struct Timeline {
     span: Option<(u64, u64)>,
     /// Which values the file has, also of what is not played.
     pub coverage: Coverage,
-    /// What was changed from outside while it was recorded, each after the cycle of that number.
-    pub changes: Vec<(u64, Change)>,
+    /// What was changed from outside while it was recorded, each with the number of the cycle after which that was, and the time.
+    pub changes: Vec<(u64, u64, Change)>,
     /// Topics that are not played, and why.
     pub left_out: Vec<(String, String)>,
 }
@@ -214,7 +214,10 @@ impl Timeline {
                     let line = schema.decode(message.data).ok();
                     timeline.lines.extend(line.and_then(|line| log_line(&line, time)));
                 }
-                Fate::Changes => timeline.changes.extend(read_change(message.data)),
+                Fate::Changes => {
+                    let change = read_change(message.data);
+                    timeline.changes.extend(change.map(|(cycle, change)| (cycle, time, change)));
+                }
                 Fate::LeftOut => {}
             }
         }
@@ -253,7 +256,7 @@ impl Timeline {
         self.times.dedup();
         self.letters.sort_by_key(|letter| (letter.time, letter.mailbox, letter.sequence));
         self.lines.sort_by_key(|line| line.time);
-        self.changes.sort_by_key(|(cycle, _)| *cycle);
+        self.changes.sort_by_key(|(cycle, time, _)| (*cycle, *time));
         self.tracks.iter_mut().for_each(|track| track.values.clear());
         for (place, entry) in self.entries.iter().enumerate() {
             self.tracks[usize::from(entry.track)].values.push(place as u32);

@@ -1,10 +1,15 @@
+use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use slate_record::Recorder;
 use slate_record::replay::{Choice, Plan, Player};
 use slate_runtime::configuration::Record;
 
-use crate::support::{file, load, play, plugins, record_on_the_wall_clock, recorded, times, values};
+use crate::support::{
+    Written, file, load, play, plugins, record_on_the_wall_clock, record_on_the_wall_clock_with, recorded,
+    times, values,
+};
 
 #[test]
 fn every_value_is_played_with_its_number_and_its_time() {
@@ -106,4 +111,22 @@ fn a_run_on_the_wall_clock_is_played_too() {
     let outcome = play(&path, plan).1.unwrap();
     let number = outcome.properties.iter().find(|own| own.url == "/source/number").unwrap();
     assert_eq!(number.different, 0, "{outcome:?}");
+}
+
+/// On the wall clock a change has a time and no cycle: as many values come before it as then.
+#[test]
+fn what_was_changed_on_the_wall_clock_is_changed_again_at_its_time() {
+    let path = file("wall-changed.mcap");
+    let step = |after: u64, value| (Duration::from_millis(after), "modules.source.params.step", value);
+    record_on_the_wall_clock_with(&path, &[step(95, "3.0"), step(183, "0.5")]);
+    let read = |value: &Written| f64::from_le_bytes(value.2[4..12].try_into().unwrap());
+    let numbers: Vec<_> = values(&path, "/source/number").iter().map(read).collect();
+    let steps: BTreeSet<_> = numbers.windows(2).map(|two| ((two[1] - two[0]) * 10.0) as u64).collect();
+    assert_eq!(steps, [5, 10, 30].into(), "both changes were made: {numbers:?}");
+    let plan = Plan { modules: ["source".into()].into(), ..Plan::default() };
+    let (_, outcome, player) = play(&path, plan);
+    let outcome = outcome.unwrap();
+    let number = outcome.properties.iter().find(|own| own.url == "/source/number").unwrap();
+    assert!(number.different == 0 && number.same >= 25, "{outcome:?}");
+    assert!(player.misses().is_empty(), "{:?}", player.misses());
 }

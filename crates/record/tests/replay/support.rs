@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use slate_module::Plugin;
 use slate_module::prelude::*;
@@ -264,12 +265,28 @@ pub fn foreign_in(compression: Compression, name: &str, topics: &[Foreign<'_>]) 
 
 /// Records some cycles of the robot on the wall clock.
 pub fn record_on_the_wall_clock(path: &Path) {
+    record_on_the_wall_clock_with(path, &[]);
+}
+
+/// The same, with settings that get values at certain times after the beginning.
+pub fn record_on_the_wall_clock_with(path: &Path, changes: &[(Duration, &str, &str)]) {
     let database = Database::from_text("robot.toml", ROBOT, Layers::default()).unwrap();
     let recorder = Recorder::new(database.current().record());
     let options = Options { recording: Some(Arc::new(recorder.clone())), ..Options::default() };
     let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
     recorder.begin(&agent, path);
     let until = |cycle: &Cycle<'_>| if cycle.number < 30 { Control::Continue } else { Control::Stop };
-    agent.run(Box::new(until)).unwrap();
+    let database = agent.database().unwrap().clone();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut passed = Duration::ZERO;
+            for (after, path, value) in changes {
+                std::thread::sleep(*after - passed);
+                passed = *after;
+                database.set(&[(*path, *value)]).unwrap();
+            }
+        });
+        agent.run(Box::new(until)).unwrap();
+    });
     recorder.end(&mut agent).unwrap();
 }

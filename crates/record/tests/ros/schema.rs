@@ -184,7 +184,7 @@ fn count(value: &Value) -> usize {
 }
 
 /// Definitions, most of which can be read.
-fn any_text() -> impl Strategy<Value = String> {
+pub fn any_text() -> impl Strategy<Value = String> {
     let of = prop::sample::select(vec![
         "bool",
         "uint8",

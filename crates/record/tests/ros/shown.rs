@@ -1,9 +1,11 @@
+use proptest::prelude::*;
 use slate_interfaces::{Image, Transform, Verdict};
 use slate_module::blackboard::interface::Interface;
 use slate_module::interface;
 use slate_record::ros::{Definition, Schema, Shown, definition, encode};
 
 use crate::interfaces::{all, value};
+use crate::schema::any_text;
 
 #[interface]
 struct Layout {
@@ -92,4 +94,32 @@ fn a_message_of_what_is_shown_holds_what_the_whole_one_shows() {
         }
     }
     assert!(reduced > 10, "{reduced}");
+}
+
+/// A definition of Slate's in which fields with short names are there for the layout alone.
+fn padded(text: &str) -> String {
+    let line = |line: &str| match line.split_once(' ') {
+        Some((of, name)) if name.len() == 1 => format!("{of} reserved\n"),
+        _ => format!("{line}\n"),
+    };
+    text.replace("a_package/", "slate_msgs/").lines().map(line).collect()
+}
+
+proptest! {
+    /// What others write into a file under a name of Slate's is no harm.
+    #[test]
+    fn of_any_definition_and_message_what_is_shown_can_be_read(
+        text in any_text().prop_map(|text| padded(&text)),
+        rest in prop::collection::vec(prop_oneof![Just(0), Just(1), any::<u8>()], 0..200),
+    ) {
+        let definition = Definition { name: "slate_msgs/msg/Thing".into(), text };
+        let Ok(Some(shown)) = Shown::of(&definition) else { return Ok(()) };
+        let left = Schema::parse(&definition.name, &shown.definition().text).unwrap();
+        let whole = Schema::parse_shown(&definition.name, &definition.text).unwrap();
+        let message = [&[0, 1, 0, 0], &rest[..]].concat();
+        let mut out = Vec::new();
+        let made = shown.encode(&message, &mut out);
+        prop_assert_eq!(made.is_ok(), whole.decode(&message).is_ok());
+        prop_assert!(made.is_err() || left.decode(&out).is_ok());
+    }
 }
