@@ -25,7 +25,7 @@ pub enum BagVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Checks all checksums, indexes and statistics of a recording; exit code 1 says that it is damaged.
+    /// Checks all checksums, indexes and statistics of a recording; exit code 1 says that it is damaged, 2 that it is none.
     Verify {
         /// The file.
         file: PathBuf,
@@ -372,9 +372,18 @@ fn verify(file: &Path) -> Result<bool, Failure> {
             show::verified(file, &info);
             Ok(true)
         }
-        Err(error @ (Error::Damaged { .. } | Error::NoBag { .. })) => {
+        Err(error @ Error::Damaged { .. }) => {
             Failure::from(error).print();
             Ok(false)
+        }
+        Err(Error::NoBag { path, what }) => {
+            let what = match logs::recognise(file)? {
+                Some(format) if format != logs::Format::Mcap => {
+                    format!("it is a log of format {format}, which has no checksums")
+                }
+                _ => what,
+            };
+            Err(Error::NoBag { path, what }.into())
         }
         Err(error) => Err(error.into()),
     }

@@ -8,6 +8,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde::Serialize;
 use serde_json::json;
+use slate::record::misspelt;
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
 use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
 use slate::runtime::{Agent, Mistake, Mode, Options, StartError};
@@ -201,6 +202,10 @@ fn unused(configuration: &Configuration, agent: &Agent) -> Vec<Diagnostic> {
                 "leave it out, or say `load = false` if it is to be loaded later",
             ));
         }
+    }
+    for own in misspelt(&configuration.record().selection, agent.board()) {
+        let Some(setting) = configuration.value(own.setting) else { continue };
+        warnings.push(warn(setting.span, own.to_string(), &own.help));
     }
     warnings
 }

@@ -148,7 +148,10 @@ fn a_damaged_recording_is_told_from_a_whole_one_and_repaired() {
     assert!(said.contains(&format!("{messages} messages")), "{said}");
     assert!(done(&folder, &["repair", "run.mcap"]).contains("nothing was lost"));
     // What is no recording stays as it is.
-    fails(&folder, 1, &["verify", "picture.jpeg"], &["picture.jpeg` is no MCAP file"]);
+    fails(&folder, 2, &["verify", "picture.jpeg"], &["picture.jpeg` is no MCAP file"]);
+    write(&folder, "a.carmen", b"ODOM 1 2 0.5 0.4 -0.1 0 10.5 host 0.1\n");
+    let words = ["a.carmen` is no MCAP file: it is a log of format carmen", "slate bag import"];
+    fails(&folder, 2, &["verify", "a.carmen"], &words);
     fails(&folder, 2, &["repair", "picture.jpeg"], &["picture.jpeg` is no MCAP file"]);
     assert_eq!(std::fs::read(folder.join("picture.jpeg")).unwrap(), [0xff; 100]);
 }
@@ -551,6 +554,30 @@ fn what_is_wrong_names_file_place_and_mend() {
     fails(&folder, 2, &["export", "run.mcap", "--out", "x.csv"], &["--csv"]);
     fails(&folder, 2, &["merge", "run.mcap", "--out", "x.mcap"], &["<FILES>"]);
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "something is left behind");
+}
+
+#[test]
+fn what_is_there_for_the_layout_alone_is_shown_by_no_verb() {
+    let folder = folder("bag-shown");
+    common::exp1(&folder, &["--seed", "1", "--set", "record.enabled=true", "--out", "here"]);
+    let scans = done(&folder, &["cat", "here/run.mcap", "/simulator/r2/sonar", "--to", "1"]);
+    assert!(scans.contains("echoes = [{ range = ") && scans.contains(", heard = "), "{scans}");
+    let export = ["export", "here/run.mcap", "/simulator/r2/sonar", "/r2/planner/state"];
+    done(&folder, &[&export[..], &["--csv", "--out", "tables"]].concat());
+    let table = std::fs::read_to_string(folder.join("tables/simulator_r2_sonar.csv")).unwrap();
+    assert_eq!(
+        table.lines().next().unwrap(),
+        "time_s,sequence,field_of_view,range_min,range_max,placements,echoes"
+    );
+    done(&folder, &[&export[..], &["--ros", "--out", "ros.mcap"]].concat());
+    let ros = done(&folder, &["cat", "ros.mcap", "/r2/planner/state"]);
+    assert!(ros.contains("{ ticks = 1, panics = 0, condition = 1 }"), "{ros:.2000}");
+    let definitions = String::from_utf8_lossy(&std::fs::read(folder.join("ros.mcap")).unwrap()).into_owned();
+    for text in [&scans, &table, &ros, &definitions] {
+        assert!(!text.contains("reserved") && !text.contains("memory"), "{text:.2000}");
+    }
+    // Slate itself still has every bit.
+    assert!(slate(&folder, &["replay", "--verify", "here/run.mcap"]).status.success());
 }
 
 #[test]

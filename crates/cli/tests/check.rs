@@ -149,6 +149,30 @@ fn a_plugin_that_no_module_is_of_is_a_warning() {
 }
 
 #[test]
+fn what_is_to_be_recorded_and_is_nowhere_is_a_warning() {
+    let running = Running::new("check-select");
+    let select = ["check", "exp1", "--set", "record.enabled=true", "--set"];
+    let with = |setting: &'static str| [&select[..], &[setting]].concat();
+    let checked = findings(&running, 0, &with("record.select=\"/r2/planer/**\""));
+    let finding = &checked["findings"][0];
+    assert_eq!((&finding["severity"], checked["findings"].as_array().unwrap().len()), (&"warning".into(), 1));
+    let (message, help) = (finding["message"].as_str().unwrap(), finding["help"].as_str().unwrap());
+    assert!(message.contains("no property fits /r2/planer/** of record.select"), "{checked}");
+    assert!(help.contains("/r2/planner/"), "{checked}");
+    findings(&running, 7, &[&with("record.select=\"/r2/planer/**\"")[..], &["--strict"]].concat());
+    for good in ["record.select=\"/r2/**\"", "record.exclude=\"/nothing/**\""] {
+        let checked = findings(&running, 0, &with(good));
+        assert_eq!(checked["findings"], serde_json::json!([]), "{good}");
+    }
+    let rule = "[[record.rules]]\nselect = [\"/r2/plans\", \"/r2/**\"]\nrate = 5.0\n";
+    std::fs::write(running.folder().join("ruled.toml"), format!("{EXP1}\n{rule}")).unwrap();
+    let checked = findings(&running, 0, &["check", "ruled.toml"]);
+    let finding = &checked["findings"][0];
+    assert!(finding["message"].as_str().unwrap().contains("/r2/plans of record.rules"), "{checked}");
+    assert_eq!(finding["file"].as_str().map(|file| file.ends_with("ruled.toml")), Some(true), "{checked}");
+}
+
+#[test]
 fn a_drawing_has_all_modules_and_links() {
     let mut running = Running::new("graph");
     let svg = running.done(&["graph", "exp3"]);

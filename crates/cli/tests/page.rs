@@ -88,6 +88,24 @@ fn the_page_of_a_recording_tells_what_that_of_its_run_tells() {
 }
 
 #[test]
+fn a_report_elsewhere_has_all_pictures_of_its_page_beside_it() {
+    let folder = folder("page-elsewhere");
+    exp1(&folder, &["--seed", "1", "--out", "run", "--set", "record.enabled=true"]);
+    let output = slate(&folder, &["report", "run", "--out", "elsewhere"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let (_, pictures) = read(&folder.join("elsewhere/report.html"));
+    let files = std::fs::read_dir(folder.join("elsewhere")).unwrap();
+    let names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    let drawn: Vec<_> = names.iter().filter(|name| name.ends_with(".svg")).collect();
+    assert_eq!((pictures, drawn.len()), (4, 4), "{names:?}");
+    for name in ["trajectory.svg", "timeline.svg", "scene.svg"] {
+        let [own, run] =
+            ["elsewhere", "run"].map(|place| std::fs::read(folder.join(place).join(name)).unwrap());
+        assert_eq!(own, run, "{name}");
+    }
+}
+
+#[test]
 fn what_is_no_run_is_refused() {
     let folder = folder("page-refused");
     for (arguments, words) in [

@@ -170,10 +170,37 @@ fn a_module_that_only_sends_messages_is_not_called_identical() {
     assert!(said.contains(words) && said.contains("identical"), "{said}");
     let output = slate(&folder, &[&replay[..], &["r2/avoid_wall,r2/pass_position", "--json"]].concat());
     assert_eq!(json(&output)["unseen"], serde_json::json!(["r2/avoid_wall"]));
-    // And what they sent that nobody has looked at.
-    let said = printed(&folder, 0, &[&replay[..], &["r2/planner,r2/knowledge"]].concat());
+    // And what it sent that nobody has looked at.
     assert!(said.contains("\nidentical, but for messages that were not compared\n"), "{said}");
-    assert!(said.contains("not compared: messages of /r2/planner/plan to /r2/execute/plan\n"), "{said}");
+    assert!(
+        said.contains("not compared: messages of /r2/avoid_wall/reflex to /r2/execute/reflexes\n"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_a_module_sends_is_compared_though_nobody_runs_who_takes_it() {
+    let folder = folder("try-sent");
+    recorded(&folder);
+    let plans = |said: &str| -> String {
+        said.lines()
+            .find(|line| line.starts_with("/r2/execute/plan "))
+            .unwrap_or_else(|| panic!("{said}"))
+            .into()
+    };
+    let said = printed(&folder, 0, &["try", "r2/planner", "--bag", "here/run.mcap"]);
+    assert!(plans(&said).ends_with(" the same") && said.contains("\nidentical\n"), "{said}");
+    assert!(!said.contains("nothing of") && !said.contains("not compared"), "{said}");
+    let slower = "modules.\"r2/planner\".params.careful_speed=0.1";
+    let said = printed(&folder, 1, &["try", "r2/planner", "--bag", "here/run.mcap", "--set", slower]);
+    assert!(plans(&said).contains("different"), "{said}");
+    let first = said.lines().find(|line| line.starts_with("first difference at ")).unwrap();
+    assert!(first.contains(" s: /r2/execute/plan/") && first.contains(", replayed "), "{said}");
+    // Of those who send to one mailbox all have to run.
+    let replay = ["replay", "here/run.mcap", "--rate", "max", "--recompute"];
+    let said = printed(&folder, 0, &[&replay[..], &["r2/avoid_wall,r2/avoid_obstacle"]].concat());
+    assert!(said.contains("\n/r2/execute/reflexes") || said.starts_with("/r2/execute/reflexes"), "{said}");
+    assert!(said.contains("identical") && !said.contains("not compared"), "{said}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::Point2;
 
 /// The body of a robot on wheels that steers by driving its sides differently, as its maker describes it. Whatever embodies
 /// the robot tells it: the simulator, or the driver of the real one.
-#[interface]
+#[interface(ros = "geometry_msgs/msg/PolygonStamped")]
 #[derive(PartialEq)]
 pub struct Chassis {
     /// Radius of the wheels.

@@ -18,7 +18,7 @@ impl Twist2 {
 }
 
 /// The speeds of the wheels of a robot that steers by driving its sides differently.
-#[interface]
+#[interface(ros = "sensor_msgs/msg/JointState")]
 #[derive(PartialEq)]
 pub struct WheelSpeeds {
     /// Left side, forward.
@@ -35,7 +35,7 @@ impl WheelSpeeds {
 }
 
 /// The speeds of the wheels of a robot with four driven wheels, such as one that steers by skidding.
-#[interface]
+#[interface(ros = "sensor_msgs/msg/JointState")]
 #[derive(PartialEq)]
 pub struct FourWheelSpeeds {
     /// Front left wheel, forward.

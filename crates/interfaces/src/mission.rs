@@ -12,7 +12,7 @@ pub enum MissionState {
 }
 
 /// The judgement of a mission.
-#[interface]
+#[interface(ros = "diagnostic_msgs/msg/DiagnosticStatus")]
 pub struct Verdict {
     /// How it stands.
     pub state: MissionState,

@@ -29,7 +29,7 @@ pub struct Echo {
 }
 
 /// What a ring of sonars heard at one time.
-#[interface]
+#[interface(ros = "sensor_msgs/msg/PointCloud2")]
 #[derive(PartialEq)]
 pub struct SonarScan {
     /// Full opening angle of each cone.
@@ -68,7 +68,7 @@ pub struct LaserScan {
 }
 
 /// How far the nearest other body is.
-#[interface]
+#[interface(ros = "std_msgs/msg/Float64")]
 #[derive(PartialEq)]
 pub struct Clearance {
     /// From hull to hull.

@@ -4,7 +4,7 @@ use slate_module::{Sequence, Text, interface};
 ///
 /// Range and bearing are told in the robot's own frame and not the sensor's: from the robot's reference point to the
 /// reference point of the other, as the sensor believes it to be.
-#[interface]
+#[interface(ros = "geometry_msgs/msg/PointStamped")]
 #[derive(PartialEq)]
 pub struct Sighting {
     /// From reference point to reference point.
@@ -18,7 +18,7 @@ pub struct Sighting {
 }
 
 /// The other robots that a sensor sees at one time; none is one of the things that it can say.
-#[interface]
+#[interface(ros = "geometry_msgs/msg/PoseArray")]
 #[derive(PartialEq)]
 pub struct Sightings {
     /// The nearest first; when more are seen than have room, those farthest away are left out.

@@ -25,7 +25,7 @@ mod trajectory;
 
 pub use batch::{Batch, Collisions, Companion, Spread};
 pub use error::Error;
-pub use recorder::{CONFIGURATION, RecordError, RecordState, Recorded, Recorder};
+pub use recorder::{CONFIGURATION, Misspelt, RecordError, RecordState, Recorded, Recorder, misspelt};
 pub use report::Report;
 pub use scene::{Bounds, Circle, Cone, Goal, Polygon, Robot, Scene};
 pub use summary::{Outcome, Summary};

@@ -361,6 +361,28 @@ fn a_whole_file_is_repaired_to_the_same_messages_and_nothing_is_said_to_be_lost(
 }
 
 #[test]
+fn parts_that_are_lost_for_one_reason_and_stand_beside_each_other_are_told_as_one() {
+    let whole = ours(Compression::None);
+    let (start, end) = {
+        let ends = chunk_ends(&whole);
+        let summary = mcap::Summary::read(&whole).unwrap().unwrap();
+        (summary.chunk_indexes[1].chunk_start_offset as usize, ends[1])
+    };
+    // Where the records of a chunk begin: behind its length, times, sizes, checksum and compression.
+    let records = start + 9 + 8 + 8 + 8 + 4 + 4 + 8;
+    let bytes = [&whole[..start], &whole[records..end], &whole[end..]].concat();
+    let (out, told) = repaired(&bytes, "without the head of a chunk");
+    assert_eq!(checked(&out).unwrap().messages, (PER_CHUNK * (CHUNKS - 1)) as u64);
+    let whats: Vec<_> = told.lost.iter().map(|lost| lost.what.as_str()).collect();
+    assert!(whats.iter().any(|what| what.contains("a message stands outside of the chunks")), "{whats:?}");
+    for two in told.lost.windows(2) {
+        let is_beside = two[0].offset + two[0].bytes == two[1].offset;
+        assert!(!is_beside || two[0].what != two[1].what, "{told:?}");
+    }
+    assert!(told.lost.len() < PER_CHUNK, "{told:?}");
+}
+
+#[test]
 fn what_was_never_a_recording_is_not_repaired_and_a_file_is_replaced_only_by_a_whole_one() {
     let folder = std::path::PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("bag-repair");
     let _ = std::fs::remove_dir_all(&folder);

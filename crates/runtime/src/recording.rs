@@ -10,7 +10,7 @@ use slate_blackboard::{Pattern, Taps};
 use crate::Composer;
 use crate::configuration::{Database, Options, RATE, RecordRule, RecordSelection, Report, period};
 pub use crate::snapshot::PluginMark;
-pub use history::{History, HistoryWish};
+pub use history::{History, HistoryWish, TakeValue};
 
 /// Records an agent. It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write
 /// them.
@@ -56,7 +56,7 @@ pub trait RecordingControl: Send + Sync {
     ///
     /// # Errors
     /// Why there are none.
-    fn history(&self, wish: &HistoryWish) -> Result<History, RecordingRefusal>;
+    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal>;
 }
 
 /// Why a recording does not begin or end.

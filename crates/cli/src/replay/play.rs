@@ -160,7 +160,7 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
     }
     if !outcome.unseen.is_empty() {
         output::line(format_args!(
-            "nothing of {} was recorded to compare: messages are compared when all who send and who takes them run",
+            "nothing of {} was recorded to compare: messages are compared when all who send to the same mailbox run",
             outcome.unseen.join(", ")
         ));
     }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
-use slate_blackboard::interface::{View, find};
+use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::interface::{AccessError, Descriptor, View, find};
 use slate_blackboard::{Access, BoardError};
 use slate_runtime::recording::{History, HistoryWish, RecordingRefusal};
 
@@ -22,12 +23,16 @@ use crate::select::Selection;
 const LIMIT: u64 = 1000;
 const MOST: u64 = 10_000;
 
+/// An answer has no more bytes of values than this, unless a single one has.
+const LARGEST: usize = 8 << 20;
+
 pub(super) const READ: Operation = Operation {
     method: "GET",
     path: "/history/{agent}/{path}",
     name: "history",
     summary: "The values that a property had between two times, from the last seconds that are in memory, or from the recording \
-              that is played",
+              that is played. Where the answer would have more than 8 MiB, `left_out` says how many values are not in it, and `next` is \
+              the `from` to go on with",
     role: Role::Viewer,
     parameters: &[
         Parameter {
@@ -52,6 +57,8 @@ pub(super) const READ: Operation = Operation {
             ("count", shape::count()),
             ("from", shape::count()),
             ("to", shape::count()),
+            ("left_out", shape::count()),
+            ("next", shape::optional(shape::count())),
         ])
     },
     kinds: &[],
@@ -77,20 +84,65 @@ fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
         return Err(Problem::unfit(message, "ask for what its module writes"));
     }
     let wish = HistoryWish { path: property.path().into(), from, to, most };
-    let history = context.desk.composer().history(&wish);
-    let refused = |refusal: RecordingRefusal| Problem::refused(StatusCode::CONFLICT, refusal.into());
-    let History { descriptor, values, count, from, to } = history.map_err(refused)?;
     let wrong = |error| BoardError::Access { url: format!("/{path}"), error };
-    let field = (!field.is_empty()).then(|| find(descriptor, &field)).transpose().map_err(wrong)?;
-    let mut told = Vec::with_capacity(values.len());
-    for kept in values {
-        let Some(view) = View::new(descriptor, &kept.bytes, kept.items) else { continue };
-        let value = match &field {
-            None => serde_json::to_value(view),
-            Some(field) => serde_json::to_value(view.at(field)),
-        };
-        let value: Json = selection.of(&value.unwrap_or_default())?;
-        told.push(json!({ "value": value, "sequence": kept.stamp.sequence, "time": kept.stamp.time }));
+    if !field.is_empty() {
+        find(property.descriptor(), &field).map_err(wrong)?;
     }
-    Ok(Answer::json(json!({ "values": told, "count": count, "from": from, "to": to })))
+    let (mut told, mut failure) = (Vec::<u8>::new(), None);
+    let mut first = None;
+    let mut take = |descriptor: &'static Descriptor, kept: FrozenValue| {
+        if failure.is_some() || told.len() > LARGEST {
+            return false;
+        }
+        match text(descriptor, &field, &selection, &kept) {
+            Ok(Some(value)) if !told.is_empty() && told.len() + value.len() > LARGEST => return false,
+            Ok(Some(value)) => {
+                if !told.is_empty() {
+                    told.push(b',');
+                }
+                told.extend(value);
+                first.get_or_insert(kept.stamp.time);
+            }
+            Ok(None) => {}
+            Err(Wrong::Field(error)) => failure = Some(Problem::from(wrong(error))),
+            Err(Wrong::Selection(problem)) => failure = Some(problem),
+        }
+        failure.is_none()
+    };
+    let history = context.desk.composer().history(&wish, &mut take);
+    let refused = |refusal: RecordingRefusal| Problem::refused(StatusCode::CONFLICT, refusal.into());
+    let History { left, count, from, to } = history.map_err(refused)?;
+    if let Some(problem) = failure {
+        return Err(problem);
+    }
+    let left_out = left.map_or(0, |(values, _)| values);
+    // Whoever goes on there comes further, also where all of these have one time.
+    let next = left.map(|(_, time)| if first == Some(time) { time.saturating_add(1) } else { time });
+    let rest =
+        json!({ "count": count, "from": from, "to": to, "left_out": left_out, "next": next }).to_string();
+    let body = [&b"{\"values\":["[..], &told, b"],", rest[1..].as_bytes()].concat();
+    Ok(Answer::Bytes("application/json", body))
+}
+
+/// Why a value can't be told.
+enum Wrong {
+    Field(AccessError),
+    Selection(Problem),
+}
+
+/// What is told of a value, as JSON; nothing of one that is none of its interface.
+fn text(
+    descriptor: &'static Descriptor,
+    field: &str,
+    selection: &Selection,
+    kept: &FrozenValue,
+) -> Result<Option<Vec<u8>>, Wrong> {
+    let Some(view) = View::new(descriptor, &kept.bytes, kept.items) else { return Ok(None) };
+    let value = match field {
+        "" => serde_json::to_value(view),
+        field => serde_json::to_value(view.at(&find(descriptor, field).map_err(Wrong::Field)?)),
+    };
+    let value: Json = selection.of(&value.unwrap_or_default()).map_err(Wrong::Selection)?;
+    let told = json!({ "value": value, "sequence": kept.stamp.sequence, "time": kept.stamp.time });
+    Ok(Some(told.to_string().into_bytes()))
 }

@@ -115,6 +115,38 @@ fn the_last_seconds_are_saved_and_looked_at() {
 }
 
 #[test]
+fn an_answer_of_the_past_has_a_bound_and_says_where_to_go_on() {
+    let run = with_memory("flight-bound");
+    let seen = || run.number("sensor/count/value");
+    run.wait_for("more images than an answer may have", || seen() > 400.0);
+    let history = |query: &str| -> Json { run.get(&format!("/history/{}/{query}", run.name())).json() };
+    let to = history("sensor/image?limit=1")["to"].as_u64().unwrap();
+    let whole = history(&format!("sensor/image/width?to={to}&limit=10000"));
+    let number = |own: &Json| own["sequence"].as_u64().unwrap();
+    let wanted: Vec<_> = whole["values"].as_array().unwrap().iter().map(number).collect();
+    assert_eq!((&whole["left_out"], &whole["next"]), (&json!(0), &Json::Null), "numbers are small");
+    let (mut told, mut from, mut answers) = (Vec::new(), 0, 0);
+    loop {
+        let part = history(&format!("sensor/image?from={from}&to={to}&limit=10000"));
+        let bytes = part.to_string().len();
+        assert!(bytes < 9 << 20, "{bytes} bytes");
+        let values = part["values"].as_array().unwrap();
+        assert_eq!(part["values"][0]["value"]["data"].as_array().unwrap().len(), 64 * 64 * 3);
+        let left = part["left_out"].as_u64().unwrap();
+        assert_eq!(part["count"].as_u64().unwrap(), left + values.len() as u64);
+        told.extend(values.iter().map(number));
+        answers += 1;
+        match part["next"].as_u64() {
+            Some(next) => from = next,
+            None => break,
+        }
+        assert!(left > 0 && bytes > 7 << 20);
+    }
+    assert_eq!(told, wanted);
+    assert!(answers > 1);
+}
+
+#[test]
 fn an_agent_that_keeps_nothing_says_how_it_would() {
     let run = Running::start_with(
         "no-flight",

@@ -8,7 +8,8 @@ use serde::{Serialize, Serializer};
 use super::{Message, seconds};
 use crate::ros;
 
-/// Reads the values of messages: CDR with the schemas of ROS 2 (`ros2msg`), and JSON. It counts what it can't read.
+/// Reads the values of messages: CDR with the schemas of ROS 2 (`ros2msg`), and JSON. Of Slate's own messages it shows the fields of
+/// the interface, without those that are not used. It counts what it can't read.
 #[derive(Debug, Default)]
 pub struct Decoder {
     /// By channel, so that a definition is read once.
@@ -124,7 +125,7 @@ fn schema(message: &Message) -> Result<ros::Schema, String> {
         return Err(format!("schemas that are encoded as `{}` are not read", schema.encoding));
     }
     let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is no UTF-8")?;
-    ros::Schema::parse(&schema.name, text).map_err(|error| error.to_string())
+    ros::Schema::parse_shown(&schema.name, text).map_err(|error| error.to_string())
 }
 
 impl Value {

@@ -13,6 +13,7 @@ use slate_runtime::Composer;
 use slate_runtime::configuration::{Record, RecordSelection};
 use slate_runtime::recording::{
     History, HistoryWish, RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus, SavedFlight,
+    TakeValue,
 };
 
 use super::file::{File, Limits};
@@ -230,9 +231,9 @@ impl RecordingControl for Recorder {
         Ok(saved)
     }
 
-    fn history(&self, wish: &HistoryWish) -> Result<History, RecordingRefusal> {
+    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
         let (shared, _) = self.parts()?;
-        self.capture(&shared)?.history(wish).ok_or_else(|| {
+        self.capture(&shared)?.history(wish, take).ok_or_else(|| {
             let help = "`slate list` shows the properties; of the recorder itself nothing is kept";
             refusal(format!("nothing is kept of /{}", wish.path), help)
         })

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use slate_blackboard::Stamp;
 use slate_blackboard::channel::FrozenValue;
 use slate_runtime::configuration::Flight as Settings;
-use slate_runtime::recording::{History, HistoryWish};
+use slate_runtime::recording::{History, HistoryWish, TakeValue};
 
 use super::channels::Channel;
 use super::hub::OTHERS;
@@ -196,8 +196,8 @@ impl Piece {
 }
 
 impl Captured {
-    /// What is asked for of the property at a path, if that is kept.
-    pub fn history(&self, wish: &HistoryWish) -> Option<History> {
+    /// Tells what is asked for of the property at a path, if that is kept.
+    pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Option<History> {
         let own = self.channels.iter().rev().find(|channel| channel.path == wish.path)?;
         // A module that was loaded anew writes the same property, as long as it has the same interface.
         let descriptor = own.descriptor;
@@ -213,15 +213,15 @@ impl Captured {
         }
         found.retain(|(head, _)| (wish.from..=wish.to).contains(&head.time));
         found.sort_by_key(|(head, _)| (head.time, head.id, head.sequence));
-        let told = wish.places(found.len()).filter_map(|place| found.get(place));
-        let mut values: Vec<_> = told
-            .map(|(head, bytes)| {
-                let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
-                FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp }
-            })
-            .collect();
-        values.sort_by_key(|value| (value.stamp.time, value.stamp.sequence));
-        Some(History { descriptor, values, count: found.len(), from: self.from, to: self.to })
+        let mut told: Vec<_> =
+            wish.places(found.len()).filter_map(|place| found.get(place).copied()).collect();
+        told.sort_by_key(|(head, _)| (head.time, head.sequence));
+        let left = told.iter().position(|(head, bytes)| {
+            let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
+            !take(descriptor, FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp })
+        });
+        let left = left.map(|place| (told.len() - place, told[place].0.time));
+        Some(History { left, count: found.len(), from: self.from, to: self.to })
     }
 
     /// The values that were there before, each of another property, and then all values in the order in which they came.
@@ -305,12 +305,16 @@ mod tests {
                         }
                     });
                     prop_assert!(all.len() <= own.len());
-                    let told = captured.history(&wish).unwrap();
+                    let mut values = Vec::new();
+                    let told = captured.history(&wish, &mut |_, own| {
+                        values.push((own.stamp.time, own.stamp.sequence, own.bytes.len()));
+                        values.len() <= 5
+                    });
+                    let told = told.unwrap();
                     prop_assert_eq!(told.count, all.len());
-                    let values = told.values.iter();
-                    let values: Vec<_> = values.map(|own| (own.stamp.time, own.stamp.sequence, own.bytes.len())).collect();
                     let wanted: Vec<_> = wish.places(all.len()).map(|place| all[place]).collect();
-                    prop_assert_eq!(values, wanted);
+                    prop_assert_eq!(told.left, wanted.get(5).map(|first| (wanted.len() - 5, first.0)));
+                    prop_assert_eq!(&values[..], &wanted[..wanted.len().min(6)]);
                 }
             }
             let (before, after) = numbers(&mut flight);

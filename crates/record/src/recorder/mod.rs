@@ -37,6 +37,7 @@ pub(crate) use hub::{Drain, Hub, Sink};
 pub(crate) use messages::{CHANGE, DROPPED, TOPICS, read_change};
 pub use run::CONFIGURATION;
 pub(crate) use selection::thins;
+pub use selection::{Misspelt, misspelt};
 pub use state::RecordState;
 
 use file::{File, Limits};
@@ -271,8 +272,8 @@ impl Recorder {
             return;
         }
         if state.settings.flight.enabled || !targets.is_empty() {
-            for text in selection::misspelt(&state.settings.selection, agent.board()) {
-                agent.logger().log(agent.now(), Level::Warn, &text);
+            for own in misspelt(&state.settings.selection, agent.board()) {
+                agent.logger().log(agent.now(), Level::Warn, &format!("{own}: {}", own.help));
             }
         }
         let host = Arc::new(host);

@@ -24,8 +24,19 @@ pub(super) fn is_whole(selection: &RecordSelection) -> bool {
     selection.exclude.is_empty() && selection.rules.is_empty() && selection.select.iter().any(all)
 }
 
-/// What to say of patterns that no property fits, as of those that somebody has mistyped.
-pub(super) fn misspelt(selection: &RecordSelection, board: &Board) -> Vec<String> {
+/// Patterns of a selection that no property fits, such as those that somebody has mistyped.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Misspelt {
+    /// The setting, such as `record.select`.
+    pub setting: &'static str,
+    /// The pattern, with its slash.
+    pub pattern: String,
+    /// What may be meant.
+    pub help: String,
+}
+
+/// The patterns of what is recorded that none of these properties fits.
+pub fn misspelt(selection: &RecordSelection, board: &Board) -> Vec<Misspelt> {
     let properties = board.properties();
     let paths = || properties.iter().map(|property| property.path());
     let chosen = selection.select.iter().map(|pattern| ("record.select", pattern));
@@ -39,9 +50,16 @@ pub(super) fn misspelt(selection: &RecordSelection, board: &Board) -> Vec<String
             [] => "`slate list` shows the properties".into(),
             near => format!("the nearest are {}", near.join(", ")),
         };
-        format!("no property fits /{pattern} of {setting}, so nothing is recorded for it: {help}")
+        Misspelt { setting, pattern: format!("/{pattern}"), help }
     });
     told.collect()
+}
+
+impl std::fmt::Display for Misspelt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { setting, pattern, .. } = self;
+        write!(f, "no property fits {pattern} of {setting}, so nothing is recorded for it")
+    }
 }
 
 /// Which values of one property are recorded.

@@ -7,10 +7,10 @@ use std::time::Duration;
 use slate_blackboard::Stamp;
 use slate_blackboard::channel::FrozenValue;
 use slate_runtime::playback::{Order, PlaybackControl, PlaybackStatus};
-use slate_runtime::recording::{History, HistoryWish};
+use slate_runtime::recording::{History, HistoryWish, TakeValue};
 
 use super::reel::SharedReel;
-use super::timeline::Track;
+use super::timeline::{Recorded, Track};
 
 /// What came of an order; what is wrong with it and what helps.
 pub(super) type Answer = Result<PlaybackStatus, (String, String)>;
@@ -65,7 +65,7 @@ impl PlaybackControl for Counter {
         }
     }
 
-    fn history(&self, wish: &HistoryWish) -> Result<History, (String, String)> {
+    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, (String, String)> {
         let is_meant = |track: &Track| track.path == wish.path;
         let unknown = || {
             let help =
@@ -80,20 +80,22 @@ impl PlaybackControl for Counter {
             let numbers = first..timeline.place_after(track, Some(wish.to)).max(first);
             (track, timeline.tracks[track].form.descriptor, numbers, timeline.span().unwrap_or_default())
         };
-        let mut values = Vec::new();
-        for place in wish.places(numbers.len()) {
+        let (mut left, told) = (None, wish.most.min(numbers.len()));
+        for (number, place) in wish.places(numbers.len()).enumerate() {
             // Value by value, so that the playback goes on meanwhile; those that it needs stay in memory.
             let mut reel = self.reel.get();
             let timeline = &mut reel.timeline;
             let place = timeline.place(track, numbers.start + place);
             let value = place.map(|place| timeline.value_alone(place)).transpose();
             let value = value.map_err(|error| (error.to_string(), "play the file anew".to_owned()))?;
-            values.extend(value.map(|value| FrozenValue {
-                bytes: value.bytes,
-                items: value.items,
-                stamp: Stamp { sequence: value.sequence, time: value.time, generation: 0 },
-            }));
+            drop(reel);
+            let Some(Recorded { bytes, items, sequence, time }) = value else { continue };
+            let stamp = Stamp { sequence, time, generation: 0 };
+            if !take(descriptor, FrozenValue { bytes, items, stamp }) {
+                left = Some((told - number, time));
+                break;
+            }
         }
-        Ok(History { descriptor, values, count: numbers.len(), from, to })
+        Ok(History { left, count: numbers.len(), from, to })
     }
 }

@@ -121,8 +121,10 @@ impl Player {
         (turn.cycles, turn.has_begun) = (turn.cycles + 1, true);
         turn.time = agent.now();
         self.reached = turn.time;
+        let sent = self.reel.get().take_sent(turn.time);
         if let Some(witness) = &mut self.witness {
             witness.look()?;
+            witness.hear(sent)?;
         }
         let mut reel = self.reel.get();
         reel.check()?;

@@ -141,7 +141,8 @@ impl Player {
                  same with --partial"
             )));
         }
-        (reel.silent, reel.inboxes) = (excerpt.silent, excerpt.inboxes);
+        (reel.silent, reel.inboxes, reel.deaf) = (excerpt.silent, excerpt.inboxes, excerpt.deaf.clone());
+        let mut deaf = excerpt.deaf;
         let text = excerpt.text;
         let (mut written, mut mailboxes) = (Written::new(), Written::new());
         if let Some(run) = &run {
@@ -149,14 +150,18 @@ impl Player {
             mailboxes = run.closed_mailboxes(&reel.timeline, &plan.modules);
             let lacks = Lacks::new(run, &reel.timeline);
             mailboxes.retain(|path, _| !lacks.is_ruled(path));
+            deaf.retain(|path, _| !lacks.is_ruled(path));
             written.extend(mailboxes.clone());
+            for (from, to) in excerpt.outboxes.iter().filter(|(_, to)| deaf.contains_key(*to)) {
+                written.entry(to.clone()).or_default().extend(run.owner(from).cloned());
+            }
         }
         let changes = if is_lockstep && (begins || reel.is_each_known) { changes } else { VecDeque::new() };
         let mut unheard = excerpt.outboxes;
-        unheard.retain(|_, to| !mailboxes.contains_key(to));
+        unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
         let reel = SharedReel::new(reel);
-        let witness =
-            (!plan.modules.is_empty()).then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys()));
+        let witness = (!plan.modules.is_empty())
+            .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf));
         let (counter, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),
@@ -259,8 +264,13 @@ impl Player {
         remarks.filter_map(|(topic, remark)| Some((topic.clone(), remark.clone()?))).collect()
     }
 
-    /// Topics whose times go back, and how often: such a value is played at the time of the one before it.
+    /// Topics whose times go back, and how often: such a value is played at the time of the one before it. In a recording of an
+    /// agent several may write a property, such as all who command an actuator, each with the time of its own tick, so that there
+    /// nothing is to be said of it.
     pub fn backwards(&self) -> Vec<(String, u64)> {
+        if self.run.is_some() {
+            return Vec::new();
+        }
         let reel = self.reel.get();
         let back = reel.timeline.tracks.iter().filter(|track| track.backwards > 0);
         back.map(|track| (track.topic.clone(), track.backwards)).collect()

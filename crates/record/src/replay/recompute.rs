@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 use slate_blackboard::channel::Tap;
+use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Message;
 use slate_blackboard::{Access, Property, Stamp, Taps, is_within};
 use slate_runtime::configuration::Record;
@@ -56,7 +57,7 @@ pub struct Recomputation {
     pub first: Option<Difference>,
     /// Modules of which there was nothing to compare, as they send messages alone, or nothing that they write is recorded.
     pub unseen: Vec<String>,
-    /// By what the modules send messages that were not compared, as not all ran who send there or who takes them; and where to.
+    /// By what the modules send messages that were not compared, as not all ran who send there; and where to.
     pub unheard: BTreeMap<String, String>,
     /// Where the modules began with fresh state, whatever they remembered then: nanoseconds after the first value. Nothing when that
     /// was the beginning.
@@ -106,6 +107,12 @@ struct Comparer {
     tracks: BTreeMap<String, (usize, usize)>,
     /// By mailbox whose senders all run, as does who takes them: the places of its messages that did not come yet.
     letters: BTreeMap<String, VecDeque<usize>>,
+    /// The same by mailbox of which only the senders run; who took the messages then may have done so later.
+    sent: BTreeMap<String, VecDeque<usize>>,
+    /// The interfaces of these.
+    deaf: BTreeMap<String, &'static Descriptor>,
+    /// Messages of which nobody had taken one any more: where they were sent to, and when.
+    untaken: Vec<(String, u64)>,
     found: BTreeMap<String, Recomputed>,
     first: Option<Difference>,
     failure: Option<Error>,
@@ -113,12 +120,13 @@ struct Comparer {
 
 impl Witness {
     /// `thin` are properties of which not every value is recorded; on the wall clock nothing says which those are that are there.
-    /// `mailboxes` are those whose messages are compared.
+    /// `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders run.
     pub fn new(
         reel: &SharedReel,
         is_whole: bool,
         thin: BTreeSet<String>,
         mailboxes: impl Iterator<Item = String>,
+        deaf: BTreeMap<String, &'static Descriptor>,
     ) -> Self {
         let mut tracks = BTreeMap::new();
         let own = reel.get();
@@ -136,6 +144,13 @@ impl Witness {
             let mailbox = letters.get_mut(&own.timeline.mailboxes[letter.mailbox].path);
             mailbox.into_iter().for_each(|places| places.push_back(place));
         }
+        let mut sent: BTreeMap<_, _> = deaf.keys().map(|path| (path.clone(), VecDeque::new())).collect();
+        for (place, letter) in
+            own.timeline.letters.iter().enumerate().filter(|(_, letter)| letter.sent >= own.begin)
+        {
+            let mailbox = sent.get_mut(&own.timeline.mailboxes[letter.mailbox].path);
+            mailbox.into_iter().for_each(|places| places.push_back(place));
+        }
         let played = own.timeline.tracks.iter().zip(&own.played).filter(|(_, played)| played.is_some());
         let comparer = Comparer {
             played: played.map(|(track, _)| track.path.clone()).collect(),
@@ -146,6 +161,9 @@ impl Witness {
             thin,
             tracks,
             letters,
+            sent,
+            deaf,
+            untaken: Vec::new(),
             found: BTreeMap::new(),
             first: None,
             failure: None,
@@ -167,6 +185,11 @@ impl Witness {
         self.comparer.failure.take().map_or(Ok(()), Err)
     }
 
+    /// Compares messages that were sent to who does not run: where to, when, and what they are.
+    pub fn hear(&mut self, sent: Vec<(String, u64, Vec<u8>)>) -> Result<(), Error> {
+        sent.into_iter().try_for_each(|(path, time, bytes)| self.comparer.compare_sent(&path, time, &bytes))
+    }
+
     /// What came of it, when all was played until that time.
     pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
         self.look()?;
@@ -184,6 +207,21 @@ impl Witness {
             let times = places.into_iter().map(|place| reel.timeline.letters[place].time);
             for time in times.filter(|time| *time <= end) {
                 comparer.miss_letter(&path, time);
+            }
+        }
+        for (path, places) in comparer.sent.clone() {
+            // There were none is something to know too.
+            comparer.of(&path);
+            for time in places.into_iter().map(|place| reel.timeline.letters[place].sent) {
+                if time <= end {
+                    comparer.miss_letter(&path, time);
+                }
+            }
+        }
+        // What was sent at the very end nobody may have taken then.
+        for (path, time) in std::mem::take(&mut comparer.untaken) {
+            if time < end {
+                comparer.extra_letter(&path, time);
             }
         }
         // What was written before they began is none of theirs.
@@ -287,7 +325,7 @@ impl Comparer {
                 self.tracks.insert(path.to_owned(), (track, next));
                 return Ok(());
             }
-            self.judge(channel, stamp, &recorded.bytes, channel.value(items, bytes));
+            self.judge((path, channel.descriptor), stamp.time, &recorded.bytes, channel.value(items, bytes));
         } else if !self.thin.contains(path) {
             self.of(path).only_recomputed += 1;
             self.differs(extra(path, stamp));
@@ -297,8 +335,13 @@ impl Comparer {
     }
 
     /// Compares a value of a property, or a message, with what is recorded.
-    fn judge(&mut self, channel: &Channel, stamp: Stamp, recorded: &[u8], own: &[u8]) {
-        let path = channel.path.as_str();
+    fn judge(
+        &mut self,
+        (path, descriptor): (&str, &'static Descriptor),
+        time: u64,
+        recorded: &[u8],
+        own: &[u8],
+    ) {
         if recorded == own {
             self.of(path).same += 1;
             return;
@@ -306,10 +349,10 @@ impl Comparer {
         self.of(path).different += 1;
         let (mut one, mut other) = (Vec::new(), Vec::new());
         // Both were encoded or decoded before.
-        let _ = crate::ros::encode(channel.descriptor, recorded, &mut one);
-        let _ = crate::ros::encode(channel.descriptor, own, &mut other);
-        let [field, recorded, replayed] = difference::field(channel.descriptor, &one, &other);
-        self.differs(Difference { time: stamp.time, url: format!("/{path}"), field, recorded, replayed });
+        let _ = crate::ros::encode(descriptor, recorded, &mut one);
+        let _ = crate::ros::encode(descriptor, own, &mut other);
+        let [field, recorded, replayed] = difference::field(descriptor, &one, &other);
+        self.differs(Difference { time, url: format!("/{path}"), field, recorded, replayed });
     }
 
     /// A message that is recorded did not come.
@@ -339,16 +382,43 @@ impl Comparer {
         let place = places.pop_front_if(|place| !has_times || time(place) == stamp.time);
         self.letters.insert(path.to_owned(), places);
         let Some(place) = place else {
-            self.of(path).only_recomputed += 1;
-            self.differs(Difference {
-                recorded: "no such message".into(),
-                replayed: "a message".into(),
-                ..extra(path, stamp)
-            });
+            self.extra_letter(path, stamp.time);
             return Ok(());
         };
         let (recorded, _) = reel.timeline.letter(place)?;
-        self.judge(channel, stamp, &recorded, channel.value(items, bytes));
+        self.judge((path, channel.descriptor), stamp.time, &recorded, channel.value(items, bytes));
+        Ok(())
+    }
+
+    /// A message came that is not recorded.
+    fn extra_letter(&mut self, path: &str, time: u64) {
+        self.of(path).only_recomputed += 1;
+        let (recorded, replayed) = ("no such message".into(), "a message".into());
+        self.differs(Difference { time, url: format!("/{path}"), field: String::new(), recorded, replayed });
+    }
+
+    /// Compares a message to who does not run with the one that was sent in its place.
+    fn compare_sent(&mut self, path: &str, time: u64, bytes: &[u8]) -> Result<(), Error> {
+        let Some(descriptor) = self.deaf.get(path).copied() else { return Ok(()) };
+        let mut places = self.sent.remove(path).unwrap_or_default();
+        let reel = self.reel.clone();
+        let mut reel = reel.get();
+        let has_times = self.has_times;
+        let sent = |place: &usize| reel.timeline.letters[*place].sent;
+        while let Some(missed) = places.pop_front_if(|place| has_times && sent(place) < time) {
+            self.miss_letter(path, sent(&missed));
+        }
+        let place = places.pop_front_if(|place| !has_times || sent(place) == time);
+        let was_last = places.is_empty();
+        self.sent.insert(path.to_owned(), places);
+        match place {
+            Some(place) => {
+                let (recorded, _) = reel.timeline.letter(place)?;
+                self.judge((path, descriptor), time, &recorded, bytes);
+            }
+            None if was_last => self.untaken.push((path.to_owned(), time)),
+            None => self.extra_letter(path, time),
+        }
         Ok(())
     }
 }

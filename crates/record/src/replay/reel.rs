@@ -1,10 +1,10 @@
 //! What writes recorded values into an agent, and says what time it is.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use slate_blackboard::channel::{Frozen, FrozenValue, Writer};
-use slate_blackboard::message::Sender;
+use slate_blackboard::message::{Receiver, Sender};
 use slate_blackboard::{Board, Carrier, Property, Stamp, interface::Descriptor};
 use slate_runtime::playback::{Playback, Played};
 
@@ -20,6 +20,10 @@ pub(super) struct Reel {
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// The mailboxes that what was taken is sent to again.
     pub inboxes: BTreeSet<String>,
+    /// The mailboxes of modules that do not run, to which others send that do.
+    pub deaf: BTreeMap<String, &'static Descriptor>,
+    /// What takes what is sent there.
+    receivers: Vec<(String, Receiver)>,
     /// By mailbox, those who send to it, by their numbers.
     senders: Vec<Vec<Sender>>,
     /// The next message.
@@ -48,6 +52,8 @@ impl Reel {
             played,
             next_letter: timeline.letters.partition_point(|letter| letter.time < begin),
             inboxes: BTreeSet::new(),
+            deaf: BTreeMap::new(),
+            receivers: Vec::new(),
             senders: Vec::new(),
             silent: Vec::new(),
             writers: Vec::new(),
@@ -130,8 +136,33 @@ impl Reel {
         Ok(())
     }
 
+    /// Takes what modules have sent to those who do not run: where to, when, and the message.
+    pub fn take_sent(&mut self, now: u64) -> Vec<(String, u64, Vec<u8>)> {
+        let mut taken = Vec::new();
+        for (path, receiver) in &mut self.receivers {
+            if receiver.collect() == 0 {
+                continue;
+            }
+            receiver.show(now);
+            let size = self.deaf.get(path).map_or(0, |descriptor| descriptor.size);
+            for message in receiver.messages() {
+                let bytes = message.bytes().get(..size).unwrap_or_default().to_vec();
+                taken.push((path.clone(), message.time(), bytes));
+            }
+            receiver.release();
+        }
+        taken
+    }
+
     /// Gets hold of the mailboxes that messages are sent to.
     fn address(&mut self, board: &Board) -> Result<(), String> {
+        for path in self.deaf.keys() {
+            // Without a link to it there is none.
+            let Ok((found, _)) = board.find(path) else { continue };
+            let Carrier::Mailbox(own) = found.carrier() else { continue };
+            let receiver = own.receiver().map_err(|error| format!("/{path}: {error}"))?;
+            self.receivers.push((path.clone(), receiver));
+        }
         let address = |mailbox: &Mailbox| {
             if !self.inboxes.contains(&mailbox.path) {
                 return Ok(Vec::new());
@@ -178,6 +209,7 @@ impl Playback for SharedReel {
                 descriptor: track.form.descriptor,
                 capacity: track.form.capacity,
                 late_for: late_for.clone()?,
+                is_mailbox: false,
             })
         });
         let silent = reel.silent.iter().map(|(path, descriptor, capacity)| Played {
@@ -186,8 +218,17 @@ impl Playback for SharedReel {
             descriptor,
             capacity: *capacity,
             late_for: BTreeSet::new(),
+            is_mailbox: false,
         });
-        tracks.chain(silent).collect()
+        let deaf = reel.deaf.iter().map(|(path, descriptor)| Played {
+            path: path.clone(),
+            doc: "Takes messages in the place of a module.".into(),
+            descriptor,
+            capacity: 0,
+            late_for: BTreeSet::new(),
+            is_mailbox: true,
+        });
+        tracks.chain(silent).chain(deaf).collect()
     }
 
     fn begin(&mut self, properties: &[Arc<Property>], board: &Board) -> Result<(), String> {

@@ -228,7 +228,7 @@ impl Run {
     }
 
     /// The module that a path begins with: the longest name.
-    fn owner(&self, path: &str) -> Option<&String> {
+    pub(super) fn owner(&self, path: &str) -> Option<&String> {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         self.modules.keys().filter(owns).max_by_key(|name| name.len())

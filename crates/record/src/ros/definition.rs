@@ -51,7 +51,7 @@ pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
     builder.fields(&mut body, &name, descriptor);
     if hides(descriptor) {
         let memory = field_name("memory", &mut body.fields);
-        comment(&mut body.text, "The whole value, when it holds bits that the fields above don't show.", "");
+        comment(&mut body.text, MEMORY, "");
         line(&mut body.text, "uint8[]", &memory);
     }
     body.close();
@@ -64,7 +64,17 @@ pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
     Definition { name: format!("{PACKAGE}/msg/{name}"), text }
 }
 
-const PACKAGE: &str = "slate_msgs";
+pub(super) const PACKAGE: &str = "slate_msgs";
+
+/// What the field `memory` is.
+const MEMORY: &str = "The whole value, when it holds bits that the fields above don't show.";
+
+/// What the field is called that has the whole value as memory, if there is one.
+pub(super) fn memory(definition: &str) -> Option<&str> {
+    let comment = |line: &&str| line.strip_prefix("# ") == Some(MEMORY);
+    let mut lines = definition.lines().skip_while(|line| !comment(line));
+    lines.nth(1)?.strip_prefix("uint8[] ")
+}
 
 #[derive(Default)]
 struct Builder {

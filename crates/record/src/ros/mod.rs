@@ -7,6 +7,8 @@
 //! - [`standard`]: the message that ROS already has for it, such as `sensor_msgs/msg/LaserScan`, for the tools that know how to
 //!   draw it.
 //!
+//! [`Shown`] are messages of the first form without what is there for the layout alone, for those who only look.
+//!
 //! A [`Schema`] reads messages that came from elsewhere, and [`Described`] makes values of the blackboard from them.
 //!
 //! ```
@@ -37,6 +39,7 @@ mod described;
 mod error;
 mod names;
 mod schema;
+mod shown;
 mod standard;
 mod value;
 
@@ -47,5 +50,6 @@ pub use definition::{Definition, definition, definition_named};
 pub use described::Described;
 pub use error::Error;
 pub use schema::Schema;
+pub use shown::Shown;
 pub use standard::{Standard, standard};
 pub use value::{Map, Numbers, Primitive, Value};

@@ -21,6 +21,12 @@ pub(super) fn message_name(name: &str) -> String {
     result
 }
 
+/// Whether a field is there for the layout alone, by its name: numbers `reserved`, `reserved2`, or `padding_12`.
+pub(super) fn is_padding(name: &str) -> bool {
+    let number = name.strip_prefix("reserved").or_else(|| name.strip_prefix("padding_"));
+    number.is_some_and(|number| number.bytes().all(|letter| letter.is_ascii_digit()))
+}
+
 /// The words of a name with one underscore between two; `start` stands before what is no letter.
 fn words(name: &str, start: &str) -> String {
     let words: Vec<_> =

@@ -22,12 +22,16 @@ pub(super) struct Record {
     pub name: String,
     pub names: Arc<Vec<String>>,
     pub types: Vec<FieldType>,
+    /// The names of those fields that are shown.
+    pub shown: Arc<Vec<String>>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldType {
     pub item: Item,
     pub count: Count,
+    /// Whether what is decoded has it.
+    pub is_shown: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -95,16 +99,18 @@ impl Schema {
                         }
                     }
                 };
-                types.push(FieldType { item, count });
+                types.push(FieldType { item, count, is_shown: true });
             }
-            let names = Arc::new(lines.iter().map(|line| line.name.to_owned()).collect());
-            records.push(Record { name: section.clone(), names, types });
+            let names: Arc<Vec<_>> = Arc::new(lines.iter().map(|line| line.name.to_owned()).collect());
+            records.push(Record { name: section.clone(), shown: names.clone(), names, types });
         }
         for key in builtin {
-            let field = |kind| FieldType { item: Item::Primitive(kind), count: Count::One };
+            let field = |kind| FieldType { item: Item::Primitive(kind), count: Count::One, is_shown: true };
+            let names = Arc::new(vec!["sec".into(), "nanosec".into()]);
             records.push(Record {
                 name: key,
-                names: Arc::new(vec!["sec".into(), "nanosec".into()]),
+                shown: Arc::clone(&names),
+                names,
                 types: vec![field(Primitive::I32), field(Primitive::U32)],
             });
         }
@@ -154,7 +160,12 @@ impl Schema {
         record.types.iter().try_for_each(|field| self.check_field(reader, *field, room))
     }
 
-    fn check_field(&self, reader: &mut Reader<'_>, field: FieldType, room: &mut usize) -> Result<(), Error> {
+    pub(super) fn check_field(
+        &self,
+        reader: &mut Reader<'_>,
+        field: FieldType,
+        room: &mut usize,
+    ) -> Result<(), Error> {
         let count = match field.count {
             Count::One => return self.check_item(reader, field.item, room),
             Count::Fixed(count) => count,
@@ -190,6 +201,10 @@ impl Schema {
         &self.records
     }
 
+    pub(super) fn records_mut(&mut self) -> &mut [Record] {
+        &mut self.records
+    }
+
     fn record(&self, reader: &mut Reader<'_>, index: usize, room: &mut usize) -> Result<Value, Error> {
         take(reader, room)?;
         let record = &self.records[index];
@@ -198,9 +213,12 @@ impl Schema {
         }
         let mut values = Vec::with_capacity(record.types.len().min(*room));
         for field in &record.types {
-            values.push(self.field(reader, *field, room)?);
+            match field.is_shown {
+                true => values.push(self.field(reader, *field, room)?),
+                false => self.check_field(reader, *field, room)?,
+            }
         }
-        Ok(Value::Map(Map::new(record.names.clone(), values)))
+        Ok(Value::Map(Map::new(record.shown.clone(), values)))
     }
 
     fn field(&self, reader: &mut Reader<'_>, field: FieldType, room: &mut usize) -> Result<Value, Error> {
@@ -241,7 +259,7 @@ impl Schema {
     }
 }
 
-fn take(reader: &Reader<'_>, room: &mut usize) -> Result<(), Error> {
+pub(super) fn take(reader: &Reader<'_>, room: &mut usize) -> Result<(), Error> {
     match room.checked_sub(1) {
         Some(left) => {
             *room = left;

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use slate_record::bag::{Channel, Compression, Reader, Schema, Writer};
 use slate_record::replay::{Choice, Plan, PlayError, Player};
 
-use crate::support::{Foreign, file, foreign, load, plugins, recorded};
+use crate::support::{Foreign, file, foreign, load, plugins, record_on_the_wall_clock, recorded};
 
 fn refused(path: &std::path::Path, plan: Plan) -> String {
     Player::open(path, &plugins(), plan).unwrap_err().to_string()
@@ -84,6 +84,30 @@ fn times_that_go_back_are_played_when_the_value_before_was_and_told() {
     player.run(&mut agent, &AtomicBool::new(false)).unwrap();
     let (value, stamp) = agent.board().read("scan/range").unwrap().unwrap();
     assert_eq!((value.as_f64(), stamp.sequence), (Some(12.0), 4));
+}
+
+/// Several threads may write a property of an agent, each with the time of its own tick.
+#[test]
+fn of_times_that_go_back_in_a_recording_of_an_agent_nothing_is_said() {
+    let (own, other) = (file("threads.mcap"), file("threads-back.mcap"));
+    record_on_the_wall_clock(&own);
+    let mut reader = Reader::open(&own).unwrap();
+    let mut writer = Writer::new(Vec::new(), &other, reader.header(), Compression::None).unwrap();
+    while let Some(message) = reader.next_message().unwrap() {
+        writer.schema(message.schema.unwrap()).unwrap();
+        writer.channel(message.channel).unwrap();
+        let is_late = message.channel.topic == "/source/number" && message.sequence % 7 == 0;
+        let time = message.log_time - if is_late { 60_000_000 } else { 0 };
+        writer.message(message.channel.id, message.sequence, time, time, message.data).unwrap();
+    }
+    reader.metadata().unwrap().iter().for_each(|metadata| writer.metadata(metadata).unwrap());
+    for number in 0..reader.attachments() {
+        writer.attachment(&reader.attachment(number).unwrap().unwrap()).unwrap();
+    }
+    std::fs::write(&other, writer.finish().unwrap()).unwrap();
+    let player = Player::open(&other, &plugins(), Plan::default()).unwrap();
+    assert_eq!(player.backwards(), []);
+    assert!(player.extent().0 > 3);
 }
 
 #[test]

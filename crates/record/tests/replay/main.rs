@@ -5,4 +5,5 @@ mod files;
 mod orders;
 mod playback;
 mod recompute;
+mod repaired;
 mod support;

@@ -1,5 +1,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::interface::Descriptor;
 use slate_record::bag::Compression;
 use slate_record::replay::{Plan, Player};
 use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
@@ -134,11 +136,25 @@ fn what_is_asked_of_the_past_is_read_alone_and_checked() {
         let control = player.control();
         let past = |most| {
             let wish = HistoryWish { path: "page".into(), from: 0, to: u64::MAX, most };
-            let past = control.history(&wish).map_err(|(wrong, _)| wrong)?;
+            let mut letters = Vec::new();
             // Behind the length of the text.
-            Ok::<_, String>(past.values.iter().map(|own| own.bytes[4]).collect::<Vec<_>>())
+            let mut take = |_: &'static Descriptor, value: FrozenValue| {
+                letters.push(value.bytes[4]);
+                true
+            };
+            let past = control.history(&wish, &mut take).map_err(|(wrong, _)| wrong)?;
+            assert_eq!((past.left, past.count), (None, 26));
+            Ok::<_, String>(letters)
         };
         assert_eq!(past(100), Ok((b'a'..=b'z').collect()));
+        // Who has enough is told where to go on.
+        let wish = HistoryWish { path: "page".into(), from: 0, to: u64::MAX, most: 100 };
+        let mut taken = 0;
+        let past_of_some = control.history(&wish, &mut |_, value| {
+            taken += value.bytes.len();
+            taken < 100_000
+        });
+        assert_eq!(past_of_some.unwrap().left, Some((22, u64::from(b'e' - b'a') * MS)));
         if compression == Compression::Lz4 {
             continue;
         }

@@ -10,4 +10,5 @@ mod others;
 #[path = "../python/mod.rs"]
 mod python;
 mod schema;
+mod shown;
 mod standard;

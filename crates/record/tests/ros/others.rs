@@ -10,7 +10,7 @@ use mcap::records::MessageHeader;
 use serde_json::{Value as Json, json};
 use slate_interfaces::LaserScan;
 use slate_module::blackboard::interface::Interface;
-use slate_record::ros::{Definition, Schema, Value, definition, encode, standard};
+use slate_record::ros::{Definition, Schema, Shown, Value, definition, encode, standard};
 
 use crate::interfaces::{all, value};
 use crate::python::{python, run};
@@ -74,7 +74,20 @@ fn two_libraries_of_others_read_all_interfaces_in_both_forms() {
             encode(descriptor, bytes, &mut message).unwrap();
             message
         });
-        file.add(format!("/lossless/{}", descriptor.name), &definition(descriptor), &messages);
+        let whole = definition(descriptor);
+        file.add(format!("/lossless/{}", descriptor.name), &whole, &messages);
+        if let Some(shown) = Shown::of(&whole).unwrap() {
+            let messages = messages.each_ref().map(|whole| {
+                let mut message = Vec::new();
+                shown.encode(whole, &mut message).unwrap();
+                message
+            });
+            // To one of the libraries all messages of a name are the same.
+            let Definition { name, text } = shown.definition();
+            let (name, text) =
+                (name.replace("slate_msgs/", "shown_msgs/"), text.replace("slate_msgs/", "shown_msgs/"));
+            file.add(format!("/shown/{}", descriptor.name), &Definition { name, text }, &messages);
+        }
         if let Some(standard) = standard(descriptor) {
             let messages = values.each_ref().map(|bytes| {
                 let mut message = Vec::new();

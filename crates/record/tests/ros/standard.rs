@@ -1,9 +1,10 @@
 use slate_interfaces::{
-    Echo, Image, ImageFormat, LaserScan, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2,
-    PoseEstimate, Position, Quaternion, SonarPlacement, SonarScan, Transform, Twist2,
+    Chassis, Clearance, Contacts, Echo, FourWheelSpeeds, Image, ImageFormat, LaserScan, MissionState,
+    OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position, Quaternion, Sighting,
+    Sightings, SonarPlacement, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
 };
 use slate_module::blackboard::interface::{Descriptor, Interface, View};
-use slate_module::interface;
+use slate_module::{Sequence, interface};
 use slate_record::ros::{Schema, Value, standard};
 
 use crate::interfaces::{Battery, all, value};
@@ -159,6 +160,97 @@ fn an_echo_that_was_not_heard_is_out_of_range() {
 }
 
 #[test]
+fn wheels_are_joints_that_turn() {
+    assert_eq!(
+        of(&WheelSpeeds { left: 1.5, right: -2.0 }),
+        format!(
+            "{{ {HEADER}, name = [\"left_wheel\", \"right_wheel\"], position = [], velocity = [1.5, -2], effort = [] }}"
+        )
+    );
+    let four = FourWheelSpeeds { front_left: 1.0, front_right: 2.0, back_left: 3.0, back_right: 4.0 };
+    let wheels = "[\"front_left_wheel\", \"front_right_wheel\", \"back_left_wheel\", \"back_right_wheel\"]";
+    assert_eq!(
+        of(&four),
+        format!("{{ {HEADER}, name = {wheels}, position = [], velocity = [1, 2, 3, 4], effort = [] }}")
+    );
+}
+
+#[test]
+fn what_sonars_hear_is_a_cloud_of_points_and_what_they_do_not_hear_is_none() {
+    let placement = |x: f64, theta: f64| SonarPlacement { x, y: 0.25, theta };
+    let echo = |range: f64, heard: bool| Echo { range, heard: heard.into(), reserved: [0; 7] };
+    let scan = SonarScan {
+        field_of_view: 0.5,
+        range_min: 0.1,
+        range_max: 5.0,
+        placements: Sequence::new(&[
+            placement(0.5, 0.0),
+            placement(0.0, 1.0),
+            placement(-0.5, std::f64::consts::PI),
+        ]),
+        echoes: Sequence::new(&[echo(2.0, true), echo(5.0, false), echo(1.0, true)]),
+    };
+    let cloud = message(SonarScan::DESCRIPTOR, View::of(&scan).bytes());
+    let number = |path: &str| cloud.at(path).unwrap().as_f64().unwrap();
+    assert_eq!(["height", "width", "point_step", "row_step"].map(number), [1.0, 2.0, 12.0, 24.0]);
+    assert_eq!(
+        cloud.at("fields").unwrap().to_string(),
+        "[{ name = \"x\", offset = 0, datatype = 7, count = 1 }, { name = \"y\", offset = 4, datatype = 7, count = 1 }, \
+         { name = \"z\", offset = 8, datatype = 7, count = 1 }]"
+    );
+    let Some(Value::Numbers(data)) = cloud.get("data") else { panic!("{cloud}") };
+    let numbers: Vec<_> =
+        data.bytes().chunks_exact(4).map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap())).collect();
+    assert_eq!(numbers, [2.5, 0.25, 0.0, -1.5, 0.25, 0.0]);
+    assert_eq!(cloud.get("is_dense").unwrap().as_bool(), Some(true));
+    assert!(cloud.get("header").unwrap().to_string().contains("base_link"));
+}
+
+#[test]
+fn robots_that_are_seen_are_where_range_and_bearing_say() {
+    let sighting = |range: f64, bearing: f64| Sighting { range, bearing, name: "r2".into() };
+    let left = std::f64::consts::FRAC_PI_2;
+    let seen = message(
+        Sightings::DESCRIPTOR,
+        View::of(&Sightings { list: Sequence::new(&[sighting(2.0, 0.0), sighting(3.0, left)]) }).bytes(),
+    );
+    let number = |path: &str| seen.at(&format!("poses/{path}")).unwrap().as_f64().unwrap();
+    assert_eq!((number("0/position/x"), number("0/position/y"), number("0/orientation/w")), (2.0, 0.0, 1.0));
+    assert!(number("1/position/x").abs() < 1e-12 && number("1/position/y") == 3.0);
+    let point = message(Sighting::DESCRIPTOR, View::of(&sighting(3.0, left)).bytes());
+    assert_eq!(point.at("point/y").unwrap().as_f64(), Some(3.0));
+}
+
+#[test]
+fn bodies_distances_and_missions_have_messages_of_their_kind() {
+    let chassis = Chassis {
+        wheel_radius: 0.1,
+        track: 0.4,
+        maximum_wheel_speed: 10.0,
+        maximum_wheel_acceleration: 20.0,
+        outline: Sequence::new(&[Point2 { x: 0.25, y: 0.0 }, Point2 { x: 0.0, y: 0.5 }]),
+        model: "pioneer_p3dx".into(),
+    };
+    assert_eq!(
+        of(&chassis),
+        format!(
+            "{{ {HEADER}, polygon = {{ points = [{{ x = 0.25, y = 0, z = 0 }}, {{ x = 0, y = 0.5, z = 0 }}] }} }}"
+        )
+    );
+    assert_eq!(of(&Clearance { distance: 0.75 }), "{ data = 0.75 }");
+    let verdict = |state| of(&Verdict { state, reserved: [0; 3], reason: "goal reached".into() });
+    let told = |level: u8| {
+        format!(
+            "{{ level = {level}, name = \"mission\", message = \"goal reached\", hardware_id = \"\", values = [] }}"
+        )
+    };
+    assert_eq!(verdict(MissionState::RUNNING), told(0));
+    assert_eq!(verdict(MissionState::SUCCEEDED), told(0));
+    assert_eq!(verdict(MissionState::FAILED), told(2));
+    assert_eq!(verdict(MissionState(200)), told(3));
+}
+
+#[test]
 fn what_a_battery_does_not_measure_is_not_a_number() {
     let battery = message(Battery::DESCRIPTOR, View::of(&Battery { voltage: 12.5 }).bytes());
     let number = |name: &str| battery.get(name).unwrap().as_f64().unwrap();
@@ -231,7 +323,7 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
     };
     assert_eq!(of(&twist), "{ linear = { x = 1, y = 2, z = 3 }, angular = { x = 4, y = 5, z = 6 } }");
     assert_eq!(of(&Numbers { x: 0.5, y: -3, z: 9 }), "{ x = 0.5, y = -3, z = 9 }");
-    for descriptor in [Nothing3::DESCRIPTOR, Unfit::DESCRIPTOR, Unknown::DESCRIPTOR, SonarScan::DESCRIPTOR] {
+    for descriptor in [Nothing3::DESCRIPTOR, Unfit::DESCRIPTOR, Unknown::DESCRIPTOR, Contacts::DESCRIPTOR] {
         assert!(standard(descriptor).is_none(), "{}", descriptor.name);
     }
 }
@@ -239,7 +331,11 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 #[test]
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
-    assert_eq!(named.len(), 17);
+    assert_eq!(named.len(), 25);
+    // Of contacts, bumpers, strokes on maps and facts ROS has none.
+    let without: Vec<_> =
+        slate_interfaces::ALL.iter().filter(|own| own.ros.is_empty()).map(|own| own.name).collect();
+    assert_eq!(without, ["Bumper", "Contact", "Contacts", "FactHead", "FactTableHead", "MapStroke"]);
     for descriptor in named {
         if descriptor.fields.is_empty() {
             continue;

@@ -23,7 +23,7 @@ pub(super) fn begin(
     shared: &Shared,
 ) -> Result<(), Report> {
     let mut properties = Vec::new();
-    for played in played {
+    for played in played.iter().filter(|played| !played.is_mailbox) {
         let there = shared.board.properties().into_iter().find(|property| property.path() == played.path);
         if let Some(property) = there.filter(|property| !property.has_writer()) {
             properties.push(property);

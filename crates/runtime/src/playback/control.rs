@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{History, HistoryWish};
+use crate::recording::{History, HistoryWish, TakeValue};
 
 /// A part of a recording that is played again and again, nanoseconds of the agent's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,5 +73,5 @@ pub trait PlaybackControl: Send + Sync {
     ///
     /// # Errors
     /// Why there are none, and what helps.
-    fn history(&self, wish: &HistoryWish) -> Result<History, (String, String)>;
+    fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, (String, String)>;
 }

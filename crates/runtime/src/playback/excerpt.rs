@@ -24,6 +24,8 @@ pub struct Excerpt {
     pub inboxes: BTreeSet<String>,
     /// What the modules send messages by, each with where to.
     pub outboxes: BTreeMap<String, String>,
+    /// Mailboxes of modules that do not stay, where all who send to them do and what was taken is recorded.
+    pub deaf: BTreeMap<String, &'static Descriptor>,
     /// What the modules miss that they had in the recorded run, in words.
     pub misses: Vec<String>,
 }
@@ -58,10 +60,11 @@ pub fn excerpt(
         names,
         modules,
         recorded,
+        has_messages: &has_messages,
         descriptions: descriptions(plugins, configuration),
         result: Excerpt::default(),
     };
-    cutter.cut(&has_messages);
+    cutter.cut();
     Ok(cutter.result)
 }
 
@@ -70,6 +73,7 @@ struct Cutter<'a> {
     names: Vec<&'a str>,
     modules: &'a BTreeSet<String>,
     recorded: &'a BTreeSet<String>,
+    has_messages: &'a dyn Fn(&str) -> bool,
     descriptions: BTreeMap<String, Description>,
     result: Excerpt,
 }
@@ -83,7 +87,7 @@ enum Source {
 }
 
 impl Cutter<'_> {
-    fn cut(&mut self, has_messages: &dyn Fn(&str) -> bool) {
+    fn cut(&mut self) {
         let mut lines = vec![format!("agent.name = {}", quoted(self.configuration.agent_name()))];
         let sources: BTreeMap<_, _> = self
             .configuration
@@ -102,7 +106,7 @@ impl Cutter<'_> {
             let name = &module.name.value;
             if self.modules.contains(name) {
                 lines.push(format!("modules.{}.plugin = {}", quoted(name), quoted(&module.plugin.value)));
-                self.find_messages(name, has_messages);
+                self.find_messages(name);
             }
         }
         lines.push(String::new());
@@ -209,8 +213,16 @@ impl Cutter<'_> {
             return Source::Path(format!("/{path}"));
         }
         if sends {
-            // Nobody is there to take it.
-            return Source::Nothing;
+            let all_stay = self.senders(&path).iter().all(|sender| self.modules.contains(*sender));
+            let interface = self.port(to).map(|(own, port)| own.ports[port].descriptor);
+            return match interface.filter(|_| all_stay && (self.has_messages)(&path)) {
+                Some(interface) => {
+                    self.result.deaf.insert(path.clone(), interface);
+                    Source::Path(format!("/{path}"))
+                }
+                // Nobody is there to take it.
+                None => Source::Nothing,
+            };
         }
         let mut gates = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
         let was_there =
@@ -237,17 +249,22 @@ impl Cutter<'_> {
         self.recorded.iter().any(|recorded| is_within(path, recorded))
     }
 
+    /// The modules that send to a mailbox.
+    fn senders(&self, path: &str) -> BTreeSet<&str> {
+        let to_it = self.configuration.links().iter().filter(|link| link.from.value.path_in("") == path);
+        to_it.filter_map(|link| self.owner(&link.to.value)).collect()
+    }
+
     /// Finds out what becomes of the messages to a module.
-    fn find_messages(&mut self, module: &str, has_messages: &dyn Fn(&str) -> bool) {
+    fn find_messages(&mut self, module: &str) {
         let Some(description) = self.descriptions.get(module) else { return };
         let inboxes = description.ports.iter().filter(|port| port.direction == Direction::Inbox);
         let paths: Vec<_> = inboxes.map(|inbox| format!("{module}/{}", inbox.name)).collect();
         for path in paths {
-            let to_it = self.configuration.links().iter().filter(|link| link.from.value.path_in("") == path);
-            let senders: BTreeSet<_> = to_it.filter_map(|link| self.owner(&link.to.value)).collect();
+            let senders = self.senders(&path);
             let (stay, go): (Vec<_>, Vec<_>) =
                 senders.into_iter().partition(|sender| self.modules.contains(*sender));
-            let miss = match (has_messages(&path), &stay[..], &go[..]) {
+            let miss = match ((self.has_messages)(&path), &stay[..], &go[..]) {
                 (true, [], _) => {
                     self.result.inboxes.insert(path);
                     continue;

@@ -34,10 +34,12 @@ pub struct Played {
     pub capacity: usize,
     /// The modules that ran before it was written in a cycle: they see the value of the cycle before.
     pub late_for: BTreeSet<String>,
+    /// Whether it is a mailbox instead: modules send to it, and who plays takes what they send.
+    pub is_mailbox: bool,
 }
 
 impl Played {
-    /// Puts it on the board.
+    /// Puts it on the board, where it is no mailbox.
     pub(crate) fn add(
         &self,
         board: &Board,
@@ -58,7 +60,7 @@ pub trait Playback: Send {
     /// What it plays.
     fn properties(&self) -> Vec<Played>;
 
-    /// These are the properties, in the same order; the mailboxes of modules are on the board. Once, before anything is played.
+    /// These are the properties that are no mailboxes, in the same order; those are on the board, as are the mailboxes of modules. Once, before anything is played.
     ///
     /// # Errors
     /// Why it can't be played.

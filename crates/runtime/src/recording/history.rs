@@ -19,13 +19,15 @@ pub struct HistoryWish {
     pub most: usize,
 }
 
+/// Takes values one after the other, in the order of time, with what they are made of; false when it takes this one and those after
+/// it no more.
+pub type TakeValue<'a> = dyn FnMut(&'static Descriptor, FrozenValue) -> bool + 'a;
+
 /// What is known.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct History {
-    /// What the values are made of.
-    pub descriptor: &'static Descriptor,
-    /// Values in the order of time.
-    pub values: Vec<FrozenValue>,
+    /// What was told but not taken, if there is anything: how many values, and the time of the first of them.
+    pub left: Option<(usize, u64)>,
     /// How many there are between the times.
     pub count: usize,
     /// Since when every value is known,
@@ -44,14 +46,16 @@ impl HistoryWish {
 }
 
 impl Composer {
-    /// The values that a property had: those of the recording that is played, if one is, and else those of the last seconds, if
+    /// Tells the values that a property had: those of the recording that is played, if one is, and else those of the last seconds, if
     /// they are kept.
     ///
     /// # Errors
     /// Why there are none.
-    pub fn history(&self, wish: &HistoryWish) -> Result<History, RecordingRefusal> {
+    pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
         if let Some(playback) = self.playback() {
-            return playback.history(wish).map_err(|(message, help)| RecordingRefusal { message, help });
+            return playback
+                .history(wish, take)
+                .map_err(|(message, help)| RecordingRefusal { message, help });
         }
         let control = self.recording().and_then(Recording::control);
         let control = control.ok_or_else(|| RecordingRefusal {
@@ -59,7 +63,7 @@ impl Composer {
             help: "`slate run` has what records; a program gives its agent one with `Options::recording`"
                 .into(),
         })?;
-        control.history(wish)
+        control.history(wish, take)
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::{Value as Json, json};
 use slate_blackboard::Access;
 use slate_blackboard::interface::Descriptor;
-use slate_record::ros::{self, Definition, Standard};
+use slate_record::ros::{self, Definition, Shown, Standard};
 
 use super::Out;
 use crate::context::Context;
@@ -21,6 +21,8 @@ pub(super) enum Form {
     Standard(Box<Standard>),
     /// As messages of their own.
     Own(&'static Descriptor, Definition),
+    /// As messages of their own, without what is there for the layout alone.
+    Shown(&'static Descriptor, Box<Shown>),
 }
 
 impl Form {
@@ -28,7 +30,13 @@ impl Form {
     fn new(descriptor: &'static Descriptor, name: &str) -> Self {
         match ros::standard(descriptor) {
             Some(standard) => Self::Standard(Box::new(standard)),
-            None => Self::Own(descriptor, ros::definition_named(descriptor, name)),
+            None => {
+                let definition = ros::definition_named(descriptor, name);
+                match Shown::of(&definition) {
+                    Ok(Some(shown)) => Self::Shown(descriptor, Box::new(shown)),
+                    _ => Self::Own(descriptor, definition),
+                }
+            }
         }
     }
 
@@ -36,6 +44,7 @@ impl Form {
         match self {
             Self::Standard(standard) => standard.definition(),
             Self::Own(_, definition) => definition,
+            Self::Shown(_, shown) => shown.definition(),
         }
     }
 
@@ -47,6 +56,11 @@ impl Form {
         match self {
             Self::Standard(standard) => standard.encode(value, sample.stamp.time, FRAME, out),
             Self::Own(descriptor, _) => ros::encode(descriptor, value, out),
+            Self::Shown(descriptor, shown) => {
+                let mut whole = Vec::new();
+                ros::encode(descriptor, value, &mut whole)?;
+                shown.encode(&whole, out)
+            }
         }
     }
 }

@@ -10,7 +10,7 @@ use slate_module::math;
 use crate::bag::{Decoder, Error, Message, Selection, Unread, whole};
 use crate::logs::output::Output;
 use crate::replay::interface;
-use crate::ros::{self, CdrWriter, Definition, Standard};
+use crate::ros::{self, CdrWriter, Definition, Shown, Standard};
 
 /// How [`export_ros`] writes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,7 +27,7 @@ pub struct RosExport<'a> {
 pub struct RosLog {
     /// Messages that are now those of ROS.
     pub standard: u64,
-    /// Messages that are as they were: ROS has none for them, or they were its own already.
+    /// Messages that are as they were, but for fields that are not used: ROS has none for them, or they were its own already.
     pub others: u64,
     /// Transforms in `/tf`.
     pub transforms: u64,
@@ -70,15 +70,23 @@ pub fn export_ros(
                 return Ok(true);
             }
             let wrong = |error: ros::Error| unfit(format!("`{topic}`: {error}"));
-            if let Form::Standard(descriptor, standard) = form {
-                let value = ros::decode(descriptor, message.data).map_err(wrong)?;
-                data.clear();
-                standard.encode(&value, time, FRAME, &mut data).map_err(wrong)?;
-                output.message(topic, time, || standard.definition().clone(), &data)?;
-                log.standard += 1;
-            } else {
-                output.message(topic, time, || own_definition(message), message.data)?;
-                log.others += 1;
+            data.clear();
+            match form {
+                Form::Standard(descriptor, standard) => {
+                    let value = ros::decode(descriptor, message.data).map_err(wrong)?;
+                    standard.encode(&value, time, FRAME, &mut data).map_err(wrong)?;
+                    output.message(topic, time, || standard.definition().clone(), &data)?;
+                    log.standard += 1;
+                }
+                Form::Shown(shown) => {
+                    shown.encode(message.data, &mut data).map_err(wrong)?;
+                    output.message(topic, time, || shown.definition().clone(), &data)?;
+                    log.others += 1;
+                }
+                _ => {
+                    output.message(topic, time, || own_definition(message), message.data)?;
+                    log.others += 1;
+                }
             }
             if export.pose == Some(topic)
                 && let Some(pose) = decoder.decode(message).pose()
@@ -101,6 +109,8 @@ pub fn export_ros(
 /// What becomes of the messages of a channel.
 enum Form {
     Standard(&'static Descriptor, Box<Standard>),
+    /// As it was, without what is there for the layout alone.
+    Shown(Box<Shown>),
     Same,
     Unknown,
 }
@@ -111,7 +121,11 @@ impl Form {
             Some(schema) if schema.encoding == "ros2msg" && message.channel.message_encoding == "cdr" => {
                 let descriptor = interface(message, known);
                 let standard = descriptor.and_then(|own| Some((own, Box::new(ros::standard(own)?))));
-                standard.map_or(Self::Same, |(descriptor, standard)| Self::Standard(descriptor, standard))
+                match (standard, Shown::of(&own_definition(message))) {
+                    (Some((descriptor, standard)), _) => Self::Standard(descriptor, standard),
+                    (None, Ok(Some(shown))) => Self::Shown(Box::new(shown)),
+                    (None, _) => Self::Same,
+                }
             }
             _ => Self::Unknown,
         }

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Kind, find};
 
 use super::messages::{Origin, RULES};
-use super::{Items, Number, Place, Primitive, Schema, Step, Text};
+use super::{Cloud, Items, Number, Place, Primitive, Schema, Step, Text};
 use crate::ros::schema::{Count, FieldType, Item};
 
 /// What makes the message `name` of a value; nothing when it doesn't fit that.
@@ -86,17 +86,35 @@ impl Compiler<'_> {
                     Count::Fixed(count) => Some(count),
                     _ => None,
                 };
-                let covariance = rules().find_map(|(_, _, origin)| match origin {
-                    Origin::Covariance(field) => self.covariance(field),
+                let own = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Covariance(field) => Some(Step::Covariance(self.covariance(field)?)),
+                    Origin::Listed(fields) if fixed.is_none() => {
+                        Some(Step::Listed(kind, self.places(fields)?))
+                    }
+                    Origin::Points => Some(Step::Points(Cloud::of(self.descriptor)?)),
                     _ => None,
                 });
-                let step = match (covariance, same) {
-                    (Some(offset), _) => Step::Covariance(offset),
+                let step = match (own, same) {
+                    (Some(step), _) => step,
                     (None, Some(same)) => self.list(kind, fixed, &same)?,
                     (None, None) => Step::Zeros(kind, fixed),
                 };
-                self.used |= matches!(step, Step::List { .. } | Step::Covariance(_));
+                self.used |= !matches!(step, Step::Zeros(..));
                 self.steps.push(step);
+            }
+            (Item::Record(_), Count::Any)
+                if rules().any(|(_, _, origin)| matches!(origin, Origin::Axes))
+                    && Cloud::of(self.descriptor).is_some() =>
+            {
+                self.steps.push(Step::Axes);
+            }
+            (Item::Text, Count::Any) if same.is_none() => {
+                let called = rules().find_map(|(_, _, origin)| match origin {
+                    Origin::Called(names) => self.places(names).map(|_| names),
+                    _ => None,
+                });
+                let names = called.into_iter().flat_map(|names| names.iter());
+                self.steps.push(Step::Texts(names.map(|(name, _)| *name).collect()));
             }
             (Item::Record(index), Count::Any) => {
                 let own = rules().find_map(|(_, _, origin)| match origin {
@@ -126,6 +144,10 @@ impl Compiler<'_> {
         Some(Place(Primitive::of(&kind)?, offset))
     }
 
+    fn places(&self, fields: &[(&str, &str)]) -> Option<Vec<Place>> {
+        fields.iter().map(|(_, field)| self.place(field)).collect()
+    }
+
     fn number(&self, origin: &Origin) -> Option<Number> {
         Some(match origin {
             Origin::Field(field) => Number::Field(self.place(field)?),
@@ -139,6 +161,14 @@ impl Compiler<'_> {
                 step: self.place(step)?,
                 items: self.items(items)?.0,
             },
+            Origin::Among(field, numbers) => Number::Among(self.place(field)?, numbers),
+            Origin::Along { range, bearing } => {
+                Number::Along { range: self.place(range)?, bearing: self.place(bearing)? }
+            }
+            Origin::Across { range, bearing } => {
+                Number::Across { range: self.place(range)?, bearing: self.place(bearing)? }
+            }
+            Origin::Heard(times) => Number::Heard(Cloud::of(self.descriptor)?, *times),
             _ => return None,
         })
     }

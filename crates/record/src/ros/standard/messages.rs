@@ -14,6 +14,22 @@ pub(super) enum Origin {
     Text(&'static str),
     /// The name of an enumeration's constant, in lower case.
     Name(&'static str),
+    /// Numbers of several fields as a list: what the list's items are called, and the fields.
+    Listed(&'static [(&'static str, &'static str)]),
+    /// What such items are called.
+    Called(&'static [(&'static str, &'static str)]),
+    /// What stands for each value of an enumeration, from 0 on; the last for all others.
+    Among(&'static str, &'static [f64]),
+    /// How far in front something is of which distance and bearing are known.
+    Along { range: &'static str, bearing: &'static str },
+    /// How far to the left that is.
+    Across { range: &'static str, bearing: &'static str },
+    /// How many echoes of sonars were heard, that many times.
+    Heard(f64),
+    /// The axes of the points at which they were.
+    Axes,
+    /// These points.
+    Points,
     /// Sine of half an angle: what a turn around the vertical is as a quaternion.
     HalfSine(&'static str),
     /// Cosine of half an angle.
@@ -28,10 +44,31 @@ pub(super) enum Origin {
     Time { time: &'static str, unless: &'static str },
 }
 
-use Origin::{Covariance, Field, HalfCosine, HalfSine, Last, Name, Number, Text, Time, When};
+use Origin::{
+    Across, Along, Among, Axes, Called, Covariance, Field, HalfCosine, HalfSine, Heard, Last, Listed, Name,
+    Number, Points, Text, Time, When,
+};
+
+const TWO_WHEELS: &[(&str, &str)] = &[("left_wheel", "left"), ("right_wheel", "right")];
+const FOUR_WHEELS: &[(&str, &str)] = &[
+    ("front_left_wheel", "front_left"),
+    ("front_right_wheel", "front_right"),
+    ("back_left_wheel", "back_left"),
+    ("back_right_wheel", "back_right"),
+];
 
 /// Message, field in it, where that comes from. A rule whose fields the interface does not have is left out.
 pub(super) const RULES: &[(&str, &str, Origin)] = &[
+    ("diagnostic_msgs/DiagnosticStatus", "level", Among("state", &[0.0, 0.0, 2.0, 3.0])),
+    ("diagnostic_msgs/DiagnosticStatus", "name", Text("mission")),
+    ("diagnostic_msgs/DiagnosticStatus", "message", Field("reason")),
+    ("geometry_msgs/PointStamped", "point/x", Along { range: "range", bearing: "bearing" }),
+    ("geometry_msgs/PointStamped", "point/y", Across { range: "range", bearing: "bearing" }),
+    ("geometry_msgs/PolygonStamped", "polygon/points", Field("outline")),
+    ("geometry_msgs/PoseArray", "poses", Field("list")),
+    ("geometry_msgs/PoseArray", "poses/position/x", Along { range: "range", bearing: "bearing" }),
+    ("geometry_msgs/PoseArray", "poses/position/y", Across { range: "range", bearing: "bearing" }),
+    ("geometry_msgs/PoseArray", "poses/orientation/w", Number(1.0)),
     ("geometry_msgs/PoseWithCovarianceStamped", "header/frame_id", Text("map")),
     ("geometry_msgs/PoseWithCovarianceStamped", "pose/pose/position", Field("pose")),
     ("geometry_msgs/PoseWithCovarianceStamped", "pose/pose/orientation/z", HalfSine("pose/theta")),
@@ -79,15 +116,45 @@ pub(super) const RULES: &[(&str, &str, Origin)] = &[
         "angle_max",
         Last { first: "angle_min", step: "angle_increment", items: "ranges" },
     ),
+    ("sensor_msgs/JointState", "name", Called(TWO_WHEELS)),
+    ("sensor_msgs/JointState", "name", Called(FOUR_WHEELS)),
+    ("sensor_msgs/JointState", "velocity", Listed(TWO_WHEELS)),
+    ("sensor_msgs/JointState", "velocity", Listed(FOUR_WHEELS)),
+    ("sensor_msgs/PointCloud2", "height", Number(1.0)),
+    ("sensor_msgs/PointCloud2", "width", Heard(1.0)),
+    ("sensor_msgs/PointCloud2", "fields", Axes),
+    ("sensor_msgs/PointCloud2", "point_step", Number(12.0)),
+    ("sensor_msgs/PointCloud2", "row_step", Heard(12.0)),
+    ("sensor_msgs/PointCloud2", "data", Points),
+    ("sensor_msgs/PointCloud2", "is_dense", Number(1.0)),
     ("sensor_msgs/Range", "range", When { number: "range", holds: "heard" }),
+    ("std_msgs/Float64", "data", Field("distance")),
 ];
 
 /// Message, its definition without comments.
 const MESSAGES: &[(&str, &str)] = &[
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
+    (
+        "diagnostic_msgs/DiagnosticStatus",
+        "byte OK=0\n\
+         byte WARN=1\n\
+         byte ERROR=2\n\
+         byte STALE=3\n\
+         byte level\n\
+         string name\n\
+         string message\n\
+         string hardware_id\n\
+         diagnostic_msgs/KeyValue[] values\n",
+    ),
+    ("diagnostic_msgs/KeyValue", "string key\nstring value\n"),
     ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
+    ("geometry_msgs/Point32", "float32 x\nfloat32 y\nfloat32 z\n"),
+    ("geometry_msgs/PointStamped", "std_msgs/Header header\ngeometry_msgs/Point point\n"),
+    ("geometry_msgs/Polygon", "geometry_msgs/Point32[] points\n"),
+    ("geometry_msgs/PolygonStamped", "std_msgs/Header header\ngeometry_msgs/Polygon polygon\n"),
     ("geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"),
     ("geometry_msgs/Pose2D", "float64 x\nfloat64 y\nfloat64 theta\n"),
+    ("geometry_msgs/PoseArray", "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n"),
     ("geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"),
     ("geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"),
     (
@@ -179,6 +246,14 @@ const MESSAGES: &[(&str, &str)] = &[
          uint8[] data\n",
     ),
     (
+        "sensor_msgs/JointState",
+        "std_msgs/Header header\n\
+         string[] name\n\
+         float64[] position\n\
+         float64[] velocity\n\
+         float64[] effort\n",
+    ),
+    (
         "sensor_msgs/LaserScan",
         "std_msgs/Header header\n\
          float32 angle_min\n\
@@ -192,6 +267,33 @@ const MESSAGES: &[(&str, &str)] = &[
          float32[] intensities\n",
     ),
     (
+        "sensor_msgs/PointCloud2",
+        "std_msgs/Header header\n\
+         uint32 height\n\
+         uint32 width\n\
+         sensor_msgs/PointField[] fields\n\
+         bool is_bigendian\n\
+         uint32 point_step\n\
+         uint32 row_step\n\
+         uint8[] data\n\
+         bool is_dense\n",
+    ),
+    (
+        "sensor_msgs/PointField",
+        "uint8 INT8=1\n\
+         uint8 UINT8=2\n\
+         uint8 INT16=3\n\
+         uint8 UINT16=4\n\
+         uint8 INT32=5\n\
+         uint8 UINT32=6\n\
+         uint8 FLOAT32=7\n\
+         uint8 FLOAT64=8\n\
+         string name\n\
+         uint32 offset\n\
+         uint8 datatype\n\
+         uint32 count\n",
+    ),
+    (
         "sensor_msgs/Range",
         "uint8 ULTRASOUND=0\n\
          uint8 INFRARED=1\n\
@@ -203,6 +305,7 @@ const MESSAGES: &[(&str, &str)] = &[
          float32 range\n\
          float32 variance\n",
     ),
+    ("std_msgs/Float64", "float64 data\n"),
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
 ];
 

@@ -1,9 +1,11 @@
+mod cloud;
 mod compiler;
 mod messages;
 mod source;
 
 use slate_blackboard::interface::{Descriptor, Enumeration};
 
+use self::cloud::Cloud;
 use self::compiler::steps;
 use self::messages::text;
 use self::source::{Scalar, Source, scalar, write, write_name};
@@ -44,6 +46,14 @@ enum Step {
         size: usize,
         steps: Vec<Step>,
     },
+    /// Numbers of several fields, with their count.
+    Listed(Primitive, Vec<Place>),
+    /// Texts, with their count.
+    Texts(Vec<&'static str>),
+    /// The axes of points.
+    Axes,
+    /// Points, with the count of their bytes.
+    Points(Cloud),
     /// The covariance of a pose in space, from the offset of that of x, y and theta in the plane.
     Covariance(usize),
     /// A list of that many zeros; without a length unless it is empty.
@@ -64,6 +74,10 @@ enum Number {
     HalfCosine(Place),
     When { number: Place, holds: Place },
     Last { first: Place, step: Place, items: Items },
+    Among(Place, &'static [f64]),
+    Along { range: Place, bearing: Place },
+    Across { range: Place, bearing: Place },
+    Heard(Cloud, f64),
 }
 
 #[derive(Debug)]
@@ -101,6 +115,12 @@ enum Items {
 /// | `geometry_msgs/Point` | what is in the plane has a `z` of 0 |
 /// | `geometry_msgs/PoseWithCovarianceStamped` | a turn in the plane is one around z, with its covariances |
 /// | `geometry_msgs/Quaternion` | a heading in the plane is a turn around z |
+/// | `diagnostic_msgs/DiagnosticStatus` | a mission is in order until it has failed |
+/// | `geometry_msgs/PolygonStamped` | the outline of a chassis; the rest of it is not told |
+/// | `geometry_msgs/PoseArray`, `geometry_msgs/PointStamped` | robots that are seen are where range and bearing say; who they are is not told |
+/// | `sensor_msgs/JointState` | the speeds of wheels, which have names such as `front_left_wheel` |
+/// | `sensor_msgs/PointCloud2` | of sonars, where something was heard, on the axis of its cone |
+/// | `std_msgs/Float64` | a distance |
 /// | `geometry_msgs/Twist` | forward is x, turning is around z |
 /// | `geometry_msgs/TransformStamped` | `header` has the value's own parent, and its own time unless it is fixed |
 pub fn standard(descriptor: &'static Descriptor) -> Option<Standard> {
@@ -195,6 +215,16 @@ fn append(
                     }
                 }
             }
+            Step::Listed(kind, places) => {
+                writer.length(wire_length(places.len())?);
+                places.iter().for_each(|place| write(writer, *kind, value.read(place)));
+            }
+            Step::Texts(texts) => {
+                writer.length(wire_length(texts.len())?);
+                texts.iter().try_for_each(|text| writer.text(text))?;
+            }
+            Step::Axes => cloud::axes(writer)?,
+            Step::Points(cloud) => cloud.points(value, writer)?,
             Step::Zeros(_, None) => writer.length(0),
             Step::Zeros(kind, Some(count)) => writer.zeros(*count, kind.size()),
             Step::Empty => writer.byte(0),

@@ -12,7 +12,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    fn float(self) -> f64 {
+    pub fn float(self) -> f64 {
         match self {
             Self::Whole(number) => number as f64,
             Self::Float(number) => number,
@@ -116,6 +116,13 @@ impl Source<'_> {
             Number::HalfCosine(place) => Scalar::Float(libm::cos(float(place) / 2.0)),
             Number::When { number, holds } if self.holds(holds) => self.read(number),
             Number::When { .. } => Scalar::Float(f64::INFINITY),
+            Number::Among(place, numbers) => {
+                let own = numbers.get(float(place) as usize);
+                Scalar::Float(own.or(numbers.last()).copied().unwrap_or(0.0))
+            }
+            Number::Along { range, bearing } => Scalar::Float(float(range) * libm::cos(float(bearing))),
+            Number::Across { range, bearing } => Scalar::Float(float(range) * libm::sin(float(bearing))),
+            Number::Heard(cloud, times) => Scalar::Float(cloud.heard(self).count() as f64 * times),
             Number::Last { first, step, items } => {
                 let steps = self.count(*items).saturating_sub(1);
                 Scalar::Float(float(first) + float(step) * steps as f64)

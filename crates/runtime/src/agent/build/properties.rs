@@ -92,6 +92,10 @@ impl Builder<'_, '_> {
         for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
             let Target::Played(index) = joint.target else { continue };
             let played = &survey.played[index];
+            if let (Wire::Port(port), true) = (joint.port.1, played.is_mailbox) {
+                self.mailbox(m, &played.path, &survey.modules[m].description.ports[port])?;
+                continue;
+            }
             if self.standing(m, &played.path, played.descriptor)?.is_none() {
                 let (depth, budget) = self.demand(joint.target, &played.path);
                 let added = played.add(&self.ground.board, depth, budget);

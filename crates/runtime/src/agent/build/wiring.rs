@@ -361,7 +361,9 @@ impl Builder<'_, '_> {
 
     fn outbox_wiring(&mut self, m: usize, p: usize) -> Option<OutboxWiring> {
         let target = self.joint(m, Wire::Port(p)).map(|joint| joint.target);
-        let Some(target @ (Target::Port(..) | Target::Absent(_) | Target::Remote(_))) = target else {
+        let Some(target @ (Target::Port(..) | Target::Absent(_) | Target::Remote(_) | Target::Played(_))) =
+            target
+        else {
             return Some(OutboxWiring { slot: p, sender: None, wake: None });
         };
         let property = self.property(&self.target_path(target))?;
@@ -374,7 +376,9 @@ impl Builder<'_, '_> {
                 let wake = Some(Arc::clone(&self.ground.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
-            Target::Command(_) | Target::Implied(..) | Target::Host(_) | Target::Played(_) => return None,
+            // Who plays looks for messages after each cycle.
+            Target::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
+            Target::Command(_) | Target::Implied(..) | Target::Host(_) => return None,
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.wake_of(&receiver) })
     }

@@ -78,7 +78,8 @@ pub(super) fn fit<'a>(
         }
         // What it is there is known when it is.
         Target::Absent(_) | Target::Remote(_) => direction == Direction::Outbox,
-        Target::Command(_) | Target::Implied(..) | Target::Host(_) | Target::Played(_) => false,
+        Target::Played(played) => survey.played[played].is_mailbox,
+        Target::Command(_) | Target::Implied(..) | Target::Host(_) => false,
     };
     if (direction == Direction::Outbox) != is_inbox {
         return if is_inbox {

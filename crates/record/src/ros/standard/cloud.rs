@@ -1,0 +1,91 @@
+use slate_blackboard::interface::{Descriptor, Kind, find};
+
+use super::source::Source;
+use super::{Error, Items, Place, Primitive};
+use crate::ros::cdr::{Writer, wire_length};
+
+/// Where something was heard by sonars, as points in the plane of the robot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cloud {
+    placements: List<3>,
+    echoes: List<2>,
+}
+
+/// A list of interfaces: how many there are, where they begin, how far one is from the next, and numbers in each.
+#[derive(Clone, Copy, Debug)]
+struct List<const N: usize> {
+    count: Items,
+    start: usize,
+    size: usize,
+    places: [Place; N],
+}
+
+/// Bytes of a number of a point.
+const NUMBER: usize = 4;
+
+impl Cloud {
+    /// Of a value with placements of sonars and as many echoes.
+    pub fn of(descriptor: &'static Descriptor) -> Option<Self> {
+        Some(Self {
+            placements: List::of(descriptor, "placements", ["x", "y", "theta"])?,
+            echoes: List::of(descriptor, "echoes", ["range", "heard"])?,
+        })
+    }
+
+    /// Where the middle of each cone was hit in which something was heard.
+    pub fn heard(&self, value: &Source<'_>) -> impl Iterator<Item = [f64; 2]> {
+        let count = value.count(self.placements.count).min(value.count(self.echoes.count));
+        (0..count).filter_map(|item| {
+            let [range, heard] = self.echoes.numbers(value, item);
+            let [x, y, theta] = self.placements.numbers(value, item);
+            (heard != 0.0).then(|| [x + range * libm::cos(theta), y + range * libm::sin(theta)])
+        })
+    }
+
+    /// Appends them, each with three numbers.
+    pub fn points(&self, value: &Source<'_>, writer: &mut Writer<'_>) -> Result<(), Error> {
+        writer.length(wire_length(self.heard(value).count() * AXES.len() * NUMBER)?);
+        for [x, y] in self.heard(value) {
+            // Among bytes nothing is aligned.
+            [x, y, 0.0].iter().for_each(|number| writer.raw(&(*number as f32).to_le_bytes()));
+        }
+        Ok(())
+    }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Appends what the numbers of a point are.
+pub(super) fn axes(writer: &mut Writer<'_>) -> Result<(), Error> {
+    /// `FLOAT32` of `sensor_msgs/PointField`.
+    const SINGLE: u8 = 7;
+    writer.length(wire_length(AXES.len())?);
+    for (place, axis) in AXES.into_iter().enumerate() {
+        writer.text(axis)?;
+        writer.length(wire_length(place * NUMBER)?);
+        writer.byte(SINGLE);
+        writer.length(1);
+    }
+    Ok(())
+}
+
+impl<const N: usize> List<N> {
+    fn of(descriptor: &'static Descriptor, list: &str, names: [&str; N]) -> Option<Self> {
+        let place = find(descriptor, list).ok()?;
+        let Kind::Sequence(item, capacity) = *place.kind() else { return None };
+        let Kind::Nested(inner) = item else { return None };
+        let mut places = [Place(Primitive::F64, 0); N];
+        for (own, name) in places.iter_mut().zip(names) {
+            let found = find(inner, name).ok()?;
+            *own = Place(Primitive::of(found.kind())?, found.offset());
+        }
+        let count = Items::Counted(place.offset(), capacity);
+        Some(Self { count, start: place.offset() + 8, size: item.size(), places })
+    }
+
+    fn numbers(&self, value: &Source<'_>, item: usize) -> [f64; N] {
+        let bytes = &value.bytes[self.start + item * self.size..][..self.size];
+        let item = Source { bytes, tail: 0 };
+        self.places.each_ref().map(|place| item.read(place).float())
+    }
+}

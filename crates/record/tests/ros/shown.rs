@@ -1,0 +1,95 @@
+use slate_interfaces::{Image, Transform, Verdict};
+use slate_module::blackboard::interface::Interface;
+use slate_module::interface;
+use slate_record::ros::{Definition, Schema, Shown, definition, encode};
+
+use crate::interfaces::{all, value};
+
+#[interface]
+struct Layout {
+    /// Not used.
+    pub reserved: [u8; 3],
+    /// Not used either.
+    pub reserved2: u8,
+}
+
+#[interface]
+struct Seats {
+    /// How many are taken.
+    pub reserved_seats: u32,
+    /// Not used.
+    pub reserved: u32,
+}
+
+fn fields(definition: &Definition) -> Vec<&str> {
+    definition.text.lines().filter(|line| !line.starts_with('#')).collect()
+}
+
+#[test]
+fn what_is_there_for_the_layout_alone_is_not_shown() {
+    let shown = |definition: &Definition| Shown::of(definition).unwrap().unwrap().definition().clone();
+    let image = shown(&definition(Image::DESCRIPTOR));
+    assert_eq!(
+        image.text.lines().rev().take(4).collect::<Vec<_>>(),
+        [
+            "uint8[] data",
+            "# The rows, from the top; pixels from the left.",
+            "uint8 format",
+            "uint8 FORMAT_RGB8=1"
+        ]
+    );
+    let verdict = shown(&definition(Verdict::DESCRIPTOR));
+    assert_eq!(
+        fields(&verdict),
+        [
+            "uint8 STATE_RUNNING=0",
+            "uint8 STATE_SUCCEEDED=1",
+            "uint8 STATE_FAILED=2",
+            "uint8 state",
+            "string<=64 reason"
+        ]
+    );
+    assert!(!verdict.text.contains("Not used") && !verdict.text.contains("memory"), "{}", verdict.text);
+    assert_eq!(fields(&shown(&definition(Seats::DESCRIPTOR))), ["uint32 reserved_seats"]);
+    // A message has a field, as ROS wants it.
+    assert_eq!(
+        fields(&shown(&definition(Layout::DESCRIPTOR))),
+        ["uint8 structure_needs_at_least_one_member"]
+    );
+}
+
+#[test]
+fn others_have_fields_of_that_name() {
+    let text = "uint8[3] reserved\nuint32 count\n".to_owned();
+    let theirs = Definition { name: "other_msgs/msg/Thing".into(), text };
+    assert!(Shown::of(&theirs).unwrap().is_none());
+    let schema = Schema::parse_shown(&theirs.name, &theirs.text).unwrap();
+    let value = schema.decode(&[0, 1, 0, 0, 1, 2, 3, 0, 4, 0, 0, 0]).unwrap();
+    assert_eq!(value.to_string(), "{ reserved = [1, 2, 3], count = 4 }");
+}
+
+#[test]
+fn a_message_of_what_is_shown_holds_what_the_whole_one_shows() {
+    let mut reduced = 0;
+    for descriptor in all().into_iter().chain([Layout::DESCRIPTOR, Seats::DESCRIPTOR, Transform::DESCRIPTOR])
+    {
+        let whole = definition(descriptor);
+        let looked = Schema::parse_shown(&whole.name, &whole.text).unwrap();
+        let Some(shown) = Shown::of(&whole).unwrap() else { continue };
+        reduced += 1;
+        let alone = Schema::parse(&whole.name, &shown.definition().text).unwrap();
+        for seed in 0..20 {
+            let (mut message, mut left) = (Vec::new(), Vec::new());
+            encode(descriptor, &value(descriptor, 2, seed), &mut message).unwrap();
+            shown.encode(&message, &mut left).unwrap();
+            let (one, other) = (looked.decode(&message).unwrap(), alone.decode(&left).unwrap());
+            // Numbers that are none differ from themselves.
+            let without = |text: String| text.replace("{ structure_needs_at_least_one_member = 0 }", "{ }");
+            assert_eq!(without(one.to_string()), without(other.to_string()), "{}", descriptor.name);
+            assert!(left.len() <= message.len());
+            let cut = &message[..message.len() - 5];
+            assert!(shown.encode(cut, &mut Vec::new()).is_err(), "{}", descriptor.name);
+        }
+    }
+    assert!(reduced > 10, "{reduced}");
+}
