@@ -19,7 +19,7 @@ pub struct StatOptions {
     urls: Vec<String>,
 
     /// How long it is measured, at most 50s.
-    #[arg(long = "for", value_name = "TIME", default_value = "2s", value_parser = within)]
+    #[arg(long = "for", value_name = "TIME", default_value = "2s", value_parser = within, allow_hyphen_values = true)]
     time: Duration,
 
     /// What the rate of each has to be at least, values a second; else the command ends with 7.

@@ -25,7 +25,7 @@ pub struct TopOptions {
     once: bool,
 
     /// How often the table is renewed, once a minute at least.
-    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = period)]
+    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = period, allow_hyphen_values = true)]
     interval: Duration,
 
     /// By what it is sorted.

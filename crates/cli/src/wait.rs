@@ -24,11 +24,11 @@ pub struct WaitOptions {
     condition: Condition,
 
     /// How long it is waited.
-    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = duration::parse)]
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = duration::parse, allow_hyphen_values = true)]
     timeout: Duration,
 
     /// For how long it has to stay so, of the agent's time.
-    #[arg(long = "for", value_name = "TIME", value_parser = duration::parse)]
+    #[arg(long = "for", value_name = "TIME", value_parser = duration::parse, allow_hyphen_values = true)]
     time: Option<Duration>,
 
     /// Prints the value as JSON.

@@ -30,7 +30,7 @@ pub struct WatchOptions {
     once: bool,
 
     /// Ends after that time, such as `10s`.
-    #[arg(long = "for", value_name = "TIME", value_parser = duration::parse)]
+    #[arg(long = "for", value_name = "TIME", value_parser = duration::parse, allow_hyphen_values = true)]
     time: Option<Duration>,
 
     /// Shows at most so many values a second of each, of the agent's time.

@@ -82,6 +82,32 @@ fn a_script_waits_for_a_value() {
 }
 
 #[test]
+fn what_can_be_set_is_told_apart_from_what_is_linked_and_a_link_says_what_it_converts() {
+    let mut running = Running::new("settable");
+    running.start("exp1", &EXP1);
+    let tree = running.done(&["--agent", "exp1", "tree", "/r2/planner/*"]);
+    let row = |name: &str| tree.lines().find(|line| line.contains(name)).unwrap();
+    assert!(row(" params ").ends_with("can be set") && row(" other ").ends_with("takes a link"), "{tree}");
+    let words = ["/r2/planner/other is a queue", "slate link r2/planner/other"];
+    running.fails(5, &["set", "/r2/planner/other", "{\"x\": 1.0}"], &words);
+
+    let input = "r2/avoid_obstacle/goal";
+    running.done(&["wait", "/loop/histogram/count", "> 10"]);
+    let links = running.done(&["link"]);
+    assert!(links.lines().any(|line| line.starts_with(input) && line.ends_with(" old")), "{links}");
+    let said = running.done(&["link", input, "/simulator/r2/truth", "--dry-run"]);
+    assert!(said.contains("it can be done") && said.contains("Point2 of Pose2, field by field"), "{said}");
+    let refused = ["link", "r2/avoid_obstacle/position", "/simulator/r2/truth", "--dry-run"];
+    running.fails(5, &refused, &["Pose2 has no field `z`, which Position has"]);
+
+    // What says the same as the file, or as the default, is no difference.
+    running.done(&["set", "/r2/planner/params/speed", "0.35"]);
+    assert!(running.done(&["config", "diff"]).contains("speed = 0.35"));
+    running.done(&["set", "/r2/planner/params/speed", "0.4"]);
+    assert_eq!(running.done(&["config", "diff"]), "");
+}
+
+#[test]
 fn how_often_values_come_is_measured_in_the_agent() {
     let mut running = Running::new("stat");
     running.start("exp1", &EXP1);
@@ -93,6 +119,7 @@ fn how_often_values_come_is_measured_in_the_agent() {
     assert!((one["rate"].as_f64().unwrap() - 50.0).abs() < 1e-6, "{said}");
     assert_eq!((&one["interval"]["p50"], &one["interval"]["max"]), (&20_000_000.into(), &20_000_000.into()));
     assert_eq!((&measured["schema"], &one["interface"]), (&"slate.stat/1".into(), &"SonarScan".into()));
+    running.fails(2, &["stat", sonar, "--for", "-1s"], &["a time is from 0"]);
     let output = running.call(&["hz", sonar, "--for", "300ms", "--min", "100"]);
     assert_eq!(output.status.code(), Some(7), "{output:?}");
     assert!(text(&output.stderr).contains("it shall be at least 100 Hz"), "{output:?}");

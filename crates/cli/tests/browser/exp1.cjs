@@ -148,7 +148,7 @@ visit(async () => {
   });
   await add.fill("simulator/r2/sonar$.echoes[3].range");
   await add.press("Enter");
-  await until("a part by JSONPath is a line, too", async () => (await page.locator(".tile").nth(1).locator(".series li").count()) === 3);
+  await until("a part by JSONPath is a line, too, with its unit", async () => / m$/.test((await page.locator(".tile").nth(1).locator(".series b").allInnerTexts())[2]));
   await add.fill("simulator/r2/sonar$.echoes");
   await add.press("Enter");
   await until("what is no number is said to be none", async () => (await page.innerText(".tile .trouble")).includes("There is no number at $.echoes"));

@@ -39,8 +39,7 @@ function Panel({ options, setOptions }) {
   const agent = useAgent();
   const interfaces = useInterfaces();
   const properties = useProperties().filter(({ path, access }) => access === "setting" && path.endsWith("/params"));
-  // What was set to what the files say is none.
-  const differences = (useResource("/settings/differences", 3) ?? []).filter(({ present, file, default: usual }) => present !== (file ?? usual));
+  const differences = useResource("/settings/differences", 3) ?? [];
   const known = useResource("/parameters", 10) ?? [];
   const ranges = useMemo(() => new Map(known.map(({ module, name, range }) => [`${module} ${name}`, range])), [known]);
   const [text, setText] = useState("");

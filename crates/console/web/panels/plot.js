@@ -39,6 +39,9 @@ function table(line, begin) {
   }
 }
 
+/** The JSON Pointer of what a JSONPath with names and places alone leads to; nowhere for any other. */
+const plain = (path) => (/\.\.|[*?:,]/.test(path) ? "/" : path.replace(/^\$/, "").replace(/\[["']?([^\]"']+)["']?\]/g, "/$1").replaceAll(".", "/"));
+
 /** A part of a property that a JSON Pointer or a JSONPath leads to, behind the property's path; nothing if there is no such property. */
 function partOf(name, properties, interfaces) {
   const place = name.indexOf("$");
@@ -46,7 +49,7 @@ function partOf(name, properties, interfaces) {
   const property = properties.filter(fits).sort((one, other) => other.path.length - one.path.length)[0];
   if (!property || property.access === "messages") return undefined;
   const pointer = name.slice(place < 0 ? property.path.length : place);
-  return { name, path: property.path, pointer, unit: place < 0 ? unitAt(interfaces[property.interface], pointer) : "", isPart: true };
+  return { name, path: property.path, pointer, unit: unitAt(interfaces[property.interface], place < 0 ? pointer : plain(pointer)), isPart: true };
 }
 
 /** What a name means: a number, or after “=” one that is computed; throws what is wrong with it. */

@@ -3,6 +3,7 @@ use std::sync::Arc;
 
 use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 
+use super::set::first_equals;
 use super::source::{SourceKind, Sources, Span};
 use crate::mistake::{Message, Mistake};
 
@@ -63,8 +64,18 @@ impl Diagnostic {
             Some(Place { source, line, column, .. }) => {
                 format!("{}:{line}:{column}: {}", source.name(), self.message)
             }
-            None => self.message.clone(),
+            None => match self.setting() {
+                Some(path) if !self.message.contains(path) => format!("{path}: {}", self.message),
+                _ => self.message.clone(),
+            },
         }
+    }
+
+    /// The setting that a change at run time is of; that of a link is said with it.
+    fn setting(&self) -> Option<&str> {
+        let text = self.place.as_ref().filter(|place| !place.is_written)?.source.inner();
+        let path = text[..first_equals(text)?].trim();
+        (!path.starts_with("links")).then_some(path)
     }
 
     /// What is wrong.

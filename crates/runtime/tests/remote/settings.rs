@@ -71,6 +71,7 @@ fn what_does_not_fit_is_refused_whole_and_without_a_place_in_a_text_that_nobody_
         for word in words {
             assert!(said.contains(word), "{word}: {said}");
         }
+        assert!(refusal.message.contains(path), "of several, it says which: {refusal:?}");
         assert!(!refusal.help.is_empty() && !refusal.message.contains(&refusal.help), "{refusal:?}");
         assert!(refusal.report.is_none() && !said.contains("change:"), "{refusal:?}");
     };
