@@ -7,7 +7,10 @@ use crate::sync::{Ordering, order};
 
 /// A reader of the newest value. It pins the value that it has seen last, and at times a candidate for the next; but for
 /// one that [takes turns](Latest::refresh_in_turn) with the writer.
+///
+/// It fills a cache line.
 #[derive(Debug)]
+#[repr(align(64))]
 pub struct Latest {
     channel: Arc<Channel>,
     held: Option<Held>,
@@ -119,22 +122,22 @@ impl Latest {
     /// [`hold`](Latest::hold) that in this turn.
     #[inline]
     pub unsafe fn refresh_in_turn(&mut self) -> bool {
-        if !self.is_in_turn() {
+        let first = &self.channel.ring[0];
+        if first.in_turn.load(Ordering::Relaxed) == 0 {
             return self.refresh();
         }
-        let (tail, before) = (self.channel.published(), self.sequence);
-        if tail == before && !self.is_loose {
-            return false;
+        let (tail, before) = (first.tail.load(order::ACQUIRE), self.sequence);
+        if !self.is_loose {
+            if tail == before {
+                return false;
+            }
+            self.replace(None);
         }
-        self.replace(None);
-        self.sequence = 0;
-        if tail > 0 {
-            // The writer, who alone exchanges it, is not at work.
-            let slot = pool::slot_of(self.channel.cell(tail).load(order::ACQUIRE));
-            let held = Held::new(self.channel.pool.place(slot));
-            (self.held, self.is_loose) = (Some(held), true);
-            self.sequence = held.sequence();
-        }
+        // The writer, who alone exchanges it, is not at work.
+        let newest = (tail > 0).then(|| pool::slot_of(self.channel.cell(tail).load(order::ACQUIRE)));
+        self.held = newest.map(|slot| Held::new(self.channel.pool.place(slot)));
+        self.is_loose = self.held.is_some();
+        self.sequence = self.held.map_or(0, Held::sequence);
         self.sequence != before
     }
 

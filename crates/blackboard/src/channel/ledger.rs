@@ -62,14 +62,12 @@ impl Ledger {
     /// What is known of a slot of the channel's pool.
     #[inline(always)] // Part of every write.
     pub fn entry<'a>(&'a mut self, pool: &'a Pool, slot: usize) -> &'a mut Entry {
-        let near = self.lines.len() * LINE;
-        if slot >= near {
-            return self.far_entry(pool, slot - near);
+        if slot / LINE >= self.lines.len() {
+            return self.far_entry(pool, slot - self.lines.len() * LINE);
         }
-        // SAFETY: lines are nothing but their entries, one after the other. So there is one place to be looked up, and not two.
-        let entries =
-            unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast::<Entry>(), near) };
-        &mut entries[slot]
+        // SAFETY: lines are nothing but their entries, one after the other, and there is one for this slot. So there is one
+        // place to be looked up, and not two.
+        unsafe { &mut *self.lines.as_mut_ptr().cast::<Entry>().add(slot) }
     }
 
     #[cold]

@@ -1,4 +1,5 @@
 use std::alloc::{Layout, alloc_zeroed, dealloc};
+use std::cell::UnsafeCell;
 use std::marker::PhantomData;
 use std::ptr::NonNull;
 use std::sync::OnceLock;
@@ -40,6 +41,8 @@ pub(super) struct Slot {
     pub header: Guarded<Header>,
     /// Its own bytes, which others may stand in for.
     own: NonNull<u8>,
+    /// These are they, if they fit here: then a lone number, which is what modules write most, takes no line of its own.
+    small: UnsafeCell<u64>,
 }
 
 /// What goes with a value.
@@ -122,8 +125,12 @@ impl Pool {
         let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(IMPOSSIBLE);
         let slot = match memory {
             // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
+            Memory::Heap if bytes <= size_of::<u64>() && shape.align <= align_of::<u64>() => {
+                Layout::new::<Slot>()
+            }
             Memory::Heap => {
-                layout(bytes.saturating_add(size_of::<Slot>()), if shape.bytes(0) > 0 { 128 } else { 64 })
+                let align = if shape.bytes(0) > 0 { 128 } else { 64 };
+                layout(bytes.max(1).saturating_add(size_of::<Slot>()), align)
             }
             Memory::Given(_) => Layout::new::<Slot>(),
         };
@@ -193,8 +200,14 @@ impl Pool {
         // SAFETY: the layout is that of a slot and more, so not empty.
         let slot = NonNull::new(unsafe { alloc_zeroed(self.slot) })?.cast::<Slot>();
         let data = match &self.memory {
-            // SAFETY: if nothing follows, this is the end of the allocation.
-            Memory::Heap => Some(unsafe { slot.add(1) }.cast()),
+            // SAFETY: what is allocated is a slot, without more than its small bytes or with as many behind it as are needed.
+            Memory::Heap => Some(unsafe {
+                if self.slot.size() > size_of::<Slot>() {
+                    slot.add(1).cast()
+                } else {
+                    NonNull::new_unchecked((&raw mut (*slot.as_ptr()).small).cast())
+                }
+            }),
             Memory::Given(memory) => memory.allocate(self.bytes).inspect(|data| {
                 // SAFETY: the memory promises that many bytes, which nobody else has. Readers may look at all of them.
                 unsafe { data.write_bytes(0, self.bytes.size()) };
@@ -207,7 +220,9 @@ impl Pool {
         };
         let header = Guarded::new(Header { length: 0, items: 0, stamp: Stamp::default() });
         // SAFETY: fresh memory of this layout.
-        unsafe { slot.write(Slot { returned: AtomicU64::new(0), header, own: data }) };
+        unsafe {
+            slot.write(Slot { returned: AtomicU64::new(0), header, own: data, small: UnsafeCell::new(0) })
+        };
         Some(Place { slot, data })
     }
 

@@ -251,7 +251,7 @@ impl Runner {
     fn show_timing(&mut self) {
         let (measured, now) = (&mut self.measured, self.frame.now);
         for input in &self.inputs {
-            let written = self.slots[input.slot].stamp.time;
+            let written = self.slots[input.slot as usize].stamp.time;
             input.age.set((input.seen != (0, 0)).then(|| now.saturating_sub(written)));
         }
         let timing = ModuleTiming {

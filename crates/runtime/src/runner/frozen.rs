@@ -110,7 +110,7 @@ impl Runner {
             inputs: inputs
                 .map(|(input, reader)| {
                     let (seen, missed) = (input.seen, input.missed);
-                    (name(input.slot), FrozenInput { cursor: reader.cursor(), seen, missed })
+                    (name(input.slot as usize), FrozenInput { cursor: reader.cursor(), seen, missed })
                 })
                 .collect(),
             queues: self.queues.iter().map(|queue| (name(queue.slot), queue.reader.cursor())).collect(),
@@ -222,7 +222,7 @@ impl Runner {
         self.health.panics.store(frozen.panics.into(), Ordering::Relaxed);
         self.health.misses.store(frozen.misses, Ordering::Relaxed);
         for (input, reader) in self.inputs.iter_mut().zip(&mut self.readers) {
-            if let Some(frozen) = frozen.inputs.get(name(input.slot)) {
+            if let Some(frozen) = frozen.inputs.get(name(input.slot as usize)) {
                 (input.seen, input.missed) = (frozen.seen, frozen.missed);
                 reader.resume(frozen.cursor);
             }

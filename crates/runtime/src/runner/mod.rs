@@ -9,6 +9,7 @@ mod ports;
 mod prepare;
 mod retired;
 mod shadow;
+mod slots;
 mod supervision;
 mod wiring;
 
@@ -21,7 +22,7 @@ use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::commit::CommitWord;
 use slate_blackboard::interface::{Value, View};
 use slate_blackboard::wake::Wake;
-use slate_module::{Frame, Host, ModuleKind, PortSlot, Random, Refusal, Setup, Trigger};
+use slate_module::{Frame, Host, ModuleKind, Random, Refusal, Setup, Trigger};
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
@@ -33,7 +34,7 @@ pub(crate) use ports::{
 };
 pub(crate) use retired::{Patience, Retired, describe};
 pub(crate) use shadow::{Shadow, ShadowState};
-
+pub(crate) use slots::Slots;
 pub(crate) use supervision::Supervised;
 pub(crate) use wiring::{ConversionWiring, OutboxWiring, QueueWiring, SourceWiring, Unwired, Wiring};
 
@@ -75,10 +76,6 @@ impl OwnSetup {
 pub(crate) struct Runner {
     /// How the module is; nothing before it was said for the first time.
     pub condition: Option<Condition>,
-    /// What `enabled` said last.
-    pub on: bool,
-    /// Whether another module switches this one.
-    pub is_switched: bool,
     /// Whether the parameters may have changed.
     pub params_changed: bool,
     /// Whether it has ports, services or new code beside it.
@@ -89,6 +86,10 @@ pub(crate) struct Runner {
     pub is_steady: bool,
     /// Whether there are links that do not fit as they are, or are pinned when a cycle begins.
     pub has_conversions: bool,
+    /// Whether each input is of another writer and pinned before the step, so that the groups say nothing more.
+    pub reads_apart: bool,
+    /// Whether it has a turn in every cycle, whatever else it waits for.
+    pub in_every_cycle: bool,
     /// What the host has set in all modules, and how much of it this one has seen.
     pub settings: Settings,
     pub settings_seen: Option<u64>,
@@ -97,15 +98,15 @@ pub(crate) struct Runner {
     pub tick: StepCode,
     pub instance: *mut (),
     pub frame: Frame,
-    pub slots: Box<[PortSlot]>,
+    pub slots: Slots,
     pub measured: Measured,
     pub inputs: Vec<InputPort>,
     /// The readers of `inputs`, apart from them so that a group can be pinned in one go.
     pub readers: Vec<Latest>,
+    pub outputs: Vec<OutputPort>,
     pub groups: Vec<Group>,
     /// The readers of what is converted.
     pub sources: Vec<Latest>,
-    pub outputs: Vec<OutputPort>,
     pub trigger: Trigger,
     /// When the next tick of a periodic module is due.
     pub due: u64,
@@ -132,6 +133,10 @@ pub(crate) struct Runner {
     pub shadow: Option<Shadow>,
     /// Services of the host.
     pub services: Vec<Box<dyn HostService>>,
+    /// What `enabled` said last.
+    pub on: bool,
+    /// Whether another module switches this one.
+    pub is_switched: bool,
     pub params: Latest,
     pub enabled: Latest,
     /// Writes `/module/state`.
@@ -199,6 +204,9 @@ impl Runner {
         let is_up = self.is_as_before() || self.look_whether_enabled() && self.is_up(now);
         if !is_up {
             return false;
+        }
+        if self.in_every_cycle {
+            return true;
         }
         match &self.trigger {
             Trigger::Stage => true,
@@ -311,6 +319,8 @@ impl Runner {
             && self.providers.is_empty()
             && self.services.is_empty()
             && self.shadow.is_none();
+        self.reads_apart = self.early.is_empty() && self.groups.iter().all(Group::is_one_reader);
+        self.in_every_cycle = self.trigger == Trigger::Stage;
         self.is_steady = false;
     }
 

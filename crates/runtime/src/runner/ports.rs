@@ -45,9 +45,10 @@ impl Memory {
     }
 }
 
-/// An input; its reader stands at the same index in `Runner::readers`.
+/// An input; its reader stands at the same index in `Runner::readers`. It fills a cache line.
+#[repr(align(64))]
 pub(crate) struct InputPort {
-    pub slot: usize,
+    pub slot: u32,
     pub stale_after: Option<u64>,
     pub triggers: bool,
     /// The module that writes it, if one does.
@@ -118,8 +119,8 @@ pub(crate) struct InboxPort {
     pub entries: Vec<Entry>,
 }
 
-/// An output; in this order, as for [`Runner`](super::Runner).
-#[repr(C)]
+/// An output; in this order, as for [`Runner`](super::Runner): what a step needs is in the first three lines.
+#[repr(C, align(64))]
 pub(crate) struct OutputPort {
     pub slot: usize,
     /// The place of the property in the order of all, for the digest.

@@ -28,6 +28,11 @@ impl Group {
         }
     }
 
+    /// Whether it is an input alone.
+    pub fn is_one_reader(&self) -> bool {
+        self.end - self.first == 1 && self.first_source == self.end_source
+    }
+
     /// Takes over the newest values, together if there are several. What can't be pinned together stays at the previous
     /// snapshot, which is consistent too.
     pub fn pin(&self, readers: &mut [Latest], sources: &mut [Latest], tries: u32) {
@@ -85,11 +90,16 @@ impl Runner {
     /// one has ended, or was [given up](Runner::give_up).
     #[inline]
     pub unsafe fn prepare_in_turn(&mut self, now: u64) {
-        if self.has_company {
-            for group in &self.groups {
-                // SAFETY: the values are looked at in the step, and what reads them is told to hold them when that is given
-                // up.
-                unsafe { group.take(&mut self.readers, &mut self.sources) };
+        // SAFETY: the values are looked at in the step, and what reads them is told to hold them when that is given up.
+        unsafe {
+            if self.reads_apart {
+                for reader in &mut self.readers {
+                    reader.refresh_in_turn();
+                }
+            } else {
+                for group in &self.groups {
+                    group.take(&mut self.readers, &mut self.sources);
+                }
             }
         }
         self.prepare_pinned(now);
@@ -203,7 +213,7 @@ impl Runner {
     #[inline(always)]
     fn fill_inputs(&mut self, now: u64) {
         for (input, reader) in self.inputs.iter_mut().zip(&self.readers) {
-            let slot = &mut self.slots[input.slot];
+            let slot = &mut self.slots[input.slot as usize];
             let working = input.writer.as_ref().is_none_or(|health| health.is_working());
             let mut flags = if working { Flags::ALIVE } else { 0 };
             match reader.value() {

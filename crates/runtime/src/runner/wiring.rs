@@ -210,7 +210,7 @@ impl Runner {
             }
         }
         for conversion in &mut self.conversions {
-            let own = self.inputs.iter().position(|input| Wire::Port(input.slot) == conversion.wire);
+            let own = self.inputs.iter().position(|input| Wire::Port(input.slot as usize) == conversion.wire);
             conversion.reader = own.unwrap_or(0);
         }
         unwired.readers.extend(readers.into_iter().flatten());

@@ -11,7 +11,9 @@ use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot
 use super::{Builder, SPARE_READERS, new_writer};
 use crate::agent::survey::Wire;
 use crate::aspects::{self, AspectPort, ProviderPort};
-use crate::runner::{InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, Runner};
+use crate::runner::{
+    InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, Runner, Slots,
+};
 use crate::timing::TimingHistogram;
 
 impl Builder<'_, '_> {
@@ -49,8 +51,8 @@ impl Builder<'_, '_> {
         let kind = supervised
             .as_ref()
             .map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind));
-        let slots: Box<[PortSlot]> =
-            surveyed.description.ports.iter().map(|port| empty_slot(port, zeros)).collect();
+        let ports = &surveyed.description.ports;
+        let slots = Slots::new(ports.len(), |port| empty_slot(&ports[port], zeros));
         let params = self.ground.board.get(&format!("{name}/params"))?.0.channel()?.latest().ok()?;
         let enabled = self.switch(m)?;
         let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
@@ -60,7 +62,7 @@ impl Builder<'_, '_> {
         let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
         let frame = Frame {
             ports: slots.as_ptr(),
-            port_count: slots.len(),
+            port_count: ports.len(),
             params: zeros.as_ptr(),
             params_size: surveyed.description.params.size,
             params_version: 0,
@@ -73,13 +75,13 @@ impl Builder<'_, '_> {
         let patience = self.ground.patience(&name, supervised.is_some());
         let mut runner = Runner {
             condition: None,
-            on: true,
-            is_switched: self.joints(m, Wire::Enabled).next().is_some(),
             params_changed: true,
             has_company: true,
             has_only_values: false,
             is_steady: false,
             has_conversions: false,
+            reads_apart: false,
+            in_every_cycle: false,
             settings: self.ground.board.settings(),
             settings_seen: None,
             last_tick: 0,
@@ -109,6 +111,8 @@ impl Builder<'_, '_> {
             providers: Vec::new(),
             services: Vec::new(),
             shadow: None,
+            on: true,
+            is_switched: self.joints(m, Wire::Enabled).next().is_some(),
             params,
             enabled,
             state,

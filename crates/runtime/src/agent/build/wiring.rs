@@ -174,7 +174,7 @@ impl Builder<'_, '_> {
                     let is_converted = self.conversions(m, wire).next().is_some();
                     let path = format!("{}/{}", self.name(m), port.name);
                     let port = InputPort {
-                        slot: p,
+                        slot: p as u32,
                         stale_after: match stale {
                             Some(stale) => Some(stale.value),
                             // As old as its sources, which are looked at one by one.
