@@ -5,7 +5,7 @@ use crate::input::Input;
 use crate::memory::within;
 use slate_blackboard::interface::{Descriptor, Kind, View};
 use slate_module::{decode_interface, encode_interface};
-use slate_record::ros::{self, Described, Schema, definition};
+use slate_record::ros::{self, Definition, Described, Schema, Shown, definition};
 
 #[path = "../../crates/cli/src/interface/parse.rs"]
 mod parse;
@@ -51,6 +51,7 @@ fn messages(mut script: Input) {
         assert_eq!(schema.check(message).is_ok(), read.is_ok(), "what is checked is not what is read");
         drop(read.map(|value| value.to_string()));
     }
+    shown(text, &messages);
     let Ok(mut described) = Described::new(NAME, schema) else { return };
     messages.retain(|message| described.note(message).is_ok());
     let Ok((descriptor, capacity)) = described.interface() else { return };
@@ -68,6 +69,19 @@ fn messages(mut script: Input) {
         let mut again = Vec::new();
         ros::encode(descriptor, &bytes, &mut again).expect("it is a value of its interface");
         assert_eq!(ros::decode(descriptor, &again).ok(), Some(bytes), "another value came out");
+    }
+}
+
+/// The same under a name of Slate's own, where what is there for the layout alone is left out.
+fn shown(text: &str, messages: &[&[u8]]) {
+    let own = Definition { name: "slate_msgs/msg/Thing".into(), text: text.into() };
+    let Ok(Some(shown)) = Shown::of(&own) else { return };
+    let left = Schema::parse(&own.name, &shown.definition().text).expect("what is left of it can be read");
+    for message in messages {
+        let mut out = Vec::new();
+        if shown.encode(message, &mut out).is_ok() {
+            assert!(left.decode(&out).is_ok(), "what is left of a message can't be read");
+        }
     }
 }
 
