@@ -120,7 +120,7 @@ fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     let next = left.map(|(_, time)| if first == Some(time) { time.saturating_add(1) } else { time });
     let rest =
         json!({ "count": count, "from": from, "to": to, "left_out": left_out, "next": next }).to_string();
-    let body = [&b"{\"values\":["[..], &told, b"],", rest[1..].as_bytes()].concat();
+    let body = [&b"{\"values\":["[..], &told, b"],", &rest.as_bytes()[1..]].concat();
     Ok(Answer::Bytes("application/json", body))
 }
 
