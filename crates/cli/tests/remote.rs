@@ -70,7 +70,11 @@ fn what_an_agent_refuses_is_shown_with_its_place_and_its_mend() {
     let mut running = Running::new("refused");
     running.start("exp1", &EXP1);
     let speed = "robots.r2.modules.planner.params.speed";
-    running.fails(5, &["config", "set", &format!("{speed}=99")], &["planner.params.speed", "99, outside 0 to 3", "choose a value from 0 to 3"]);
+    running.fails(
+        5,
+        &["config", "set", &format!("{speed}=99")],
+        &["planner.params.speed", "99, outside 0 to 3", "choose a value from 0 to 3"],
+    );
     assert_ne!(running.read("exp1", "/r2/planner/params/speed"), 99.0);
     running.fails(5, &["config", "set", "loop.period=10ms"], &["`loop.period` can't change", "next start"]);
     // Asked for is what the module could not begin with at the next start.

@@ -3,7 +3,6 @@ use std::time::Duration;
 use slate_module::prelude::*;
 use slate_runtime::{End, Options, Rate};
 
-use super::batch;
 use crate::common::Number;
 
 /// Ports of [`Slow`].
@@ -55,16 +54,6 @@ impl Module for Unlucky {
         io.number.set(Number { value: now.number() as f64 });
         Outcome::Ok
     }
-}
-
-#[test]
-fn faults_of_a_hundred_modules_cost_the_others_no_cycle() {
-    let batch = batch::run(303);
-    assert_eq!(batch.end, End::Stopped);
-    assert_eq!(batch.missed, 0, "{batch:?}");
-    assert!(batch.panics >= 60 && batch.late >= 60 && batch.alive, "{batch:?}");
-    assert!(batch.threads <= 0, "no thread is left over: {batch:?}");
-    assert!(batch.memory < 8 << 20, "{batch:?}");
 }
 
 #[test]

@@ -8,8 +8,6 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
-#[path = "../common/batch.rs"]
-mod batch;
 #[path = "../common/mod.rs"]
 mod common;
 mod faults;
