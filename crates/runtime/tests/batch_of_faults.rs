@@ -1,6 +1,10 @@
 //! Many faults for a long time. It is alone in its process, whose memory and threads it measures.
 #![cfg(not(feature = "shuttle"))]
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what it is about"
+)]
 
 #[path = "common/batch.rs"]
 mod batch;

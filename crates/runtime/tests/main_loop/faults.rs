@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use slate_module::prelude::*;
-use slate_runtime::{End, Options, Rate};
+use slate_runtime::{Options, Rate};
 
 use crate::common::Number;
 
