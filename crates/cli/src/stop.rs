@@ -63,7 +63,7 @@ struct Answer {
     /// Neither this nor trouble is with one that has ended meanwhile.
     stopped: bool,
     /// How long it took, milliseconds.
-    after: f64,
+    after_ms: f64,
     /// Why it is not known to have stopped.
     trouble: Option<String>,
 }
@@ -81,7 +81,7 @@ impl Target {
     /// One that is reached here, by its name.
     fn here(name: String) -> Self {
         let agent = name.clone();
-        Self { name, stop: Box::new(move |reason| Ok(Client::connect(&agent)?.stop(reason)?)) }
+        Self { name, stop: Box::new(move |reason| Ok(Client::stop_at_once(&agent, reason)?)) }
     }
 
     /// One that is reached over HTTP: by a request of its own, for which there is always a place.
@@ -110,8 +110,8 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
     };
     let answers = stop_all(targets, &reason, |answer| {
         if let (false, true) = (json, answer.stopped) {
-            let Answer { agent, after, .. } = answer;
-            output::line(format_args!("{agent} has stopped all actuators, after {after:.1} ms"));
+            let Answer { agent, after_ms, .. } = answer;
+            output::line(format_args!("{agent} has stopped all actuators, after {after_ms:.1} ms"));
         }
     })?;
     if answers.iter().all(|answer| !answer.stopped && answer.trouble.is_none()) {
@@ -135,7 +135,7 @@ fn stop_all(targets: Vec<Target>, reason: &str, tell: impl Fn(&Answer)) -> Resul
     let waiting = |target: &Target| Answer {
         agent: target.name.clone(),
         stopped: false,
-        after: PATIENCE.as_secs_f64() * 1e3,
+        after_ms: PATIENCE.as_secs_f64() * 1e3,
         trouble: Some(format!("no answer within {} s", PATIENCE.as_secs())),
     };
     let mut answers: Vec<Answer> = targets.iter().map(waiting).collect();
@@ -153,7 +153,7 @@ fn stop_all(targets: Vec<Target>, reason: &str, tell: impl Fn(&Answer)) -> Resul
     drop(sender);
     while let Ok((index, outcome, time)) = outcomes.recv_timeout(PATIENCE.saturating_sub(begin.elapsed())) {
         let answer = &mut answers[index];
-        answer.after = time.as_secs_f64() * 1e3;
+        answer.after_ms = time.as_secs_f64() * 1e3;
         answer.stopped = outcome.is_ok();
         answer.trouble = match outcome {
             Ok(()) => None,

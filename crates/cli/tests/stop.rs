@@ -118,7 +118,7 @@ fn a_stop_takes_any_words_and_says_to_a_program_who_has_stopped() {
         (&document["agents"][0]["agent"], &document["agents"][0]["stopped"]),
         (&"exp1".into(), &true.into())
     );
-    assert!(document["agents"][0]["after"].as_f64().unwrap() < 4000.0);
+    assert!(document["agents"][0]["after_ms"].as_f64().unwrap() < 4000.0);
     stands(&running, "STOPPED");
 }
 
@@ -168,6 +168,20 @@ fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other
     let error: serde_json::Value = serde_json::from_slice(&output.stderr).unwrap();
     assert_eq!((&error["code"], &error["exit"]), (&"S103".into(), &3.into()));
     drop(socket);
+}
+
+#[test]
+fn an_agent_that_hung_finds_the_stop_that_nobody_waits_for_any_more() {
+    let mut running = Running::new("stop-late");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    drives(&running);
+    running.signal("STOP");
+    let output = running.call(&["stop", "it", "hangs"]);
+    running.signal("CONT");
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    assert!(soon(|| mode(&running) == "STOPPED"));
+    stands(&running, "STOPPED");
+    assert!(running.read("exp1", "/log/tail").to_string().contains("it hangs"));
 }
 
 #[test]

@@ -90,8 +90,13 @@ async fn answer(
         let help = format!("ask with the token of {}", operation.role.one());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
     }
-    check_query(operation, &query)?;
-    let body = read(&head.headers, body, operation.body.is_some()).await?;
+    let body = if is_stop {
+        // What can't be understood is no reason not to stop.
+        read(&head.headers, body, true).await.unwrap_or_default()
+    } else {
+        check_query(operation, &query)?;
+        read(&head.headers, body, operation.body.is_some()).await?
+    };
     let who = format!("{role} at {from}");
     let ask = Ask {
         role,

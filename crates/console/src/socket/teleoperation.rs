@@ -30,8 +30,6 @@ struct Request {
     release: Option<bool>,
     #[serde(default)]
     leave: Option<bool>,
-    #[serde(default)]
-    stop: Option<String>,
     /// Comes back with the answer, so that the client can tell how long that took.
     #[serde(default)]
     sequence: Option<u64>,
@@ -56,20 +54,23 @@ fn take(
     text: &str,
 ) -> Result<Json, (Option<u64>, Problem)> {
     let context = &visitor.context;
-    let request: Request = serde_json::from_str(text).map_err(|error| {
+    let ununderstood = |error| {
         let help = "such as {\"take\": \"r2/wheels\"} or {\"command\": {...}, \"sequence\": 1}";
         (None, Problem::bad(format!("this can't be understood: {error}"), help))
-    })?;
-    let sequence = request.sequence;
-    let wrong = |problem| (sequence, problem);
-    if let Some(reason) = request.stop {
-        let reason = if reason.is_empty() { format!("by the {}", visitor.who) } else { reason };
+    };
+    let mut said: Json = serde_json::from_str(text).map_err(ununderstood)?;
+    if let Some(reason) = stop(&mut said) {
+        let sequence = said.get("sequence").and_then(Json::as_u64);
+        let reason = reason.unwrap_or_else(|| format!("by the {}", visitor.who));
         if let Some(controls) = controls {
             controls.release();
         }
-        context.desk.make(Call::Stop { reason }).map_err(|refusal| wrong(refusal.into()))?;
+        context.desk.make(Call::Stop { reason }).map_err(|refusal| (sequence, refusal.into()))?;
         return Ok(json!({ "stopped": true, "sequence": sequence }));
     }
+    let request = Request::deserialize(said).map_err(ununderstood)?;
+    let sequence = request.sequence;
+    let wrong = |problem| (sequence, problem);
     if let Some(name) = request.take {
         // Nobody has two.
         *controls = None;
@@ -117,6 +118,19 @@ fn take(
         }
     }
     Ok(json!({ "gate": gate(context, controls.actuator()), "time": context.now(), "sequence": sequence }))
+}
+
+/// Whether this is a stop, and why. Whatever is said with it or instead of a reason is no reason not to stop; that there is none,
+/// beside something else that is to be done, says that there shall be none.
+fn stop(said: &mut Json) -> Option<Option<String>> {
+    let said = said.as_object_mut()?;
+    let reason = said.remove("stop")?;
+    let is_denied = matches!(reason, Json::Null | Json::Bool(false));
+    let is_other = |name: &&str| said.get(*name).is_some_and(|value| !value.is_null());
+    if is_denied && ["take", "command", "release", "leave"].iter().any(is_other) {
+        return None;
+    }
+    Some(reason.as_str().filter(|reason| !reason.is_empty()).map(str::to_owned))
 }
 
 /// How a gate stands.

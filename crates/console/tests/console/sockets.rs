@@ -178,6 +178,24 @@ fn a_person_drives_until_the_key_is_let_go_or_the_connection_is_gone() {
     assert_eq!(second.ask(&json!({ "stop": "too near" }))["stopped"], true);
     assert_eq!(run.number("wheel/command/value"), 0.0);
     assert_eq!(run.get("/agent").json()["stopped"], "too near");
+    // Nothing that is said with it is a reason not to stop.
+    let operator = run.client("operator");
+    for stop in [
+        json!({ "stop": true }),
+        json!({ "stop": null }),
+        json!({ "stop": { "why": 1 } }),
+        json!({ "stop": "now", "why": 1, "sequence": "a" }),
+        json!({ "stop": "", "command": { "value": 1.0 } }),
+    ] {
+        operator.send("POST", "/reset", None).json();
+        assert_eq!(run.get("/agent").json()["stopped"], json!(null));
+        assert_eq!(second.ask(&stop)["stopped"], true, "{stop}");
+        assert!(run.get("/agent").json()["stopped"].is_string(), "{stop}");
+    }
+    // A program that writes all of its fields denies it.
+    operator.send("POST", "/reset", None).json();
+    assert_eq!(second.ask(&json!({ "take": "wheel", "stop": null }))["taken"], "wheel");
+    assert_eq!(run.get("/agent").json()["stopped"], json!(null));
 }
 
 /// The histogram of the loop: cycles, and the longest.

@@ -178,6 +178,20 @@ fn anybody_stops_and_an_operator_lets_it_go_on() {
     assert_eq!(viewer.send("POST", "/stop", None).json(), json!({ "stopped": ["wheel"] }));
     assert_eq!(run.number("wheel/command/value"), 0.0);
     assert!(run.get("/agent").json()["stopped"].as_str().unwrap().contains("viewer"));
+    // Nothing that comes with it is a reason not to stop.
+    for (kind, path, body) in [
+        ("application/x-www-form-urlencoded", "/stop", "now"),
+        ("application/json", "/stop", "{bad"),
+        ("application/json", "/stop?why=1", "[null]"),
+        ("image/png", "/stop", "\u{fffd}"),
+    ] {
+        operator.send("POST", "/reset", None).json();
+        let head = viewer.head("POST", &format!("/api/v1{path}"));
+        let length = body.len();
+        let asked = format!("{head}content-type: {kind}\r\ncontent-length: {length}\r\n\r\n{body}");
+        assert_eq!(viewer.raw(asked.as_bytes()).json(), json!({ "stopped": ["wheel"] }), "{kind} {body}");
+        assert!(run.get("/agent").json()["stopped"].is_string(), "{kind} {body}");
+    }
     viewer.send("POST", "/reset", None).problem(403);
     viewer.send("POST", "/arm", None).problem(403);
     assert!(operator.send("POST", "/arm", None).problem(409).contains("still stopped"));

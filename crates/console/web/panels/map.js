@@ -201,6 +201,14 @@ function Panel({ options, setOptions }) {
     }
   }
   const send = (place) => {
+    const { minimum, maximum } = world?.bounds?.maximum ? world.bounds : {};
+    const isInside = !maximum || [place.x, place.y].every((at, axis) => at >= minimum[axis] && at <= maximum[axis]);
+    if (!isInside) {
+      const ends = (axis) => `${fixed(minimum[axis], "m")} to ${fixed(maximum[axis], "m")}`;
+      return change("", () => {
+        throw new Problem(422, `This is outside of the world, which goes from ${ends(0)} in x and from ${ends(1)} in y`, "choose a place in it");
+      });
+    }
     const shown = chosen.shows ?? (chosen.how === "send" ? null : chosen.path);
     const before = shown && (value(shown)?.pose ?? value(shown));
     const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${fixed(place.x, "m")}, y ${fixed(place.y, "m")}${chosen.turned ? `, ${fixed(place.theta, "rad")}` : ""}`;

@@ -1,4 +1,5 @@
 // Parameters of modules: with ranges and units, taken back one by one, compared with the files, and saved into them.
+import { Dialog } from "/dialog.js";
 import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState } from "/slate.js";
 
 /** The least and the greatest value of a slider: what the parameter allows; nothing where nobody has said. */
@@ -35,6 +36,17 @@ function Parameter({ leaf, module, value, file, set, isAllowed }) {
     <span class="was" title=${differs ? `The file says ${file}` : ""}>${differs ? `file: ${file}` : ""}</span></div>`;
 }
 
+/** What is going to be taken back, whoever has changed it: a goal among it moves the robot. */
+function Revert({ differences, revert, close }) {
+  return html`<${Dialog} label="Revert" kind="revert" close=${close}>
+    <h2>Take back what no file says</h2>
+    <dl>${differences.map(({ path, before, after, default: usual }) => html`<div class="field" key=${path}><dt>${path.replace(/^modules\./, "").replaceAll('"', "")}</dt>
+      <dd>${after ?? "none"} → ${before ?? usual ?? "the default"}</dd></div>`)}</dl>
+    <div class="choices"><button data-first onClick=${close}>Cancel</button>
+      <button class="primary" onClick=${() => (close(), revert())}>Take back ${differences.length}</button></div>
+  </${Dialog}>`;
+}
+
 function Panel({ options, setOptions }) {
   const agent = useAgent();
   const interfaces = useInterfaces();
@@ -46,6 +58,7 @@ function Panel({ options, setOptions }) {
   const [undone, setUndone] = useState([]);
   const [problem, setProblem] = useState(null);
   const [said, setSaid] = useState("");
+  const [asks, setAsks] = useState(false);
   const shown = properties
     .map(({ path, interface: name }) => ({ path, module: path.slice(0, -"/params".length), fields: leaves(interfaces[name]) }))
     .filter(({ fields, module }) => fields.length && `${module} ${fields.map(({ name }) => name).join(" ")}`.toLowerCase().includes(text.toLowerCase()));
@@ -86,11 +99,12 @@ function Panel({ options, setOptions }) {
     <div class="bar-of-tools">
       <input type="search" placeholder="Module or parameter" aria-label="Search for parameters" value=${text} onInput=${(event) => setText(event.target.value)} />
       <button disabled=${!undone.length} onClick=${undo} title="Takes the last change back">Undo</button>
-      <button disabled=${!own.length || !isAllowed} onClick=${revert} title="Takes back all that is not saved">Revert</button>
+      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks(true)} title="Takes back all that is not saved, and shows it first">Revert${own.length ? ` ${own.length}` : ""}</button>
       <button disabled=${!own.length || !isAllowed} onClick=${save} title="Writes the changes into the files, with their comments kept">Save${own.length ? ` ${own.length}` : ""}</button>
       <span role="status" class="muted">${said}</span>
     </div>
     <${Trouble} problem=${problem} />
+    ${asks && html`<${Revert} differences=${own} revert=${revert} close=${() => setAsks(false)} />`}
     <div class="scroll parameters">
       ${!isAllowed && agent && html`<p class="doc muted">A ${agent.role} may look at parameters; a developer changes them.</p>`}
       ${shown.map(({ path, module, fields }) => html`<section key=${path}>

@@ -27,8 +27,11 @@ function Head({ first, sort, setSort }) {
 /** What each thread took of a processor since the last look, and how long it waited for one in the middle. */
 function useLoads() {
   const threads = useResource("/threads", 2) ?? [];
-  const before = useRef({ when: 0, threads: new Map(), loads: [] });
+  // What another visit has left is of no known time.
+  const begun = useRef(threads).current;
+  const before = useRef({ when: 0, threads: new Map() });
   return useMemo(() => {
+    if (threads === begun) return threads.map((thread) => ({ ...thread }));
     const now = performance.now();
     const last = before.current;
     const passed = (now - last.when) * 1e6;

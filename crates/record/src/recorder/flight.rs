@@ -9,7 +9,7 @@ use slate_runtime::configuration::Flight as Settings;
 use slate_runtime::recording::{History, HistoryWish, TakeValue};
 
 use super::channels::Channel;
-use super::hub::OTHERS;
+use super::hub::{OTHERS, Want};
 use super::ring::{HEAD, Head};
 
 /// The last seconds of an agent.
@@ -26,6 +26,9 @@ pub(super) struct Flight {
     before: BTreeMap<u32, Value>,
     /// A piece that can be used again.
     spare: Option<Piece>,
+    wants: Want,
+    /// By property, whether it is wanted; nothing before its first value.
+    wanted: Vec<Option<bool>>,
 }
 
 /// Values, each behind its head.
@@ -63,7 +66,7 @@ const LARGEST_PIECE: usize = 1 << 20;
 
 impl Flight {
     /// Nothing unless it is wanted.
-    pub fn new(settings: &Settings) -> Option<Self> {
+    pub fn new(settings: &Settings, wants: Want) -> Option<Self> {
         let memory = usize::try_from(settings.memory).unwrap_or(usize::MAX);
         let flight = Self {
             keep: settings.keep,
@@ -74,12 +77,17 @@ impl Flight {
             bytes: 0,
             before: BTreeMap::new(),
             spare: None,
+            wants,
+            wanted: Vec::new(),
         };
         settings.enabled.then_some(flight)
     }
 
-    /// Takes a value.
-    pub fn value(&mut self, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+    /// Takes a value, if it is one that is kept: a recording may have asked for it alone.
+    pub fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+        if channel.is_some_and(|channel| !self.wants(id, channel)) {
+            return;
+        }
         let needed = HEAD + bytes.len();
         if needed > self.memory / 2 {
             // It would leave no room for others; its property shows a gap.
@@ -192,6 +200,16 @@ impl Piece {
         let (head, behind) = self.bytes.get(place as usize..)?.split_first_chunk::<HEAD>()?;
         let head = Head::from_bytes(head);
         Some((head, behind.get(..head.length as usize)?))
+    }
+}
+
+impl Flight {
+    fn wants(&mut self, id: u32, channel: &Channel) -> bool {
+        let place = id as usize;
+        if self.wanted.len() <= place {
+            self.wanted.resize(place + 1, None);
+        }
+        *self.wanted[place].get_or_insert_with(|| (self.wants)(channel))
     }
 }
 

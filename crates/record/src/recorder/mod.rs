@@ -33,6 +33,7 @@ use slate_runtime::log::LogTarget;
 use slate_runtime::recording::{Change, Recording, RecordingControl};
 
 pub(crate) use channels::{Channel, repeats};
+use hub::Want;
 pub(crate) use hub::{Drain, Hub, Sink};
 pub(crate) use messages::{CHANGE, DROPPED, TOPICS, read_change};
 pub use run::CONFIGURATION;
@@ -138,6 +139,16 @@ pub struct Recorded {
     pub earlier: Option<PathBuf>,
 }
 
+/// What the last seconds in memory have.
+fn wants_of_flight(settings: &Record) -> Want {
+    let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
+    let largest = usize::try_from(settings.flight.largest).unwrap_or(usize::MAX);
+    Box::new(move |channel| {
+        let is_kept = channel.largest <= largest && selection::selects(&selection, &channel.path);
+        is_kept || Triggers::listen_to(&triggers, channel)
+    })
+}
+
 impl Recorder {
     /// A recorder with the settings of a configuration, which records from the load of an agent on.
     pub fn new(settings: &Record) -> Self {
@@ -151,13 +162,7 @@ impl Recorder {
     pub fn on_demand(settings: &Record) -> Self {
         let hub = Hub::new(settings.buffer);
         if settings.flight.enabled {
-            let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
-            let largest = usize::try_from(settings.flight.largest).unwrap_or(usize::MAX);
-            let wants = move |channel: &Channel| {
-                let is_kept = channel.largest <= largest && selection::selects(&selection, &channel.path);
-                is_kept || Triggers::listen_to(&triggers, channel)
-            };
-            hub.want_lightly(FLIGHT, Box::new(wants));
+            hub.want_lightly(FLIGHT, wants_of_flight(settings));
         }
         let state = State {
             settings: settings.clone(),
@@ -284,7 +289,9 @@ impl Recorder {
         *locked(&shared.shown) = state.shown.take();
         let flight = state.settings.flight.clone();
         let (hub, own) = (Arc::clone(&self.hub), Arc::clone(&saves));
-        let beginning = Beginning { hub, host: Arc::clone(&host), shared, targets, flight, saves: own };
+        let wants = wants_of_flight(&state.settings);
+        let beginning =
+            Beginning { hub, host: Arc::clone(&host), shared, targets, flight, wants, saves: own };
         match Thread::start(beginning) {
             Ok(thread) => {
                 if let Some(reader) = thread.handle() {

@@ -16,7 +16,7 @@ use slate_runtime::recording::FlightEntry;
 use super::channels::Channel;
 use super::flight::{Captured, Flight};
 use super::host::Host;
-use super::hub::{Drain, Hub, Sink};
+use super::hub::{Drain, Hub, Sink, Want};
 use super::save::{Save, Saves};
 use super::state::Shown;
 use super::target::{Progress, Target};
@@ -81,12 +81,14 @@ pub(super) struct Beginning {
     pub shared: Arc<Shared>,
     pub targets: Vec<Target>,
     pub flight: FlightSettings,
+    /// What the last seconds have.
+    pub wants: Want,
     pub saves: Arc<Saves>,
 }
 
 impl Thread {
     pub fn start(beginning: Beginning) -> std::io::Result<Self> {
-        let Beginning { hub, host, shared, targets, flight, saves } = beginning;
+        let Beginning { hub, host, shared, targets, flight, wants, saves } = beginning;
         let work = Work {
             hub: Arc::clone(&hub),
             host,
@@ -95,7 +97,7 @@ impl Thread {
             sinks: Sinks {
                 targets,
                 triggers: Triggers::new(if flight.enabled { &flight.triggers } else { &[] }),
-                flight: Flight::new(&flight),
+                flight: Flight::new(&flight, wants),
                 happened: Vec::new(),
             },
             settings: flight,
@@ -168,7 +170,7 @@ impl Sink for Sinks {
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         self.targets.iter_mut().for_each(|target| target.value(channel, id, items, stamp, bytes));
         let Some(flight) = &mut self.flight else { return };
-        flight.value(id, items, stamp, bytes);
+        flight.value(channel, id, items, stamp, bytes);
         if let Some(channel) = channel
             && let Some(trigger) = self.triggers.look(channel, id, items, bytes)
         {

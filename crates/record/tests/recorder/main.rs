@@ -100,6 +100,25 @@ fn a_fault_saves_what_was_before_it_and_a_run_without_one_saves_nothing() {
 }
 
 #[test]
+fn what_is_too_large_for_the_last_seconds_is_left_out_though_a_recording_has_it() {
+    let extra = "flight = { keep = \"100ms\", trigger = [\"fault\"], largest = \"100B\" }";
+    let (mut agent, recorder, _) = agent(LOCKSTEP, extra);
+    agent.board().write("counter/params/limit", &Value::Float(400.0), 0).unwrap();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("record-largest");
+    let _ = std::fs::remove_dir_all(&folder);
+    recorder.attach(&agent, &folder);
+    (0..410).for_each(|_| assert!(agent.step()));
+    recorder.end(&mut agent).unwrap();
+    let count = |file: &str, wanted: &str| {
+        let all = read(&std::fs::read(folder.join(file)).unwrap()).unwrap();
+        all.iter().filter(|(topic, ..)| topic == wanted).count()
+    };
+    assert!(count("run.mcap", "/counter/number") > 390);
+    assert_eq!(count("flight-fault-1.mcap", "/counter/number"), 0);
+    assert!(count("flight-fault-1.mcap", "/counter/params") > 0);
+}
+
+#[test]
 fn a_recording_that_has_not_begun_has_no_end() {
     let (mut agent, recorder, _) = agent(LOCKSTEP, "");
     assert!(recorder.end(&mut agent).unwrap_err().to_string().contains("has not begun"));

@@ -78,6 +78,24 @@ impl Client {
     /// # Errors
     /// When there is none, or it does not greet as it should.
     pub fn connect(name: &str) -> Result<Self, ClientError> {
+        let mut client = Self::to_socket(name)?;
+        client.greeting()?;
+        Ok(client)
+    }
+
+    /// Stops all actuators of the agent that is reached by that name, until `reset` and `arm`. It is said before anything is heard,
+    /// so that an agent that hangs finds it when it goes on, also when nobody waits for it any more.
+    ///
+    /// # Errors
+    /// When there is no such agent, or it does not answer.
+    pub fn stop_at_once(name: &str, reason: &str) -> Result<(), ClientError> {
+        let mut client = Self::to_socket(name)?;
+        client.say(&Call::Stop { reason: reason.into() })?;
+        client.greeting()?;
+        client.hear()
+    }
+
+    fn to_socket(name: &str) -> Result<Self, ClientError> {
         let lost = |error| ClientError::Lost { name: name.into(), error };
         let connected = place::socket(name).and_then(UnixStream::connect);
         let stream = connected.map_err(|error| match error.kind() {
@@ -88,9 +106,7 @@ impl Client {
             _ => lost(error),
         })?;
         let wire = Box::new(LocalWire::new(stream).map_err(lost)?);
-        let mut client = Self { name: name.into(), is_local: true, wire };
-        client.greeting()?;
-        Ok(client)
+        Ok(Self { name: name.into(), is_local: true, wire })
     }
 
     /// Speaks to an agent over another connection than its socket; `address` says where it is until it has said its name.
@@ -132,8 +148,16 @@ impl Client {
     /// # Errors
     /// When it refuses, or the connection is lost.
     pub fn call<T: DeserializeOwned>(&mut self, call: &Call) -> Result<T, ClientError> {
+        self.say(call)?;
+        self.hear()
+    }
+
+    fn say(&mut self, call: &Call) -> Result<(), ClientError> {
         let text = serde_json::to_string(call).map_err(|error| self.nonsense(error.to_string()))?;
-        self.wire.send(&text).map_err(|error| self.lost(error))?;
+        self.wire.send(&text).map_err(|error| self.lost(error))
+    }
+
+    fn hear<T: DeserializeOwned>(&mut self) -> Result<T, ClientError> {
         match self.receive(ANSWER)? {
             Answer::Error(refusal) => Err(ClientError::Refused(refusal)),
             Answer::Result(result) => {

@@ -1,7 +1,7 @@
 //! The agent's side of the socket.
 
 use std::collections::BTreeMap;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, ErrorKind, Write};
 use std::net::Shutdown;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -182,7 +182,11 @@ fn welcome(mut stream: UnixStream, hall: &Arc<Hall>) {
 }
 
 fn serve(mut stream: UnixStream, hall: &Hall, number: u64, visit: &mut Visit) -> std::io::Result<()> {
-    send(&mut stream, &Greeting { slate: VERSION, agent: hall.name.clone() })?;
+    match send(&mut stream, &Greeting { slate: VERSION, agent: hall.name.clone() }) {
+        // Whoever has gone since may have said something before, such as that all shall stop.
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => {}
+        sent => sent?,
+    }
     let mut reader = BufReader::new(stream.try_clone()?);
     loop {
         let answer = match line::read(&mut reader, LINE_LIMIT)? {
