@@ -36,6 +36,8 @@ export function Palette({ agent, layouts, panels, show, help, close }) {
   const [text, setText] = useState("");
   const [place, setPlace] = useState(0);
   const [problem, setProblem] = useState(null);
+  // Another tool may have switched one since.
+  useEffect(() => reload("/modules"), []);
   const isAllowed = agent && agent.role !== "viewer";
   const arm = async () => {
     await post("/arm", {});

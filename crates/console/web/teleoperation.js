@@ -30,6 +30,7 @@ export class Controls {
     const since = this.sent.get(message.sequence);
     this.sent.delete(message.sequence);
     const news = since === undefined ? {} : { delay: performance.now() - since };
+    if (news.delay > LAPSE) this.lapse();
     if (message.taken) Object.assign(news, { state: "holds", hold: message.hold_ms, problem: null });
     if (message.problem) Object.assign(news, { problem: message.problem, state: this.status.state === "asks" ? "refused" : this.status.state });
     if (message.gate) news.gate = message.gate;
@@ -41,22 +42,26 @@ export class Controls {
     this.told(this.status);
   }
 
-  /** Commands from now on, 20 times a second, until `release`. */
+  /** Commands from now on, 20 times a second, until `release`. Whoever has the controls and holds nothing commands to stand. */
   drive(command) {
     this.command = command;
     if (this.timer) return;
     this.say({ command });
     let said = performance.now();
     this.timer = setInterval(() => {
-      const isLate = performance.now() - said > LAPSE;
-      said = performance.now();
-      if (isLate) this.lapse();
-      else this.say({ command: this.command });
+      const now = performance.now();
+      const isLate = now - said > LAPSE;
+      said = now;
+      const [oldest] = this.sent.values();
+      if (isLate || now - oldest > LAPSE) this.lapse();
+      this.say({ command: this.command });
     }, PERIOD);
   }
 
+  /** The page was frozen, or nothing is heard of the agent: what is held then is let go, and has to be held anew. */
   lapse() {
-    this.release();
+    if (!this.command || Object.values(this.command).every((speed) => speed === 0)) return;
+    this.command = Object.fromEntries(Object.keys(this.command).map((name) => [name, 0]));
     this.tell({ lapses: this.status.lapses + 1 });
   }
 

@@ -111,6 +111,14 @@ visit(async () => {
   });
   await browser.accessible(page, "the parameters");
   await browser.picture(page, "parameters");
+  // What would be taken back is shown first, also what others have changed.
+  await page.click("button:has-text('Revert')");
+  const question = page.locator("[role=dialog][aria-label=Revert]");
+  await until("the goal is among it", async () => /goal_x\s+1.6 → /.test(await question.innerText()));
+  await browser.accessible(page, "the question");
+  await browser.picture(page, "revert");
+  await question.locator("button:has-text('Cancel')").click();
+  assert((await value(`${AGENT}/r2/knowledge/params`)).goal_x === 1.6, "the goal is taken back without a yes");
   for (const name of ["speed", "careful_speed"]) {
     // What was entered, the key, and the slider.
     for (let change = 0; change < 3; change += 1) await page.click("button:has-text('Undo')");
@@ -266,7 +274,26 @@ visit(async () => {
   await browser.accessible(page, "the controls");
   await browser.picture(page, "drive");
   await page.keyboard.up("a");
-  await until("nobody drives any more", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
+  // Without a person the plan would drive on.
+  const stands = async () => {
+    const { left, right } = await value(`${AGENT}/r2/wheels/command`);
+    return left === 0 && right === 0 && (await value(`${AGENT}/r2/wheels/gate`)).priority === "TELEOPERATION";
+  };
+  const stays = async (what) => {
+    for (let look = 0; look < 12; look++) {
+      assert(await stands(), what);
+      await page.waitForTimeout(50);
+    }
+  };
+  await until("it stands while nothing is held", stands);
+  await stays("it drives by itself while a person has the controls");
+  // Leaving the window lets go; what is still held then counts anew.
+  await page.keyboard.down("d");
+  await until("it turns again", async () => !(await stands()));
+  await page.evaluate(() => dispatchEvent(new Event("blur")));
+  await until("it stands without the window", stands);
+  await stays("it drives without the window");
+  await page.keyboard.up("d");
 
   // A gamepad drives while its left shoulder button is held: the stick alone does nothing, and letting go of the button ends it.
   const pad = (held, axes) => page.evaluate(([held, axes]) => {
@@ -276,21 +303,22 @@ visit(async () => {
   await pad(false, [0, -1, 0, 0]);
   await until("the gamepad is known", async () => (await page.innerText(".drive")).includes("Gamepad"));
   await page.waitForTimeout(300);
-  assert((await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION", "a stick alone drives");
+  assert(await stands(), "a stick alone drives");
   await pad(true, [0, -0.5, 0, 0]);
   await until("half of the stick is half of the speed", async () => {
     const { left, right } = await value(`${AGENT}/r2/wheels/command`);
     return Math.abs(left - right) < 1e-9 && Math.abs(left * 0.0975 - 0.15) < 0.03;
   });
   await pad(false, [0, -0.5, 0, 0]);
-  await until("the button is let go", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
+  await until("the button is let go", stands);
   // One that is pulled out is let go, too.
   await pad(true, [0, 0, 0, 0]);
   await pad(true, [-0.6, 0, 0, 0]);
-  await until("it turns", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority === "TELEOPERATION");
+  await until("it turns", async () => !(await stands()));
   await page.evaluate(() => (navigator.getGamepads = () => []));
-  await until("nobody drives", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
+  await until("it stands without the gamepad", stands);
   await page.click("button:has-text('Give the controls back')");
+  await until("nobody drives any more", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
 
   // Everything is found by a few letters: a number to plot, a module to be switched on; and the stop stays in reach.
   await page.keyboard.press("Control+k");

@@ -25,6 +25,13 @@ visit(async () => {
   await until("the agent goes on", async () => (await value(`${AGENT}/loop/state`)).cycles > going);
   await browser.accessible(page, "the past");
   await browser.picture(page, "past");
+  // What is set would hold now, and the map shows the past.
+  await page.click(".map button:has-text('Goal')");
+  const map = await page.locator(".map canvas").boundingBox();
+  const before = await value(`${AGENT}/r2/knowledge/params`);
+  await page.mouse.click(map.x + map.width / 2, map.y + map.height / 2);
+  await until("it is said why no goal is set", async () => (await page.innerText(".map .trouble, .trouble")).includes("What is shown is the past"));
+  assert(JSON.stringify(await value(`${AGENT}/r2/knowledge/params`)) === JSON.stringify(before), "a goal is set in the past");
   await page.click("button:has-text('Go live')");
   await until("the present again", async () => (await now()) > 6);
 

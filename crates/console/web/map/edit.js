@@ -7,8 +7,9 @@ const POINTS = 32;
 /** Whether a property takes places to go to, after its name: of poses some say where a robot is. */
 const isGoal = (path) => /goal|target|order|waypoint|destination/i.test(path.split("/").at(-1));
 
-/** What the map can change, by the tool that does it: `{path, how, turned, shows}`. */
-export function targets(properties, links, interfaces) {
+/** What somebody of a role can change on the map, by the tool that does it: `{path, how, turned, shows}`. */
+export function targets(properties, links, interfaces, role) {
+  if (role === "viewer") return { goal: [], pose: [], paint: [] };
   const linked = new Set(links.map(({ to }) => to));
   const open = properties.filter(({ path, access }) => access === "messages" || (access === "setting" && !linked.has(path)));
   const how = ({ access }) => (access === "messages" ? "send" : "set");
@@ -30,6 +31,8 @@ export function targets(properties, links, interfaces) {
   const parameters = properties
     .filter(({ access, interface: name }) => access === "setting" && interfaces[name]?.properties?.goal_x && interfaces[name].properties.goal_y)
     .filter(isRead)
+    // An operator changes no parameters.
+    .filter(() => role === "developer")
     .map(({ path }) => ({ path, how: "parameters", turned: false }));
   const canvases = of("MapStroke").filter(({ access }) => access === "messages").map(({ path }) => ({ path, how: "send" }));
   return { goal: [...parameters, ...goals], pose: poses, paint: canvases };

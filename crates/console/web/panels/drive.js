@@ -1,5 +1,6 @@
 // Driving by hand: by keys, a stick on the screen, or a gamepad; only as long as something is held.
 import { Empty, Field, html, number, Trouble, useAgent, useEffect, useReading, useRef, useResource, useState, word } from "/slate.js";
+import { lookLive } from "/live.js";
 import { Controls, LAPSE } from "/teleoperation.js";
 import { stop } from "/stop.js";
 
@@ -49,6 +50,7 @@ function Panel({ options, setOptions }) {
   const [status, setStatus] = useState(null);
   const [position, setPosition] = useState([0, 0]);
   const [pad, setPad] = useState("");
+  const [grips, setGrips] = useState(0);
   const held = useRef(new Set());
   const actuator = actuators?.find(({ name }) => name === options.actuator) ?? actuators?.[0];
   const robot = actuator?.name.split("/")[0];
@@ -67,15 +69,18 @@ function Panel({ options, setOptions }) {
     setPosition(place);
     if (!controls || controls.status.state !== "holds") return;
     const wanted = command(actuator.interface, place, limits, chassis);
-    if (wanted && (place[0] || place[1])) controls.drive(wanted);
-    else controls.release();
+    // Who drives sees the present.
+    if (place[0] || place[1]) lookLive();
+    if (wanted) controls.drive(wanted);
   };
+  // Without a command another one would drive, such as the plan: whoever has the controls and holds nothing lets the robot stand.
   const letGo = () => {
     held.current.clear();
     go([0, 0]);
   };
   const take = () => {
     controls?.leave();
+    lookLive();
     setControls(new Controls(actuator.name, setStatus));
   };
   const leave = () => {
@@ -105,17 +110,21 @@ function Panel({ options, setOptions }) {
       }
     };
     const up = (event) => held.current.delete(event.key.toLowerCase()) && sum();
-    const hidden = () => document.hidden && letGo();
+    // A hidden page is too slow to command anything.
+    const hidden = () => document.hidden && leave();
+    // A stick that is held has to be taken anew, too.
+    const blur = () => (letGo(), setGrips((count) => count + 1));
+    letGo();
     addEventListener("keydown", down);
     addEventListener("keyup", up);
-    addEventListener("blur", letGo);
-    addEventListener("pagehide", letGo);
+    addEventListener("blur", blur);
+    addEventListener("pagehide", leave);
     document.addEventListener("visibilitychange", hidden);
     return () => {
       removeEventListener("keydown", down);
       removeEventListener("keyup", up);
-      removeEventListener("blur", letGo);
-      removeEventListener("pagehide", letGo);
+      removeEventListener("blur", blur);
+      removeEventListener("pagehide", leave);
       document.removeEventListener("visibilitychange", hidden);
     };
   }, [isHeld]);
@@ -158,8 +167,8 @@ function Panel({ options, setOptions }) {
     ${status?.state === "gone" && html`<p class="trouble" role="alert">The controls are gone with the connection; take them again.</p>`}
     ${!isKnown && html`<p class="trouble">Commands of the kind ${actuator.interface} are not known here; use the API.</p>`}
     <div class="scroll drive" data-held=${isHeld}>
-      <div class="drive-part"><${Stick} key=${lapses} position=${position} move=${go} release=${letGo} />
-        <p class="muted">${isHeld ? "Hold the stick, W A S D or arrows; Space stops." : "Take the controls to drive."}${pad && ` Gamepad: hold its left shoulder button.`}</p></div>
+      <div class="drive-part"><${Stick} key=${lapses + grips} position=${position} move=${go} release=${letGo} />
+        <p class="muted">${isHeld ? "The robot stands until you hold the stick, W A S D or arrows; Space stops." : "Take the controls to drive."}${pad && ` Gamepad: hold its left shoulder button.`}</p></div>
       <div class="drive-part">
         ${cap("speed", speed, 1.5, "m/s")}${cap("turn", turn, 3, "rad/s")}
         <dl>

@@ -1,5 +1,6 @@
 // The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
 import { clock, colors, Empty, fixed, html, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
+import { isPast } from "/live.js";
 import * as draw from "/map/draw.js";
 import { paint as paintStroke, setPlace, targets } from "/map/edit.js";
 import * as layers from "/map/layers.js";
@@ -7,6 +8,11 @@ import { find } from "/map/scene.js";
 import { forget, trail } from "/map/trails.js";
 import { fit, toPixel, toWorld, zoom } from "/map/view.js";
 
+const NO_GOAL = {
+  viewer: "A viewer looks; an operator sets goals",
+  operator: "No input or mailbox here takes a place; parameters are a developer's",
+  developer: "No input, parameter or mailbox here takes a place",
+};
 const LAYERS = { world: "World", grids: "Grid maps", paths: "Planned ways", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
 
 const MARKS = { OCCUPIED: "Occupied", FREE: "Free", MEASURED: "As measured" };
@@ -30,7 +36,7 @@ function Panel({ options, setOptions }) {
   const world = useResource(documents.includes("world") ? "/documents/world" : null);
   const before = useResource(documents.includes("trails") ? "/documents/trails" : null)?.robots;
   const scene = useMemo(() => find(properties, world), [properties, world]);
-  const able = useMemo(() => targets(properties, links, interfaces), [properties, links, interfaces]);
+  const able = useMemo(() => targets(properties, links, interfaces, agent?.role), [properties, links, interfaces, agent?.role]);
   const [box, size] = useSize();
   const canvas = useRef(null);
   const state = useRef({ view: null, readings: new Map(), pointers: new Map(), ruler: null, aim: null, stroke: null, dirty: true }).current;
@@ -192,6 +198,7 @@ function Panel({ options, setOptions }) {
   async function change(words, work) {
     try {
       setProblem(null);
+      if (isPast()) throw new Problem(409, "What is shown is the past, and this would hold now", "go live first, below");
       const undo = await work();
       if (undo) setUndone((all) => [...all, { words, undo }]);
       setSaid(words);
@@ -329,7 +336,7 @@ function Panel({ options, setOptions }) {
   return html`<div class="map">
     <div class="bar-of-tools">
       ${button("move", "Drag the map; the wheel zooms")}
-      ${button("goal", able.goal.length ? "A click sets the goal; dragging turns it" : "No input, parameter or mailbox here takes a place", !able.goal.length)}
+      ${button("goal", able.goal.length ? "A click sets the goal; dragging turns it" : NO_GOAL[agent?.role], !able.goal.length)}
       ${able.pose.length > 0 && button("pose", "Drag the pose to where the robot is; beside it, a click says where and dragging turns it")}
       ${able.paint.length > 0 && button("paint", "Drag to paint what is where")}
       ${button("measure", "Drag to measure")}

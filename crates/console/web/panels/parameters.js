@@ -40,8 +40,8 @@ function Parameter({ leaf, module, value, file, set, isAllowed }) {
 function Revert({ differences, revert, close }) {
   return html`<${Dialog} label="Revert" kind="revert" close=${close}>
     <h2>Take back what no file says</h2>
-    <dl>${differences.map(({ path, before, after, default: usual }) => html`<div class="field" key=${path}><dt>${path.replace(/^modules\./, "").replaceAll('"', "")}</dt>
-      <dd>${after ?? "none"} → ${before ?? usual ?? "the default"}</dd></div>`)}</dl>
+    <dl>${differences.map(({ path, file, present, default: usual }) => html`<div class="field" key=${path}><dt>${path.replace(/^modules\./, "").replaceAll('"', "")}</dt>
+      <dd>${present ?? "none"} → ${file ?? usual ?? "the default"}</dd></div>`)}</dl>
     <div class="choices"><button data-first onClick=${close}>Cancel</button>
       <button class="primary" onClick=${() => (close(), revert())}>Take back ${differences.length}</button></div>
   </${Dialog}>`;
