@@ -270,7 +270,8 @@ mod tests {
     }
 
     fn flight(keep: u64, memory: u64) -> Flight {
-        Flight::new(&Settings { enabled: true, keep, memory, ..Settings::default() }).unwrap()
+        let settings = Settings { enabled: true, keep, memory, ..Settings::default() };
+        Flight::new(&settings, Box::new(|_| true)).unwrap()
     }
 
     /// Numbers of the values before and of those in it, by property.
@@ -305,7 +306,7 @@ mod tests {
                 let sequence = own.len() as u64 + 1;
                 own.push((sequence, now));
                 let stamp = Stamp { sequence, time: now, generation: 0 };
-                flight.value(id, 0, stamp, &vec![sequence as u8; length]);
+                flight.value(None, id, 0, stamp, &vec![sequence as u8; length]);
                 // What was captured before does not change what is kept.
                 let _held = captures.contains(&place).then(|| flight.capture(&[]));
             }
