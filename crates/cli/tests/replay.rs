@@ -156,6 +156,24 @@ fn a_module_is_tried_on_a_recording() {
 }
 
 #[test]
+fn a_module_is_tried_on_the_last_seconds_with_what_was_changed_within_them() {
+    let mut running = Running::new("try-flight");
+    let tolerance = ["--set", "modules.referee.params.tolerance=0.0"];
+    running.start("exp1", &[&["run", "exp1", "--headless", "--rate", "1"][..], &tolerance].concat());
+    let cycles = |running: &Running| running.read("exp1", "/loop/state/cycles").as_u64().unwrap_or(0);
+    wait_for("it goes on", || cycles(&running) >= 25);
+    running.done(&["config", "set", "robots.r2.modules.planner.params.careful_speed=0.2"]);
+    running.done(&["link", "r2/avoid_wall/sonar", "simulator/r1/sonar"]);
+    let changed = cycles(&running);
+    wait_for("it goes on", || cycles(&running) >= changed + 25);
+    running.done(&["record", "snapshot", "last.mcap"]);
+    for module in ["r2/planner", "r2/avoid_wall"] {
+        let said = printed(running.folder(), 0, &["try", module, "--bag", "last.mcap"]);
+        assert!(said.contains("identical"), "{said}");
+    }
+}
+
+#[test]
 fn a_module_that_only_sends_messages_is_not_called_identical() {
     let folder = folder("try-messages");
     recorded(&folder);

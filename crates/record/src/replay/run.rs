@@ -168,6 +168,13 @@ impl Run {
         self.about("begins") != "in the run"
     }
 
+    /// How many cycles it had made before the one of the first value.
+    pub(super) fn cycles_before(&self) -> u64 {
+        let from: u64 = self.about("from_cycle").parse().unwrap_or_default();
+        // A recording that a tool has begun has first what the last cycle has left.
+        if self.about("flight") == "true" { from } else { from.saturating_sub(1) }
+    }
+
     /// What is missing, in words, when the recording was begun while the agent ran.
     pub(super) fn late_begin(&self) -> Option<String> {
         let cycle = self.about("from_cycle");
