@@ -26,7 +26,6 @@ pub(super) fn preface(host: &Host, composer: &Composer, captured: &Captured) -> 
     let since = since.checked_div(host.period).unwrap_or_default().max(1);
     let since = if captured.past.is_there { since } else { 0 };
     for (_, run) in preface.metadata.iter_mut().filter(|(name, _)| *name == "run") {
-        run.insert("flight".into(), "true".into());
         run.insert("from_cycle".into(), before.saturating_add(since).to_string());
     }
     preface

@@ -126,7 +126,7 @@ impl Player {
         let changes: VecDeque<_> =
             changes.map(|(cycle, time, change)| (if is_lockstep { cycle } else { time }, change)).collect();
         // Cycles are counted from the beginning of the run.
-        let before = run.as_ref().map_or(0, Run::cycles_before);
+        let before = run.as_ref().map_or(0, |run| run.cycles_before(span.0, full.period().value));
         let skipped = before + reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
         if is_lockstep && !begins && !reel.is_each_known && !changes.is_empty() {
             misses.push(

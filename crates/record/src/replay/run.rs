@@ -168,11 +168,11 @@ impl Run {
         self.about("begins") != "in the run"
     }
 
-    /// How many cycles it had made before the one of the first value.
-    pub(super) fn cycles_before(&self) -> u64 {
-        let from: u64 = self.about("from_cycle").parse().unwrap_or_default();
-        // A recording that a tool has begun has first what the last cycle has left.
-        if self.about("flight") == "true" { from } else { from.saturating_sub(1) }
+    /// How many cycles it had made before the one of the first value. Where a recording begins while the agent runs, the time of that
+    /// value says it, as cycles went on while its file was made.
+    pub(super) fn cycles_before(&self, first: u64, period: u64) -> u64 {
+        let is_late = !["", "0"].contains(&self.about("from_cycle"));
+        if is_late { first.saturating_add(period / 2).checked_div(period).unwrap_or_default() } else { 0 }
     }
 
     /// What is missing, in words, when the recording was begun while the agent ran.
