@@ -156,6 +156,23 @@ fn a_module_is_tried_on_a_recording() {
 }
 
 #[test]
+fn a_module_is_tried_on_the_last_seconds_with_what_was_changed_within_them() {
+    let mut running = Running::new("try-flight");
+    let unlinked = r#"robots.r2.links."planner/goal"=false"#;
+    let sets = ["--set", "modules.referee.params.tolerance=0.0", "--set", unlinked];
+    running.start("exp1", &[&["run", "exp1", "--headless", "--rate", "1"][..], &sets].concat());
+    let cycles = |running: &Running| running.read("exp1", "/loop/state/cycles").as_u64().unwrap_or(0);
+    wait_for("it goes on", || cycles(&running) >= 25);
+    running.done(&["config", "set", "robots.r2.modules.planner.params.careful_speed=0.2"]);
+    running.done(&["link", "r2/planner/goal", "r2/knowledge/goal"]);
+    let changed = cycles(&running);
+    wait_for("it goes on", || cycles(&running) >= changed + 25);
+    running.done(&["record", "snapshot", "last.mcap"]);
+    let said = printed(running.folder(), 0, &["try", "r2/planner", "--bag", "last.mcap"]);
+    assert!(said.contains("identical") && said.contains("/r2/execute/plan"), "{said}");
+}
+
+#[test]
 fn a_module_that_only_sends_messages_is_not_called_identical() {
     let folder = folder("try-messages");
     recorded(&folder);

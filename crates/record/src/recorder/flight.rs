@@ -6,10 +6,11 @@ use std::sync::{Arc, OnceLock};
 use slate_blackboard::Stamp;
 use slate_blackboard::channel::FrozenValue;
 use slate_runtime::configuration::Flight as Settings;
-use slate_runtime::recording::{History, HistoryWish, TakeValue};
+use slate_runtime::recording::{Change, History, HistoryWish, TakeValue};
 
 use super::channels::Channel;
 use super::hub::{OTHERS, Want};
+use super::messages::{CHANGE, read_change};
 use super::ring::{HEAD, Head};
 
 /// The last seconds of an agent.
@@ -24,11 +25,23 @@ pub(super) struct Flight {
     bytes: usize,
     /// The last value of each property that is in no piece any more.
     before: BTreeMap<u32, Value>,
+    past: Past,
     /// A piece that can be used again.
     spare: Option<Piece>,
     wants: Want,
     /// By property, whether it is wanted; nothing before its first value.
     wanted: Vec<Option<bool>>,
+}
+
+/// What the first value that is there comes after.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Past {
+    /// Whether there were values before.
+    pub is_there: bool,
+    /// What the settings were changed to that were changed since the beginning; nothing for what the files say.
+    pub settings: BTreeMap<String, Option<String>>,
+    /// Whether there is other code than at the beginning.
+    pub has_new_code: bool,
 }
 
 /// Values, each behind its head.
@@ -52,6 +65,7 @@ struct Value {
 /// What was in memory at a moment.
 pub(super) struct Captured {
     before: BTreeMap<u32, Value>,
+    pub past: Past,
     pieces: Vec<Arc<Piece>>,
     pub channels: Vec<Channel>,
     pub from: u64,
@@ -76,6 +90,7 @@ impl Flight {
             open: Piece::default(),
             bytes: 0,
             before: BTreeMap::new(),
+            past: Past::default(),
             spare: None,
             wants,
             wanted: Vec::new(),
@@ -128,8 +143,12 @@ impl Flight {
     fn drop_first(&mut self) {
         let Some(piece) = self.pieces.pop_front() else { return };
         self.bytes -= piece.bytes.len();
+        self.past.is_there = true;
         piece.each(|head, bytes| {
             if head.id >= OTHERS {
+                if head.id == CHANGE.id {
+                    self.past.note(bytes);
+                }
                 return;
             }
             let value = self.before.entry(head.id).or_insert_with(|| Value { head, bytes: Vec::new() });
@@ -162,10 +181,24 @@ impl Flight {
         }
         Captured {
             before: self.before.clone(),
+            past: self.past.clone(),
             pieces: self.pieces.iter().cloned().collect(),
             channels: channels.to_vec(),
             from,
             to,
+        }
+    }
+}
+
+impl Past {
+    /// Takes a change in that is no longer among what is there.
+    fn note(&mut self, message: &[u8]) {
+        match read_change(message) {
+            Some((_, Change::Setting { path, value })) => drop(self.settings.insert(path, value)),
+            Some((_, Change::Reload { .. } | Change::Load { .. } | Change::Unload { .. })) => {
+                self.has_new_code = true;
+            }
+            _ => {}
         }
     }
 }

@@ -7,6 +7,8 @@ use std::time::UNIX_EPOCH;
 use slate_runtime::log::Logger;
 use slate_runtime::{Agent, WeakComposer};
 
+use super::run::Preface;
+
 /// The agent that is recorded.
 pub(super) struct Host {
     /// Not the agent itself, which has the recorder.
@@ -17,6 +19,10 @@ pub(super) struct Host {
     /// that recordings of several robots fit together.
     pub epoch: u64,
     pub is_lockstep: bool,
+    /// From cycle to cycle, nanoseconds.
+    pub period: u64,
+    /// What the last seconds would begin with if nothing were changed, and the time of that; nothing when none are kept.
+    pub began: Option<(u64, Preface)>,
     /// What is known of the run.
     pub run: BTreeMap<String, String>,
     /// What modules remembered when it began.
@@ -52,6 +58,8 @@ impl Host {
             clock: Box::new(agent.clock()),
             epoch,
             is_lockstep,
+            period: agent.configuration().period().value,
+            began: None,
             run: run.map(|(key, value)| (key.to_owned(), value)).into(),
             memories: memories.collect(),
             files,

@@ -4,6 +4,7 @@ mod channels;
 mod control;
 mod disk;
 mod file;
+mod first;
 mod flight;
 mod host;
 mod hub;
@@ -271,7 +272,7 @@ impl Recorder {
     }
 
     /// Starts the thread, which does all the rest.
-    fn launch(&self, agent: &Agent, host: Host, folder: &Path, targets: Vec<Target>) {
+    fn launch(&self, agent: &Agent, mut host: Host, folder: &Path, targets: Vec<Target>) {
         let mut state = self.state();
         if state.thread.is_some() {
             return;
@@ -280,6 +281,9 @@ impl Recorder {
             for own in misspelt(&state.settings.selection, agent.board()) {
                 agent.logger().log(agent.now(), Level::Warn, &format!("{own}: {}", own.help));
             }
+        }
+        if state.settings.flight.enabled {
+            host.began = Some((agent.now(), Preface::new(&host, &agent.composer(), false, false)));
         }
         let host = Arc::new(host);
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };

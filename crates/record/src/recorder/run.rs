@@ -18,6 +18,7 @@ pub(super) fn unwritten(board: &Board) -> BTreeMap<String, String> {
 }
 
 /// What stands at the beginning of a file.
+#[derive(Clone)]
 pub(super) struct Preface {
     /// What is added to the agent's time for that of the file.
     pub epoch: u64,

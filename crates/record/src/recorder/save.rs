@@ -14,6 +14,7 @@ use slate_runtime::configuration::FlightTrigger;
 use slate_runtime::recording::SavedFlight;
 
 use super::file::{File, Limits};
+use super::first::preface;
 use super::flight::Captured;
 use super::host::Host;
 use super::hub::Sink;
@@ -100,7 +101,7 @@ impl Saves {
 
     fn save(&self, save: &Save, most: u64) {
         let Some(composer) = self.host.composer.upgrade() else { return };
-        let preface = Preface::new(&self.host, &composer, false, false);
+        let preface = preface(&self.host, &composer, &save.captured);
         drop(composer);
         let why = [
             ("trigger", save.trigger.name().to_owned()),
@@ -171,7 +172,7 @@ pub(super) fn save_to(
     limits: Limits,
     captured: &Captured,
 ) -> Result<SavedFlight, String> {
-    let preface = Preface::new(host, composer, false, false);
+    let preface = preface(host, composer, captured);
     let disk =
         OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| error.to_string())?;
     let why = [("trigger", "a tool".to_owned()), ("time_ns", host.now().to_string())];

@@ -125,8 +125,9 @@ impl Player {
         let changes = reel.timeline.changes.drain(..).filter(of_modules);
         let changes: VecDeque<_> =
             changes.map(|(cycle, time, change)| (if is_lockstep { cycle } else { time }, change)).collect();
-        // Cycles are counted from the beginning.
-        let skipped = reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
+        // Cycles are counted from the beginning of the run.
+        let before = run.as_ref().map_or(0, |run| run.cycles_before(span.0, full.period().value));
+        let skipped = before + reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
         if is_lockstep && !begins && !reel.is_each_known && !changes.is_empty() {
             misses.push(
                 "what was changed in them can't be made again, as not every cycle before --start is known"

@@ -168,6 +168,13 @@ impl Run {
         self.about("begins") != "in the run"
     }
 
+    /// How many cycles it had made before the one of the first value. Where a recording begins while the agent runs, the time of that
+    /// value says it, as cycles went on while its file was made.
+    pub(super) fn cycles_before(&self, first: u64, period: u64) -> u64 {
+        let is_late = !["", "0"].contains(&self.about("from_cycle"));
+        if is_late { first.saturating_add(period / 2).checked_div(period).unwrap_or_default() } else { 0 }
+    }
+
     /// What is missing, in words, when the recording was begun while the agent ran.
     pub(super) fn late_begin(&self) -> Option<String> {
         let cycle = self.about("from_cycle");

@@ -85,6 +85,30 @@ impl Module for Sum {
     }
 }
 
+/// What it reads and writes.
+#[ports]
+pub struct ScaleIo {
+    number: Input<Number>,
+    scaled: Output<Number>,
+}
+
+/// Multiplies what it reads, and remembers nothing.
+pub struct Scale;
+
+#[module(stage = Think)]
+impl Module for Scale {
+    type Io = ScaleIo;
+    type Params = SumParams;
+    type State = ();
+
+    fn tick(_: &mut (), io: &ScaleIo, params: &SumParams, _: &Tick) -> Outcome {
+        if let Some(number) = io.number.fresh() {
+            io.scaled.set(Number { value: number.value * params.gain });
+        }
+        Outcome::Ok
+    }
+}
+
 /// What it reads, all of it.
 #[ports]
 pub struct GathererIo {
@@ -113,10 +137,15 @@ impl Module for Gatherer {
 pub fn plugins() -> Vec<Plugin> {
     vec![Plugin::new(
         "test",
-        [Plugin::linked::<Source>(), Plugin::linked::<Sum>(), Plugin::linked::<Gatherer>()]
-            .iter()
-            .flat_map(Plugin::kinds)
-            .cloned(),
+        [
+            Plugin::linked::<Source>(),
+            Plugin::linked::<Sum>(),
+            Plugin::linked::<Scale>(),
+            Plugin::linked::<Gatherer>(),
+        ]
+        .iter()
+        .flat_map(Plugin::kinds)
+        .cloned(),
     )]
 }
 

@@ -1,0 +1,84 @@
+//! What the last seconds say of the run: how it was when the first value that they have was written.
+
+use std::collections::BTreeMap;
+
+use slate_runtime::Composer;
+use slate_runtime::configuration::Value;
+use slate_runtime::recording::configuration;
+
+use super::flight::{Captured, Past};
+use super::host::Host;
+use super::run::{CONFIGURATION, Preface};
+
+/// What stands at the beginning of a file with the last seconds. What was changed within them is told among them.
+pub(super) fn preface(host: &Host, composer: &Composer, captured: &Captured) -> Preface {
+    let now = || Preface::new(host, composer, false, false);
+    let Some((began, first)) = &host.began else { return now() };
+    // New code brings modules with settings of their own: what holds now is nearer to it than what held at the beginning.
+    let known = if captured.past.has_new_code { None } else { changed(first, &captured.past) };
+    let mut preface = known.unwrap_or_else(now);
+    let from_cycle = |(name, run): &(&str, BTreeMap<String, String>)| {
+        (*name == "run").then(|| run.get("from_cycle")?.parse::<u64>().ok()).flatten()
+    };
+    let before = first.metadata.iter().find_map(from_cycle).unwrap_or_default();
+    let since = captured.from.saturating_sub(*began).saturating_add(host.period / 2);
+    // On the wall clock a cycle may have been left out, but never the first one.
+    let since = since.checked_div(host.period).unwrap_or_default().max(1);
+    let since = if captured.past.is_there { since } else { 0 };
+    for (_, run) in preface.metadata.iter_mut().filter(|(name, _)| *name == "run") {
+        run.insert("from_cycle".into(), before.saturating_add(since).to_string());
+    }
+    preface
+}
+
+/// As it was at the beginning, but for settings that were changed since; nothing when that is no configuration.
+fn changed(first: &Preface, past: &Past) -> Option<Preface> {
+    let mut preface = first.clone();
+    if past.settings.is_empty() {
+        return Some(preface);
+    }
+    let (name, _, bytes) = preface.attachments.iter_mut().find(|(name, ..)| name == CONFIGURATION)?;
+    let text = with(&String::from_utf8_lossy(bytes), past);
+    let current = configuration(name, &text, Vec::new()).ok()?.current();
+    *bytes = text.into_bytes();
+    for (_, links) in preface.metadata.iter_mut().filter(|(name, _)| *name == "links") {
+        let own = current.links().iter();
+        *links = own.map(|link| (link.to.value.clone(), link.from.value.to_string())).collect();
+    }
+    Some(preface)
+}
+
+/// A configuration, a line for each setting, with what was changed.
+fn with(text: &str, past: &Past) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for (path, value) in &past.settings {
+        let value = match value {
+            Some(value) => value.as_str(),
+            // The input itself, and none of the options of its link.
+            None if path.starts_with("links.") && path.ends_with('"') => "false",
+            None => continue,
+        };
+        // A switch that is past the configuration.
+        let paths = match path.strip_suffix("/enabled") {
+            Some(module) if !module.contains('.') => {
+                let quoted = Value::Text(module.into());
+                vec![format!("modules.{quoted}.enabled"), format!("modules.{module}.enabled")]
+            }
+            _ => vec![path.clone()],
+        };
+        // A link may have had options, each with a line, and what has no settings at all has one too.
+        let is_replaced = |line: &str| {
+            let own = line.split_once(" = ").map_or(line, |(own, _)| own);
+            paths.iter().any(|path| own == path || is_below(own, path) || is_below(path, own))
+        };
+        lines.retain(|line| !is_replaced(line));
+        lines.push(format!("{} = {value}", paths[0]));
+    }
+    lines.push(String::new());
+    lines.join("\n")
+}
+
+/// Whether a path is that of a setting within what another one names.
+fn is_below(path: &str, other: &str) -> bool {
+    path.strip_prefix(other).is_some_and(|rest| rest.starts_with('.'))
+}
