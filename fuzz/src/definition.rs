@@ -80,7 +80,8 @@ fn shown(text: &str, messages: &[&[u8]]) {
     for message in messages {
         let mut out = Vec::new();
         if shown.encode(message, &mut out).is_ok() {
-            assert!(left.decode(&out).is_ok(), "what is left of a message can't be read");
+            let read = left.decode(&out);
+            assert!(read.is_ok(), "what is left of a message can't be read: {read:?}");
         }
     }
 }

@@ -50,6 +50,8 @@ impl Shown {
     /// # Errors
     /// When it is no message of the whole definition; `out` has a part of it then.
     pub fn encode(&self, message: &[u8], out: &mut Vec<u8>) -> Result<(), Error> {
+        // Bytes are copied without a look at what they mean.
+        self.schema.check(message)?;
         let (mut reader, mut writer) = (Reader::new(message)?, Writer::new(out));
         let mut room = message.len();
         self.schema.copy_record(&mut reader, &mut writer, 0, &mut room)?;

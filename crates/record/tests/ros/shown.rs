@@ -105,6 +105,16 @@ fn padded(text: &str) -> String {
     text.replace("a_package/", "slate_msgs/").lines().map(line).collect()
 }
 
+#[test]
+fn of_a_message_that_cannot_be_read_nothing_is_shown() {
+    let text = "bool fixed\nuint8[7] reserved\n".into();
+    let definition = Definition { name: "slate_msgs/msg/Thing".into(), text };
+    let shown = Shown::of(&definition).unwrap().unwrap();
+    let encode = |fixed: u8| shown.encode(&[&[0, 1, 0, 0, fixed][..], &[0; 7]].concat(), &mut Vec::new());
+    assert_eq!(encode(1), Ok(()));
+    assert!(encode(255).unwrap_err().to_string().contains("a truth value is 255"));
+}
+
 proptest! {
     /// What others write into a file under a name of Slate's is no harm.
     #[test]
