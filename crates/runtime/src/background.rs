@@ -1,7 +1,7 @@
 //! Threads beside the loop that are in no hurry.
 
-/// Lets this thread, and those that it starts, wake up behind all others: it runs at once where a processor is free, and takes none
-/// away from a thread that is at work. So a recorder or a log never interrupts a tick.
+/// Lets this thread, and those that it starts, wake up behind all others: it runs at once where a processor is free, and its waking
+/// takes none away from a thread that is at work, such as the loop.
 ///
 /// It is Linux's `SCHED_BATCH`, also where the agent was started in real time. Where the system refuses or knows no such thing, the
 /// thread stays as it is.

@@ -9,8 +9,7 @@ use slate_blackboard::interface::{AccessError, Descriptor, View, find};
 use slate_blackboard::{Access, BoardError};
 use slate_runtime::recording::{History, HistoryWish, RecordingRefusal};
 
-use super::values::SELECTION;
-use super::values::{own_path, url};
+use super::values::{SELECTION, own_path, url};
 use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::Answer;

@@ -98,6 +98,14 @@ impl Flight {
         settings.enabled.then_some(flight)
     }
 
+    fn wants(&mut self, id: u32, channel: &Channel) -> bool {
+        let place = id as usize;
+        if self.wanted.len() <= place {
+            self.wanted.resize(place + 1, None);
+        }
+        *self.wanted[place].get_or_insert_with(|| (self.wants)(channel))
+    }
+
     /// Takes a value, if it is one that is kept: a recording may have asked for it alone.
     pub fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         if channel.is_some_and(|channel| !self.wants(id, channel)) {
@@ -233,16 +241,6 @@ impl Piece {
         let (head, behind) = self.bytes.get(place as usize..)?.split_first_chunk::<HEAD>()?;
         let head = Head::from_bytes(head);
         Some((head, behind.get(..head.length as usize)?))
-    }
-}
-
-impl Flight {
-    fn wants(&mut self, id: u32, channel: &Channel) -> bool {
-        let place = id as usize;
-        if self.wanted.len() <= place {
-            self.wanted.resize(place + 1, None);
-        }
-        *self.wanted[place].get_or_insert_with(|| (self.wants)(channel))
     }
 }
 
