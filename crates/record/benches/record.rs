@@ -121,10 +121,22 @@ fn folder() -> PathBuf {
     folder.join(format!("slate-bench-{}", std::process::id()))
 }
 
-/// One cycle of the caterpillar a millisecond or so, with and without a recording, in turn. Where nobody waits in between,
-/// it is the recorder that is measured, as in lockstep it is waited for.
+/// One cycle of the caterpillar after the other, with and without a recording, in turn. Where nobody waits in between, it is
+/// the recorder that is measured, as in lockstep it is waited for.
 fn ticks(long: bool) {
-    let (rounds, steps) = if long { (100, 2000) } else { (10, 2000) };
+    let rounds = if long { 100 } else { 10 };
+    cycles("ten thousand a second, the processor never asleep", rounds, 2000, |start| {
+        while start.elapsed() < Duration::from_micros(100) {
+            std::hint::spin_loop();
+        }
+    });
+    // As on a robot: what it needs comes from memory that others have used meanwhile.
+    cycles("a thousand a second, asleep in between", rounds, 200, |start| {
+        std::thread::sleep(Duration::from_millis(1).saturating_sub(start.elapsed()));
+    });
+}
+
+fn cycles(pace: &str, rounds: usize, steps: usize, wait: impl Fn(Instant)) {
     let settings = Record::default();
     let with = |flight: bool, enabled: bool| {
         let mut settings = settings.clone();
@@ -160,13 +172,11 @@ fn ticks(long: bool) {
                 if round > 0 {
                     times.push(end.as_nanos() as u64);
                 }
-                while start.elapsed() < Duration::from_micros(100) {
-                    std::hint::spin_loop();
-                }
+                wait(start);
             }
         }
     }
-    println!("one cycle of {MODULES} modules in a row:");
+    println!("one cycle of {MODULES} modules in a row, {pace}:");
     for (name, recorder, mut agent, times) in agents {
         report(name, times);
         if let Some(Some(recorded)) = recorder.map(|recorder| recorder.finish(&mut agent)) {

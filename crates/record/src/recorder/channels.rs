@@ -129,7 +129,7 @@ pub(super) struct PropertyTap {
 impl Tap for PropertyTap {
     fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
         if self.wanted.load(Ordering::Relaxed)
-            && !self.hub.push(self.id, items as u32, stamp.sequence, stamp.time, bytes)
+            && !self.hub.push(self.id, items as u32, stamp.sequence, stamp.time, [bytes])
         {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
@@ -139,7 +139,7 @@ impl Tap for PropertyTap {
         let sent = Sent { time: message.time(), sender: message.sender() }.to_bytes();
         let (items, sequence) = (message.items() as u32, message.sequence());
         if self.wanted.load(Ordering::Relaxed)
-            && !self.hub.push_parts(self.id, items, sequence, now, &sent, message.bytes())
+            && !self.hub.push(self.id, items, sequence, now, [sent.as_slice(), message.bytes()])
         {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }

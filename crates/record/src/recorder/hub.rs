@@ -10,7 +10,7 @@ use slate_blackboard::channel::Tap;
 use slate_blackboard::{Property, Stamp};
 
 use super::channels::{Channel, PropertyTap};
-use super::ring::{HEAD, Head, Inlet, Outlet, ring, warm_ring};
+use super::ring::{Head, Inlet, Outlet, ring, warm_ring};
 
 /// What every value of an agent goes through.
 pub(crate) struct Hub {
@@ -214,36 +214,49 @@ impl Hub {
         self.channels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Hands a value over; false when there is no room for it.
-    pub fn push(&self, id: u32, items: u32, sequence: u64, time: u64, bytes: &[u8]) -> bool {
-        self.push_parts(id, items, sequence, time, &[], bytes)
-    }
-
-    /// As [`push`](Hub::push), in two parts.
-    pub fn push_parts(
+    /// Hands a value over, whose bytes come in parts; false when there is no room for it.
+    #[inline]
+    pub fn push<const PARTS: usize>(
         &self,
         id: u32,
         items: u32,
         sequence: u64,
         time: u64,
-        first: &[u8],
-        bytes: &[u8],
+        parts: [&[u8]; PARTS],
     ) -> bool {
         if !self.is_on.load(Ordering::Relaxed) {
             return true;
         }
-        let Ok(length) = u32::try_from(first.len() + bytes.len()) else { return false };
+        let length = parts.iter().map(|part| part.len()).sum::<usize>();
+        let Ok(length) = u32::try_from(length) else { return false };
         let head = Head { id, items, length, sequence, time };
         // Nothing else of this thread writes values meanwhile, and at its end it is too late.
         let push = |own: &RefCell<Vec<Own>>| match own.try_borrow_mut() {
-            Ok(mut own) => self.push_to(&mut own, head, first, bytes),
+            Ok(mut own) => self.push_to(&mut own, head, parts),
             Err(_) => false,
         };
         OWN.try_with(push).unwrap_or(false)
     }
 
-    fn push_to(&self, own: &mut Vec<Own>, head: Head, first: &[u8], bytes: &[u8]) -> bool {
-        let needed = HEAD + first.len() + bytes.len();
+    #[inline]
+    fn push_to<const PARTS: usize>(&self, own: &mut Vec<Own>, head: Head, parts: [&[u8]; PARTS]) -> bool {
+        if let Some(own) = own.iter_mut().find(|own| own.hub == self.number)
+            && own.inlet.push(head, parts)
+        {
+            return true;
+        }
+        self.push_with_patience(own, head, parts)
+    }
+
+    /// Where the ring of this thread has no room, or there is none yet.
+    #[cold]
+    fn push_with_patience<const PARTS: usize>(
+        &self,
+        own: &mut Vec<Own>,
+        head: Head,
+        parts: [&[u8]; PARTS],
+    ) -> bool {
+        let needed = head.length as usize;
         loop {
             let Some(place) = own.iter().position(|own| own.hub == self.number) else {
                 own.retain(|own| !own.inlet.is_abandoned());
@@ -251,7 +264,7 @@ impl Hub {
                 continue;
             };
             let inlet = &mut own[place].inlet;
-            if inlet.push(head, first, bytes) {
+            if inlet.push(head, parts) {
                 return true;
             }
             let has_begun = self.reader.get().is_some();
@@ -303,7 +316,7 @@ impl Hub {
     /// Hands something over that is encoded already.
     pub fn push_whole(&self, id: u32, time: u64, bytes: &[u8]) {
         if self.listens.load(Ordering::Relaxed) {
-            self.push(id, 0, 0, time, bytes);
+            self.push(id, 0, 0, time, [bytes]);
         }
     }
 
@@ -349,7 +362,7 @@ impl Drain {
             while budget > 0
                 && let Some(head) = outlet.pop(&mut self.bytes)
             {
-                budget = budget.saturating_sub(HEAD + self.bytes.len());
+                budget -= 1;
                 found = true;
                 let index = head.id as usize;
                 if index >= self.channels.len() && head.id < OTHERS {

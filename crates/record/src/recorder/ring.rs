@@ -1,4 +1,4 @@
-//! The memory in which one thread hands values over: a ring of bytes, in which each value stands behind a head.
+//! The memory in which one thread hands values over to the recorder.
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -35,107 +35,190 @@ impl Head {
     }
 }
 
-/// A ring of so many bytes.
+/// A value in one cache line, which a thread writes without looking back at it.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Line {
+    time: u64,
+    sequence: u64,
+    id: u32,
+    items: u16,
+    /// Bytes of the value, or [`BESIDE`].
+    length: u16,
+    /// The bytes of a small value. Of a larger one its items and its length, as its bytes are in the ring beside.
+    words: [u64; WORDS],
+}
+
+/// What most properties of a robot have: a velocity, a pose with its time, the timing of a module.
+const WORDS: usize = 5;
+
+/// The length of a value whose bytes are in the ring beside.
+const BESIDE: u16 = u16::MAX;
+
+/// What one thread hands over: a line for each value, and beside them a ring for so many bytes of larger ones.
 pub(super) fn ring(capacity: usize) -> (Inlet, Outlet) {
-    let (producer, consumer) = RingBuffer::new(capacity);
-    (Inlet { producer }, Outlet { consumer, head: None })
+    let (lines, lines_out) = RingBuffer::new(lines(capacity));
+    let (bytes, bytes_out) = RingBuffer::new(capacity);
+    (Inlet { lines, bytes }, Outlet { lines: lines_out, bytes: bytes_out })
+}
+
+/// As many lines as take the same memory.
+fn lines(capacity: usize) -> usize {
+    (capacity / size_of::<Line>()).max(1)
 }
 
 /// A ring of so many bytes whose memory is there, so that the first values in it cost no more than those after.
 pub(super) fn warm_ring(capacity: usize) -> (Inlet, Outlet) {
-    let (mut producer, mut consumer) = RingBuffer::new(capacity);
+    let (mut inlet, mut outlet) = ring(capacity);
+    // There is room, as it is empty and has as many places.
+    while inlet.lines.push(Line::EMPTY).is_ok() {}
+    while outlet.lines.pop().is_ok() {}
     for place in (0..capacity).step_by(PAGE) {
-        // There is room, as it is empty and has as many places.
-        let _ = producer.push_entire_slice(&[0; PAGE][..PAGE.min(capacity - place)]);
+        let _ = inlet.bytes.push_entire_slice(&[0; PAGE][..PAGE.min(capacity - place)]);
     }
-    while let Some(waiting) = Some(consumer.slots()).filter(|waiting| *waiting > 0) {
-        let _ = consumer.pop_entire_slice(&mut [0; PAGE][..PAGE.min(waiting)]);
+    while let Some(waiting) = Some(outlet.bytes.slots()).filter(|waiting| *waiting > 0) {
+        let _ = outlet.bytes.pop_entire_slice(&mut [0; PAGE][..PAGE.min(waiting)]);
     }
-    (Inlet { producer }, Outlet { consumer, head: None })
+    (inlet, outlet)
 }
-
-/// Values are small that have no more bytes than this, with their head.
-const SMALL: usize = 256;
 
 /// Bytes of a page of memory.
 const PAGE: usize = 4096;
 
+impl Line {
+    const EMPTY: Self = Self { time: 0, sequence: 0, id: 0, items: 0, length: 0, words: [0; WORDS] };
+
+    /// A small value.
+    #[inline]
+    fn small<const PARTS: usize>(head: Head, parts: [&[u8]; PARTS]) -> Option<Self> {
+        let (items, length) = (u16::try_from(head.items).ok()?, head.length as u16);
+        let words = match parts[..] {
+            [bytes] => words(bytes)?,
+            _ => {
+                let mut whole = [0; WORDS * size_of::<u64>()];
+                let mut rest = whole.as_mut_slice();
+                for part in parts {
+                    let (own, behind) = rest.split_at_mut_checked(part.len())?;
+                    own.copy_from_slice(part);
+                    rest = behind;
+                }
+                words(&whole)?
+            }
+        };
+        Some(Self { items, length, words, ..Self::of(head) })
+    }
+
+    /// A value whose bytes are in the ring beside.
+    fn large(head: Head) -> Self {
+        let mut words = [0; WORDS];
+        words[0] = u64::from(head.length) | u64::from(head.items) << 32;
+        Self { length: BESIDE, words, ..Self::of(head) }
+    }
+
+    fn of(Head { time, sequence, id, .. }: Head) -> Self {
+        Self { time, sequence, id, ..Self::EMPTY }
+    }
+
+    fn head(&self) -> Head {
+        let Self { time, sequence, id, .. } = *self;
+        let (items, length) = match self.length {
+            BESIDE => ((self.words[0] >> 32) as u32, self.words[0] as u32),
+            length => (self.items.into(), length.into()),
+        };
+        Head { id, items, length, sequence, time }
+    }
+}
+
+/// So many bytes in words, if there are no more. They go from word to word, as what is written byte by byte and then read
+/// as a whole has to wait for the writes.
+#[inline]
+fn words(bytes: &[u8]) -> Option<[u64; WORDS]> {
+    let mut words = [0; WORDS];
+    let (whole, rest) = bytes.as_chunks();
+    if whole.len() + usize::from(!rest.is_empty()) > WORDS {
+        return None;
+    }
+    for (word, bytes) in words.iter_mut().zip(whole) {
+        *word = u64::from_le_bytes(*bytes);
+    }
+    if !rest.is_empty() {
+        words[whole.len()] = rest.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
+    }
+    Some(words)
+}
+
 /// The end of a thread that writes values.
 pub(super) struct Inlet {
-    producer: Producer<u8>,
+    lines: Producer<Line>,
+    bytes: Producer<u8>,
 }
 
 impl Inlet {
-    /// How many bytes it can hold.
+    /// How many bytes of large values it can hold, and of lines.
     pub fn capacity(&self) -> usize {
-        self.producer.buffer().capacity()
+        self.bytes.buffer().capacity()
     }
 
     /// Whether nobody takes values out of it any more.
     pub fn is_abandoned(&self) -> bool {
-        self.producer.is_abandoned()
+        self.lines.is_abandoned()
     }
 
-    /// Puts a value in two parts in, if there is room.
+    /// Puts a value in, whose bytes come in parts, if there is room.
     #[inline]
-    pub fn push(&mut self, head: Head, first: &[u8], bytes: &[u8]) -> bool {
-        let needed = HEAD + first.len() + bytes.len();
-        // The first look costs nothing.
-        if self.producer.cached_slots() < needed && self.producer.slots() < needed {
+    pub fn push<const PARTS: usize>(&mut self, head: Head, parts: [&[u8]; PARTS]) -> bool {
+        match Line::small(head, parts) {
+            Some(line) => self.push_line(line),
+            None => self.push_large(head, &parts),
+        }
+    }
+
+    #[inline]
+    fn push_line(&mut self, line: Line) -> bool {
+        // In place: pushing it alone would copy it once more.
+        self.lines.write_chunk_uninit(1).is_ok_and(|place| place.fill_from_iter([line]) == 1)
+    }
+
+    /// One that is too large for a line. Its bytes come first, so that whoever finds the line finds them.
+    fn push_large(&mut self, head: Head, parts: &[&[u8]]) -> bool {
+        if self.lines.is_full() || self.bytes.slots() < head.length as usize {
             return false;
         }
-        let mut whole = [0; SMALL];
-        if let Some(value) = whole.get_mut(..needed) {
-            // At once: the ring is looked at and moved on once, and not three times.
-            let (own, rest) = value.split_at_mut(HEAD);
-            let (one, other) = rest.split_at_mut(first.len());
-            own.copy_from_slice(&head.to_bytes());
-            one.copy_from_slice(first);
-            other.copy_from_slice(bytes);
-            return self.producer.push_entire_slice(value).is_ok();
-        }
-        let head = self.producer.push_entire_slice(&head.to_bytes());
-        let first = head.and_then(|()| self.producer.push_entire_slice(first));
-        first.and_then(|()| self.producer.push_entire_slice(bytes)).is_ok()
+        // As there is room, and nobody else puts anything in.
+        let all = parts.iter().all(|part| self.bytes.push_entire_slice(part).is_ok());
+        all && self.push_line(Line::large(head))
     }
 }
 
 /// The end of the recorder's thread.
 pub(super) struct Outlet {
-    consumer: Consumer<u8>,
-    /// That of a value which was not there as a whole.
-    head: Option<Head>,
+    lines: Consumer<Line>,
+    bytes: Consumer<u8>,
 }
 
 impl Outlet {
-    /// Bytes that wait.
+    /// Values that wait.
     pub fn waiting(&self) -> usize {
-        self.consumer.slots()
+        self.lines.slots()
     }
 
     /// Whether nobody puts values in any more.
     pub fn is_abandoned(&self) -> bool {
-        self.consumer.is_abandoned()
+        self.lines.is_abandoned()
     }
 
     /// Takes the next value out, into `bytes`.
     pub fn pop(&mut self, bytes: &mut Vec<u8>) -> Option<Head> {
-        let head = match self.head {
-            Some(head) => head,
-            None => {
-                let mut own = [0; HEAD];
-                self.consumer.pop_entire_slice(&mut own).ok()?;
-                *self.head.insert(Head::from_bytes(&own))
-            }
-        };
-        let length = head.length as usize;
-        if self.consumer.slots() < length {
-            return None;
+        let line = self.lines.pop().ok()?;
+        let head = line.head();
+        if line.length == BESIDE {
+            // Never more than the ring has.
+            bytes.resize(head.length as usize, 0);
+            self.bytes.pop_entire_slice(bytes).ok()?;
+        } else {
+            bytes.clear();
+            bytes.extend(line.words.iter().flat_map(|word| word.to_le_bytes()).take(head.length as usize));
         }
-        // Never more than the ring has.
-        bytes.resize(length, 0);
-        self.consumer.pop_entire_slice(bytes).ok()?;
-        self.head = None;
         Some(head)
     }
 }

@@ -31,7 +31,7 @@ const PERIOD: Duration = Duration::from_millis(1);
 
 /// Tells who compares that a cycle was made, and what was changed after it.
 pub(super) fn mark(hub: &Hub, cycle: u64, time: u64) {
-    hub.push(CYCLE, 0, cycle, time, &[]);
+    hub.push(CYCLE, 0, cycle, time, []);
 }
 
 /// Compares what the second run writes.
