@@ -100,7 +100,7 @@ pub fn check_leading(words: &[OsString], command: &Command) -> Result<(), Failur
     let of_verb: Vec<_> = of_verb.map(|name| format!("--{name}")).collect();
     let known = LEADING.into_iter().filter(|name| name.starts_with("--"));
     let near = nearest_names(option, known.chain(of_verb.iter().map(String::as_str)));
-    let near = near.first().map(|near| match verb.filter(|_| of_verb.contains(near)) {
+    let near = near.first().map(|near| match verb.filter(|_| !LEADING.contains(&near.as_str())) {
         Some(verb) => format!("slate {} {near}", verb.get_name()),
         None => near.clone(),
     });

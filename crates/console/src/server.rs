@@ -167,6 +167,7 @@ impl Console {
             Arc::clone(agent.logger()),
             agent.is_lockstep(),
             documents,
+            settings.operable.clone(),
             session,
         );
         let hall = Arc::new(Hall {

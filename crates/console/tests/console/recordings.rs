@@ -151,6 +151,21 @@ fn an_answer_of_the_past_has_a_bound_and_says_where_to_go_on() {
 }
 
 #[test]
+fn what_the_last_seconds_leave_out_is_said_with_the_reason() {
+    let text = "[record]\nexclude = [\"/sensor/place\"]\n[record.flight]\nlargest = \"1KiB\"";
+    let run = Running::start_with("flight-largest", &format!("{CONFIGURATION}\n[console]\nport = 0\n{text}"));
+    let ask = |path: &str| run.get(&format!("/history/{}/{path}", run.name()));
+    let problem = ask("sensor/image").problem(409);
+    assert!(
+        problem.contains("/sensor/image") && problem.contains("record.flight.largest is 1024"),
+        "{problem}"
+    );
+    let problem = ask("sensor/place").problem(409);
+    assert!(problem.contains("/sensor/place, which [record] does not choose"), "{problem}");
+    assert!(ask("sensor/count").json()["count"].as_u64() > Some(1));
+}
+
+#[test]
 fn an_agent_that_keeps_nothing_says_how_it_would() {
     let run = Running::start_with(
         "no-flight",

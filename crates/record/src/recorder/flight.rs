@@ -245,9 +245,14 @@ impl Piece {
 }
 
 impl Captured {
+    /// The channel of the property at a path, the last one if there were several.
+    pub fn channel(&self, path: &str) -> Option<&Channel> {
+        self.channels.iter().rev().find(|channel| channel.path == path)
+    }
+
     /// Tells what is asked for of the property at a path, if that is kept.
     pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Option<History> {
-        let own = self.channels.iter().rev().find(|channel| channel.path == wish.path)?;
+        let own = self.channel(&wish.path)?;
         // A module that was loaded anew writes the same property, as long as it has the same interface.
         let descriptor = own.descriptor;
         let is_own =
