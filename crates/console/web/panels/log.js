@@ -32,7 +32,10 @@ function Panel({ options, setOptions }) {
   const [before, setBefore] = useState([]);
   const level = options.level ?? "info";
   // What is looked at instead of the present, if anything is.
-  const moment = isPast() ? clock.now : playback ? playback.begin + playback.time : null;
+  const isStill = isPast() || Boolean(playback?.is_paused);
+  // Of one that is played on, its lines come before it is known how far it is.
+  const lead = isStill ? 0 : 1e9 * (playback?.rate ?? Infinity);
+  const moment = isPast() ? clock.now : playback ? playback.begin + playback.time + lead : null;
   useEffect(() => onConnection(() => redraw((count) => count + 1)), []);
   useEffect(() => {
     setBefore([]);
@@ -64,9 +67,9 @@ function Panel({ options, setOptions }) {
   useEffect(() => {
     if (!scroll.current) return;
     const mark = scroll.current.querySelector(".looked-at");
-    if (!mark && !paused) scroll.current.scrollTop = scroll.current.scrollHeight;
+    if (!(mark && isStill) && !paused) scroll.current.scrollTop = scroll.current.scrollHeight;
     // What was just then is read at the bottom.
-    else if (mark && marked.current !== moment) mark.scrollIntoView({ block: "end" });
+    else if (mark && isStill && marked.current !== moment) mark.scrollIntoView({ block: "end" });
     marked.current = mark ? moment : null;
   });
   const wanted = text.toLowerCase();
@@ -99,7 +102,7 @@ function Panel({ options, setOptions }) {
     }
   };
   const later = moment === null ? -1 : shown.findIndex((line) => line.time > moment);
-  const mark = html`<tr class="looked-at" key="looked-at"><td colspan="4">${time(moment ?? 0)} is looked at${later < 0 ? "" : "; what follows was later"}</td></tr>`;
+  const mark = html`<tr class="looked-at" key="looked-at"><td colspan="4">${isStill ? `${time(moment)} is looked at${later < 0 ? "" : "; what follows was later"}` : "What follows was later"}</td></tr>`;
   // Who scrolls back wants to read.
   const scrolled = ({ target }) => setPaused(target.scrollHeight - target.scrollTop - target.clientHeight > 30);
   return html`
@@ -115,7 +118,7 @@ function Panel({ options, setOptions }) {
       ${lines && !shown.length && html`<${Empty}>${all.length ? "No line has that." : "No line yet of this level."}</${Empty}>`}
       <table class="log"><tbody>
         ${shown.map((line, place) => html`${place === later && mark}<tr key=${line.sequence} data-level=${line.level.toLowerCase()} data-later=${moment !== null && line.time > moment ? "true" : undefined} aria-selected=${line.sequence === chosen ? "true" : undefined} onClick=${() => { setPaused(true); setChosen(line.sequence); }} onDblClick=${() => jump(line.time)}>
-          <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}${moment !== null && later < 0 && mark}
+          <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}${isStill && later < 0 && mark}
       </tbody></table>
     </div>`;
 }

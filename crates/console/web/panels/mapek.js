@@ -69,7 +69,7 @@ function Robot({ robot, isAllowed, fail }) {
       <div class="stage plan"><h3>Plan</h3>${cards(Plan, deliberative)}
         <p class="muted" title="What was planned before the last reflex or failure comes too late">${status ? `${status.ticket} actions planned, ${status.epoch} reflexes and failures${status.replan ? "; a new plan is wanted" : ""}` : ""}</p></div>
       <div class="stage execute"><h3>Execute</h3>
-        ${executes.map(({ name, outputs }) => html`<article class="block" key=${name} data-active=${route ?? ""}><header><b>${name.slice(name.lastIndexOf("/") + 1)}</b> ${readings[robot.status] && html`<${Age} time=${readings[robot.status].time} limit=${1} />`}</header>
+        ${executes.map(({ name, outputs }) => html`<article class="block" key=${name} data-active=${route ?? ""}><header><b>${name.slice(name.lastIndexOf("/") + 1)}</b> ${readings[robot.status] && html`<${Age} time=${readings[robot.status].time} />`}</header>
           <${Execute} status=${status} />
           ${outputs.filter(({ path }) => path !== robot.status).map(({ path, interface: name }) => html`<button class="output" key=${path} onClick=${() => select(path)}><span class="muted">${path.split("/").at(-1)}</span><span class="number">${readings[path] ? brief(readings[path].value, interfaces[name]) : "none yet"}</span>
             ${readings[path] && html`<${Age} time=${readings[path].time} />`}</button>`)}</article>`)}</div>
