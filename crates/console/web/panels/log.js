@@ -12,9 +12,9 @@ async function kept(agent, level) {
   return lines.filter((line) => LEVELS.indexOf(line.level) <= LEVELS.indexOf(level));
 }
 
-/** Lines in the order of time, each once: a recording that is played again tells them anew. */
-function ordered(lines) {
-  const known = new Map(lines.map((line) => [`${line.time} ${line.module} ${line.text}`, line]));
+/** Lines in the order of time, each once: a recording that is played again tells them anew, with other numbers. */
+function ordered(lines, isPlayed) {
+  const known = new Map(lines.map((line) => [isPlayed ? `${line.time} ${line.module} ${line.text}` : line.sequence, line]));
   return [...known.values()].sort((one, other) => one.time - other.time || one.sequence - other.sequence);
 }
 
@@ -73,7 +73,7 @@ function Panel({ options, setOptions }) {
     marked.current = mark ? moment : null;
   });
   const wanted = text.toLowerCase();
-  const all = moment === null ? (lines ?? []) : ordered([...before, ...(lines ?? [])]);
+  const all = moment === null ? (lines ?? []) : ordered([...before, ...(lines ?? [])], Boolean(playback));
   const shown = all.filter((line) => !wanted || line.module.toLowerCase().includes(wanted) || line.text.toLowerCase().includes(wanted));
   const choose = (step) => {
     const place = shown.findIndex(({ sequence }) => sequence === chosen);
