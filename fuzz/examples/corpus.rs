@@ -334,7 +334,7 @@ fn calls() {
         Call::ConfigDiff {},
         Call::ConfigRevert { path: text("") },
         Call::ConfigRefused {},
-        Call::ConfigSave { to: SaveTo::default() },
+        Call::ConfigSave { to: SaveTo::default(), dry_run: false },
         Call::PropertyList { pattern: Some(text("/**/timing")) },
         Call::SnapshotSave { file: "/x.snapshot".into() },
         Call::SnapshotLoad { file: "/x.snapshot".into() },

@@ -33,7 +33,7 @@ pub struct ConsoleOptions {
 pub fn console(options: &ConsoleOptions) -> Result<bool, Failure> {
     let access = options.agent.over_http(options.role)?;
     // What stands behind # stays in the browser.
-    let link = format!("{}/#token={}", access.address, access.token);
+    let link = format!("{}/#token={}", access.browser, access.token);
     match options.json {
         true => {
             let path = format!("{BASE}/agent");

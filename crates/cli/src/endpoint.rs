@@ -21,6 +21,8 @@ const FILE: &str = ".console";
 struct Endpoint {
     /// Such as `http://127.0.0.1:7878`.
     address: String,
+    /// The same by a name that its certificate holds.
+    browser: String,
     /// By the names of roles, from the lowest.
     tokens: BTreeMap<String, String>,
     /// Whose file it is.
@@ -78,7 +80,9 @@ impl Endpoint {
         Self::all().find(|endpoint| {
             let process = i32::try_from(endpoint.process).ok().and_then(Pid::from_raw);
             process.is_some_and(|process| test_kill_process(process).is_ok())
-                && endpoint.address.parse::<Address>().is_ok_and(|own| own.is_same(address))
+                && [&endpoint.address, &endpoint.browser]
+                    .into_iter()
+                    .any(|own| own.parse::<Address>().is_ok_and(|own| own.is_same(address)))
         })
     }
 
@@ -93,7 +97,8 @@ impl Endpoint {
 
     fn access(self, address: Address, role: Option<Role>) -> Result<Access, Failure> {
         let token = self.token(role).ok_or_else(|| no_token(role))?.to_owned();
-        Ok(Access { address, token, certificate: self.certificate.or_else(certificate) })
+        let browser = address.to_string();
+        Ok(Access { address, browser, token, certificate: self.certificate.or_else(certificate) })
     }
 }
 
@@ -103,8 +108,8 @@ impl Access {
         let process = Lock::holder(&folder().join(format!("{agent}.lock")));
         let found = Endpoint::all().find(|endpoint| Some(endpoint.process) == process);
         let endpoint = found.ok_or_else(|| Failure::NoConsole { agent: agent.into() })?;
-        let address = parse(&endpoint.address)?;
-        endpoint.access(address, role)
+        let (address, browser) = (parse(&endpoint.address)?, endpoint.browser.clone());
+        Ok(Self { browser, ..endpoint.access(address, role)? })
     }
 
     /// That of the agent at an address. Of one of this computer its certificate is known, and its secret unless one is given.
@@ -114,7 +119,8 @@ impl Access {
         match (given, Endpoint::at(&address)) {
             (Some(token), endpoint) => {
                 let known = endpoint.and_then(|endpoint| endpoint.certificate);
-                Ok(Self { address, token, certificate: known.or_else(certificate) })
+                let browser = address.to_string();
+                Ok(Self { address, browser, token, certificate: known.or_else(certificate) })
             }
             (None, Some(endpoint)) => endpoint.access(address, role),
             (None, None) if role.is_some() => Err(no_token(role)),

@@ -41,6 +41,8 @@ pub const ASSERTION_FALSE: u8 = 7;
 pub enum Failure {
     #[error("{}", said(.0).0)]
     Words(clap::Error),
+    #[error("there is no option `{option}` before a verb")]
+    Leading { option: String, near: Option<String>, verb: Option<String> },
     #[error("no example and no file is called `{name}`")]
     Unknown { name: String, help: String },
     #[error("the last seed of the batch is greater than {MAXIMUM_SEED}")]
@@ -322,6 +324,16 @@ impl Failure {
     fn help(&self) -> Option<String> {
         Some(match self {
             Self::Words(error) => said(error).1,
+            Self::Leading { near, verb, .. } => {
+                let meant = near.as_ref().map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+                let own = verb.as_ref().map(|verb| {
+                    format!("; the options of `{verb}` stand behind it, and `slate {verb} --help` lists them")
+                });
+                format!(
+                    "{meant}Before a verb there are --agent NAME, --color WHEN, --help and --version{}",
+                    own.unwrap_or_default()
+                )
+            }
             Self::NotStopped { .. } => "stop the robot by its own switch".into(),
             Self::Unknown { help, .. } => help.clone(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),

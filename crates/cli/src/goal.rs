@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::time::Duration;
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use slate::blackboard::is_within;
 use slate::runtime::remote::{Changed, Client, SetProperty, Watched};
 use slate::sim::world::{Bounds, World};
@@ -129,25 +129,17 @@ fn bounds(client: &mut Client) -> Option<Bounds> {
 
 fn set(client: &mut Client, target: &Target, options: &GoalOptions) -> Result<Vec<Changed>, Failure> {
     let GoalOptions { x, y, heading, .. } = options;
-    match &target.place {
-        Place::Input(url) => {
-            let mut value = json!({ "x": x, "y": y });
-            if let Some(heading) = heading {
-                value["theta"] = json!(heading);
-            }
-            match client.set_property(url, value)? {
-                SetProperty::Setting(changed) => Ok(changed),
-                SetProperty::Switch(_) => Ok(Vec::new()),
-            }
-        }
-        Place::Parameters => {
-            let module = Value::from(target.module.as_str());
-            let of =
-                |name: &str, value: &f64| (format!("modules.{module}.params.{name}"), format!("{value:?}"));
-            let heading = heading.as_ref().map(|heading| of("goal_theta", heading));
-            Ok(client
-                .set(&[of("goal_x", x), of("goal_y", y)].into_iter().chain(heading).collect::<Vec<_>>())?)
-        }
+    let parameters = format!("/{}/params", target.module);
+    let (url, names) = match &target.place {
+        Place::Input(url) => (url, ["x", "y", "theta"]),
+        Place::Parameters => (&parameters, ["goal_x", "goal_y", "goal_theta"]),
+    };
+    let values = names.into_iter().zip([Some(x), Some(y), heading.as_ref()]);
+    let value: Map<_, _> =
+        values.filter_map(|(name, value)| Some((name.to_owned(), json!(value?)))).collect();
+    match client.set_property(url, value.into())? {
+        SetProperty::Setting(changed) => Ok(changed),
+        SetProperty::Switch(_) => Ok(Vec::new()),
     }
 }
 

@@ -70,13 +70,12 @@ fn main() -> ExitCode {
     complete::answer();
     let arguments = match parsed() {
         Ok(arguments) => arguments,
-        Err(error) => {
-            // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
-            if !error.use_stderr() {
-                let _ = error.print();
-                return ExitCode::SUCCESS;
-            }
-            let failure = Failure::Words(error);
+        // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
+        Err(Failure::Words(error)) if !error.use_stderr() => {
+            let _ = error.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(failure) => {
             failure.print();
             return ExitCode::from(failure.code());
         }
@@ -92,7 +91,7 @@ fn main() -> ExitCode {
 }
 
 /// What was asked for, with help and complaints in the colours that were asked for, too.
-fn parsed() -> Result<Arguments, clap::Error> {
+fn parsed() -> Result<Arguments, Failure> {
     let words = words::with_agent_behind(words::of_stop(std::env::args_os().collect()));
     let is_said = |wanted: &str| words.iter().take_while(|word| *word != "--").any(|word| word == wanted);
     output::set_json(is_said("--json"));
@@ -109,7 +108,9 @@ fn parsed() -> Result<Arguments, clap::Error> {
         Some("never") => command.color(ColorChoice::Never),
         _ => command,
     };
-    let arguments = Arguments::from_arg_matches(&command.try_get_matches_from(words)?)?;
+    words::check_leading(&words, &command)?;
+    let matches = command.try_get_matches_from(words).map_err(Failure::Words)?;
+    let arguments = Arguments::from_arg_matches(&matches).map_err(Failure::Words)?;
     output::set_colour(arguments.color);
     Ok(arguments)
 }

@@ -2,9 +2,14 @@
 
 use std::ffi::OsString;
 
-use clap::ValueEnum;
+use clap::{Command, ValueEnum};
+use slate::blackboard::nearest_names;
 
+use crate::failure::Failure;
 use crate::output::Colour;
+
+/// The options that may stand before a verb.
+const LEADING: [&str; 6] = ["--agent", "--color", "--help", "-h", "--version", "-V"];
 
 /// How many words the option takes that the words begin with, if it is one that may stand before a verb.
 fn taken(words: &[OsString]) -> Option<usize> {
@@ -77,6 +82,30 @@ pub fn of_stop(words: Vec<OsString>) -> Vec<OsString> {
     options.push("--".into());
     options.extend(reason);
     options
+}
+
+/// Refuses an option before the verb that is none there, and says which one was meant: one of those, or one of the verb.
+pub fn check_leading(words: &[OsString], command: &Command) -> Result<(), Failure> {
+    let Some((option, behind)) = words.get(verb(words)..).and_then(<[OsString]>::split_first) else {
+        return Ok(());
+    };
+    let option = option.to_string_lossy();
+    let option = option.split_once('=').map_or(&*option, |(name, _)| name);
+    // Of those that are known the parser says what is wrong with them.
+    if !option.starts_with('-') || ["-", "--"].contains(&option) || LEADING.contains(&option) {
+        return Ok(());
+    }
+    let verb = behind.iter().find_map(|word| command.find_subcommand(word));
+    let of_verb = verb.into_iter().flat_map(Command::get_arguments).filter_map(|own| own.get_long());
+    let of_verb: Vec<_> = of_verb.map(|name| format!("--{name}")).collect();
+    let known = LEADING.into_iter().filter(|name| name.starts_with("--"));
+    let near = nearest_names(option, known.chain(of_verb.iter().map(String::as_str)));
+    let near = near.first().map(|near| match verb.filter(|_| !LEADING.contains(&near.as_str())) {
+        Some(verb) => format!("slate {} {near}", verb.get_name()),
+        None => near.clone(),
+    });
+    let verb = verb.map(|verb| verb.get_name().to_owned());
+    Err(Failure::Leading { option: option.to_owned(), near, verb })
 }
 
 /// A word that can be shown.

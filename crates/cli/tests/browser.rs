@@ -152,6 +152,33 @@ fn what_a_robot_believes_of_the_world_is_on_the_map_and_a_person_corrects_it() {
 }
 
 #[test]
+fn who_looks_back_sees_the_grid_map_of_then_or_is_told_that_it_is_of_now() {
+    let _turn = turn();
+    for (kept, largest) in [("false", "64KiB"), ("true", "128KiB")] {
+        let mut running = Running::new("browser-of-now");
+        let set = format!("record.flight.largest={largest:?}");
+        let link = open(&mut running, "mapping", &example("mapping/mapping.toml"), &["--set", &set]);
+        run(browser("of-now.cjs", &link, "mapping").env("KEPT", kept), "the page does not do what it shall");
+    }
+}
+
+#[test]
+fn what_is_saved_is_shown_first_and_then_stands_in_the_file_with_its_comments() {
+    let _turn = shared_turn();
+    let mut running = Running::new("browser-save");
+    let text = format!(
+        "# R2 where the floor is wet.\ninclude = [{:?}]\n\n[agent]\nname = \"wet\"\n\n[robots.r2.modules.planner.params]\n\
+         # Not faster.\nspeed = 0.3 # m/s\n",
+        example("exp1/exp1.toml")
+    );
+    let file = running.folder().join("robot.toml");
+    std::fs::write(&file, &text).unwrap();
+    let link = open(&mut running, "wet", "robot.toml", &ENDLESS);
+    visit("parameters.cjs", &link, "wet");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), text.replace("0.3", "0.2"));
+}
+
+#[test]
 fn images_are_shown_with_what_was_found_in_them() {
     let _turn = turn();
     let mut running = Running::new("browser-camera");

@@ -45,8 +45,12 @@ struct Elsewhere {
 
 impl Elsewhere {
     fn new(name: &str) -> Self {
+        Self::with(name, &[])
+    }
+
+    fn with(name: &str, arguments: &[&str]) -> Self {
         let mut agent = Running::new(name);
-        agent.start("exp1", &EXP1);
+        agent.start("exp1", &[&EXP1, arguments].concat());
         wait_for("its console", || agent.call(&["console"]).status.success());
         let address = json(&agent.call(&["console", "--json"]))["address"].as_str().unwrap().to_owned();
         let user = Running::new(&format!("{name}-user"));
@@ -371,6 +375,18 @@ fn a_command_whose_agent_ends_meanwhile_says_so() {
     says(&waiting.wait_with_output().unwrap(), 3, &["agent `exp1` does not answer"]);
 }
 
+#[test]
+fn an_operator_elsewhere_sets_the_goal_of_exp1_where_its_configuration_says_so() {
+    let operable = "console.operable=[\"/r2/knowledge/params/goal_x\", \"/r2/knowledge/params/goal_y\"]";
+    let all = Elsewhere::with("elsewhere-operable", &["--set", operable]);
+    assert!(all.done("operator", &["goal", "-0.5", "1.25", "--yes"]).contains("goal_y"));
+    let goal = json(&all.call("viewer", &["get", "/r2/knowledge/params", "--json"]));
+    assert!(goal.to_string().contains("\"goal_x\":-0.5,\"goal_y\":1.25"), "{goal}");
+    says(&all.call("operator", &["goal", "9", "0", "--yes"]), 5, &["outside"]);
+    says(&all.call("operator", &["set", "/r2/planner/params/speed", "0.3"]), 5, &["an operator may not"]);
+    says(&all.call("viewer", &["goal", "0", "0", "--yes"]), 5, &["a viewer may not"]);
+}
+
 /// Makes a certificate by OpenSSL, signed by itself or by an authority.
 fn certificate(folder: &Path, script: &str) {
     let made = Command::new("sh").args(["-ec", script]).current_dir(folder).output().unwrap();
@@ -415,9 +431,18 @@ fn an_agent_with_a_certificate_is_asked_over_tls_by_those_who_trust_it() {
         sets.iter().for_each(|set| arguments.extend(["--set", set]));
         agent.start("exp1", &arguments);
         wait_for("its console", || agent.call(&["console"]).status.success());
+        // A browser goes by a name that the certificate holds, programs of this computer by its address.
+        let held = if name == "own" { "robot.local" } else { "localhost" };
         let link = agent.done(&["console"]);
-        let address = link.split_once("/#").unwrap().0.to_owned();
-        assert!(address.starts_with("https://127.0.0.1:"), "{address}");
+        let port = link.strip_prefix(&format!("https://{held}:")).unwrap_or_else(|| panic!("{link}"));
+        let address = format!("https://127.0.0.1:{}", port.split_once("/#token=").unwrap().0);
+        if name != "old" {
+            let said = json(&agent.call(&["console", "--json"]));
+            assert_eq!(
+                (&said["address"], &said["link"]),
+                (&address.as_str().into(), &link.trim_end().into())
+            );
+        }
         let localhost = address.replace("127.0.0.1", "localhost");
         let call = |address: &str, trusted: Option<&str>, arguments: &[&str]| {
             let mut command = user.command(&[arguments, &["--agent", address]].concat());

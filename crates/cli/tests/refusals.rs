@@ -37,6 +37,14 @@ fn arguments_that_are_wrong_are_named() {
     refused("no_verb", &[], &["Usage"]);
     refused("no_name", &["run"], &["<NAME>"]);
     refused("verb", &["runn", "exp1"], &["runn", "run"]);
+    // Before a verb it is said which option was meant, also before a stop, whose words are its reason.
+    let leading = ["no option `--unknown`", "--agent NAME", "`slate stop --help`"];
+    refused("leading", &["--unknown", "stop"], &leading);
+    refused("leading_value", &["--unknown=3", "stop", "it", "smells"], &leading);
+    refused("leading_near", &["--agnt", "r2", "stop"], &["no option `--agnt`", "did you mean `--agent`?"]);
+    refused("leading_verb", &["--jsn", "stop"], &["no option `--jsn`", "did you mean `slate stop --json`?"]);
+    refused("leading_agent", &["--agent", "r2", "--colour", "list"], &["`--colour`", "mean `--color`?"]);
+    refused("leading_alone", &["-x"], &["no option `-x`", "--version"]);
     refused("mode", &["run", "exp1", "--mode", "stage"], &["staged", "threaded"]);
     refused("workers", &["run", "exp1", "--workers", "99"], &["99", "64"]);
     refused("rate_nan", &["run", "exp1", "--rate", "nan"], &["nan", "realtime"]);

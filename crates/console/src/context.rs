@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value as Json;
-use slate_blackboard::Board;
 use slate_blackboard::message::Sender;
+use slate_blackboard::{Board, Pattern};
 use slate_module::Level;
 use slate_runtime::log::Logger;
 use slate_runtime::remote::Desk;
@@ -46,6 +46,8 @@ pub(crate) struct Context {
     pub logger: Arc<Logger>,
     pub is_lockstep: bool,
     pub documents: Vec<Document>,
+    /// Parameters that an operator may set.
+    operable: Vec<Pattern>,
     /// Tells one run from another.
     pub session: String,
     /// Controls that are had over plain requests.
@@ -64,9 +66,11 @@ impl Context {
         logger: Arc<Logger>,
         is_lockstep: bool,
         documents: Vec<Document>,
+        operable: Vec<Pattern>,
         session: String,
     ) -> Self {
         Self {
+            operable,
             session,
             desk,
             logger,
@@ -85,6 +89,15 @@ impl Context {
 
     pub fn agent(&self) -> &str {
         self.board().agent()
+    }
+
+    /// Whether an operator may set what a value names of a setting: its fields if it has some, else the whole at the path.
+    pub fn is_operable(&self, path: &str, value: &Json) -> bool {
+        let is_named = |path: &str| self.operable.iter().any(|pattern| pattern.matches(path));
+        match value.as_object().filter(|fields| !fields.is_empty()) {
+            Some(fields) => fields.keys().all(|name| is_named(&format!("{path}/{name}"))),
+            None => is_named(path),
+        }
     }
 
     pub fn now(&self) -> u64 {

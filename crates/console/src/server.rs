@@ -141,19 +141,33 @@ impl Console {
             return Err(StartError::Exposed { address: *address });
         }
         let scheme = if tls.is_some() { "https" } else { "http" };
-        let hosts = listen::hosts(&addresses, &settings.names);
-        let shown = hosts.first().cloned().unwrap_or_default();
+        // Programs of this computer know the certificate, whatever it names, and not each name leads here.
+        let here = listen::hosts(&addresses, &settings.names).into_iter().next().unwrap_or_default();
+        let names: Vec<_> = settings.names.iter().cloned().chain(tls.iter().flat_map(Tls::names)).collect();
+        let hosts = listen::hosts(&addresses, &names);
+        let shown = match &tls {
+            None => here.clone(),
+            Some(tls) => listen::shown(&addresses, &hosts, |host| tls.holds(host)).unwrap_or_else(|| {
+                let message = format!(
+                    "the console's certificate holds no name by which this agent is called; browsers will refuse {here}. \
+                     Let `console.names` have one that it holds, or make one that holds these"
+                );
+                agent.logger().log(agent.now(), Level::Warn, &message);
+                here.clone()
+            }),
+        };
         let port = addresses.first().map_or(0, SocketAddr::port);
         let certificate = settings.certificate.as_ref().map(|(certificate, _)| certificate.as_path());
-        let address = format!("{scheme}://{shown}");
-        let file = tokens.write(agent.board().agent(), port, &address, certificate)?;
-        let link = format!("{scheme}://{shown}/#token={}", tokens.highest());
+        let [here, shown] = [here, shown].map(|host| format!("{scheme}://{host}"));
+        let file = tokens.write(agent.board().agent(), port, [&here, &shown], certificate)?;
+        let link = format!("{shown}/#token={}", tokens.highest());
         let session = Tokens::generate()?.session();
         let context = Context::new(
             Desk::new(agent),
             Arc::clone(agent.logger()),
             agent.is_lockstep(),
             documents,
+            settings.operable.clone(),
             session,
         );
         let hall = Arc::new(Hall {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::path::PathBuf;
 
+use slate_blackboard::Pattern;
 use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
 use slate_runtime::printable;
@@ -31,6 +32,8 @@ pub struct Settings {
     pub port: Option<u16>,
     /// The addresses that it listens at; those of this computer alone unless said.
     pub addresses: Vec<IpAddr>,
+    /// Parameters that an operator may set, such as `/r2/knowledge/params/goal_x`; all others are a developer's.
+    pub operable: Vec<Pattern>,
     /// By which names browsers may call it, beside `localhost` and the addresses.
     pub names: Vec<String>,
     /// Pages of others that may open WebSockets, such as `https://app.foxglove.dev`.
@@ -50,6 +53,7 @@ impl Default for Settings {
             enabled: None,
             port: None,
             addresses: vec![Ipv4Addr::LOCALHOST.into(), Ipv6Addr::LOCALHOST.into()],
+            operable: Vec::new(),
             names: Vec::new(),
             origins: Vec::new(),
             tokens: BTreeMap::new(),
@@ -59,8 +63,18 @@ impl Default for Settings {
     }
 }
 
-const KNOWN: [&str; 9] =
-    ["enabled", "port", "addresses", "names", "origins", "tokens", "certificate", "key", "assets"];
+const KNOWN: [&str; 10] = [
+    "enabled",
+    "port",
+    "addresses",
+    "names",
+    "operable",
+    "origins",
+    "tokens",
+    "certificate",
+    "key",
+    "assets",
+];
 
 impl Settings {
     /// What a configuration says in its table `[console]`, which it has to be read with as one of
@@ -124,6 +138,12 @@ impl Reader<'_> {
         }
         settings.names =
             self.texts(table, "names", "robot.local").into_iter().map(|(name, _)| name).collect();
+        for (text, span) in self.texts(table, "operable", "/r2/knowledge/params/goal_x") {
+            match Pattern::parse(&text) {
+                Ok(pattern) => settings.operable.push(pattern),
+                Err(error) => self.add(span, error.to_string(), "such as /r2/knowledge/params/goal_x"),
+            }
+        }
         for (origin, span) in self.texts(table, "origins", "https://app.foxglove.dev") {
             let rest = origin.strip_prefix("https://").or(origin.strip_prefix("http://"));
             if rest.is_none_or(|rest| rest.is_empty() || rest.contains('/')) {

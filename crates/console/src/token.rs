@@ -73,14 +73,14 @@ impl Tokens {
         self.0.values().next_back().map_or("", String::as_str)
     }
 
-    /// Writes them where tools of this user find them.
+    /// Writes them where tools of this user find them, with the address for programs and that for browsers.
     ///
     /// The port is part of the name, as there may be several agents of one name.
     pub fn write(
         &self,
         agent: &str,
         port: u16,
-        address: &str,
+        [address, browser]: [&str; 2],
         certificate: Option<&Path>,
     ) -> io::Result<TokenFile> {
         let folder = folder();
@@ -93,6 +93,7 @@ impl Tokens {
             "agent": agent,
             "process": std::process::id(),
             "address": address,
+            "browser": browser,
             "certificate": certificate.map(std::path::absolute).transpose()?,
             "tokens": self.0.iter().map(|(role, token)| (role.name(), token)).collect::<BTreeMap<_, _>>(),
         });

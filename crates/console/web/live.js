@@ -103,7 +103,7 @@ function hear(message) {
   if (message.time > clock.live) clock.live = message.time;
   if (past === null) clock.now = clock.live;
   const { value, time, sequence } = message;
-  subscription.last = { value, time, sequence, received: performance.now() };
+  subscription.last = { value, time, sequence, received: performance.now(), isRecalled: false };
   deliver(subscription, subscription.last, past !== null);
 }
 
@@ -132,9 +132,12 @@ async function recall(subscription, { agent, time }) {
   if ([...subscription.watchers.values()].every(({ live }) => live)) return;
   try {
     const { values } = await get(`${at(agent, subscription.path, "history")}?${new URLSearchParams({ to: time, limit: 1, ...selection(subscription.part) })}`);
-    if (past !== null && values.length) deliverPast(subscription, { ...values.at(-1), received: performance.now() });
+    if (past === null) return;
+    if (values.length) deliverPast(subscription, { ...values.at(-1), received: performance.now(), isRecalled: true });
+    // Nothing had been written yet.
+    else for (const { live, none } of subscription.watchers.values()) if (!live) none?.();
   } catch (problem) {
-    // What was left out of the record stays as it was.
+    // What was left out of the record stays as it was, and is said to be of now.
     if (!(problem instanceof Problem)) throw problem;
   }
 }
@@ -156,11 +159,18 @@ export function lookLive() {
 export const isPast = () => past !== null;
 
 /**
+ * Whether a reading is shown though an earlier time is looked at, as nothing is kept of then. Of a time alone that is said when all that
+ * is kept has come.
+ */
+export const isOfNow = ({ time, isRecalled = isAsking }) => shown !== null && !isRecalled && time > clock.now;
+
+/**
  * Calls a function with each reading `{value, time, sequence, received}` of a property, at most `rate` times a second, or with
  * each value that is kept if `every`; with `live`, also while somebody looks back. With `part`, a JSON Pointer or JSONPath, the
- * value is that of the part, or a list of all that the path leads to; `fail` is told why there is none. Returns what ends that.
+ * value is that of the part, or a list of all that the path leads to; `fail` is told why there is none, and `none` is called when
+ * there was none yet at the time that is looked at. Returns what ends that.
  */
-export function watch(path, listener, { rate = 10, every = false, live = false, part = "", fail } = {}) {
+export function watch(path, listener, { rate = 10, every = false, live = false, part = "", fail, none } = {}) {
   const key = [path, part, every ? "every" : ""].join("|");
   let subscription = subscriptions.get(key);
   if (subscription === undefined) {
@@ -169,7 +179,7 @@ export function watch(path, listener, { rate = 10, every = false, live = false, 
     byId.set(subscription.id, subscription);
   }
   const before = Math.max(0, ...[...subscription.watchers.values()].map(({ rate }) => rate));
-  subscription.watchers.set(listener, { rate, live, fail });
+  subscription.watchers.set(listener, { rate, live, fail, none });
   if (rate > before) subscribe([subscription]);
   if (past !== null && !live) recall(subscription, past);
   else if (subscription.last) listener(subscription.last);
@@ -205,7 +215,13 @@ export function useReadings(paths, rate = 10) {
       watch(path, (reading) => {
         readings.current[path] = reading;
         later(again);
-      }, { rate }),
+      }, {
+        rate,
+        none: () => {
+          delete readings.current[path];
+          later(again);
+        },
+      }),
     );
     return () => {
       due.delete(again);

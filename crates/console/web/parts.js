@@ -1,7 +1,7 @@
 // Small parts that panels have in common.
 import { html, useEffect, useState } from "/lib/preact.js";
 import { age } from "/format.js";
-import { clock } from "/live.js";
+import { clock, isOfNow } from "/live.js";
 
 /** What a panel says when it has nothing to show, and why. */
 export const Empty = ({ children }) => html`<p class="empty">${children}</p>`;
@@ -20,9 +20,11 @@ export const Trouble = ({ problem }) => {
 export const Field = ({ name, children, state, title }) =>
   html`<div class="field" title=${title}><dt>${name}</dt><dd data-state=${state}>${children}</dd></div>`;
 
-/** How old a reading is, by the agent's clock; what should be no older than `limit` seconds and is stands out. */
+/** How old a reading is, by the agent's clock; what should be no older than `limit` seconds and is stands out, and so does what is of
+ *  now while the past is looked at. */
 export const Age = ({ time, limit = Infinity }) => {
   if (time === undefined || time === null) return html`<span class="muted">never</span>`;
+  if (isOfNow({ time })) return html`<span class="stale" title="Nothing is kept of the time that is looked at">of now</span>`;
   const seconds = (clock.now - time) / 1e9;
   return html`<span class=${seconds > limit ? "stale" : "muted"}>${age(Math.max(0, seconds))}</span>`;
 };

@@ -10,7 +10,7 @@ export * from "/format.js";
 export * from "/rates.js";
 export * from "/schema.js";
 export * from "/store.js";
-export { clock, connection, onConnection, useReading, useReadings, watch } from "/live.js";
+export { clock, connection, isOfNow, isPast, onConnection, useReading, useReadings, watch } from "/live.js";
 export { openPanel } from "/open.js";
 export { useSelected, select } from "/selection.js";
 export { Age, Bar, Empty, Field, Trouble, useSize } from "/parts.js";

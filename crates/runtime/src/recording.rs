@@ -10,7 +10,7 @@ use slate_blackboard::{Pattern, Taps};
 use crate::Composer;
 use crate::configuration::{Database, Options, RATE, RecordRule, RecordSelection, Report, period};
 pub use crate::snapshot::PluginMark;
-pub use history::{History, HistoryWish, TakeValue};
+pub use history::{History, HistoryWish, Left, TakeValue};
 
 /// Records an agent. It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write
 /// them.

@@ -25,6 +25,8 @@ pub const BASE: &str = "/api/v1";
 #[derive(Debug)]
 pub struct Access {
     pub address: Address,
+    /// Where a browser goes, which asks more of a certificate.
+    pub browser: String,
     pub token: String,
     /// The file of whom to trust, instead of whom the system trusts.
     pub certificate: Option<PathBuf>,

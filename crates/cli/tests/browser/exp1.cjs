@@ -102,6 +102,27 @@ visit(async () => {
     await until(`${name} is entered`, async () => (await value(parameters))[name] === 0.1);
     await until("what is not as in the file is marked", async () => (await parameter.getAttribute("data-differs")) === "true");
   }
+  // Who does not see the page hears whose number it is; what is none is answered in words of who has typed it, and stays to be mended.
+  const speed = page.getByRole("textbox", { name: "r2/planner speed, m/s", exact: true });
+  assert((await page.getByRole("slider", { name: "r2/planner speed, m/s, slider", exact: true }).count()) === 1, "the slider has no such name");
+  const refused = async (text, ...words) => {
+    await speed.fill(text);
+    await speed.press("Enter");
+    await until(`${text} is refused`, async () => {
+      const said = (await page.locator(".tile .trouble").allInnerTexts()).join();
+      return words.every((word) => said.includes(word));
+    });
+    assert((await speed.inputValue()) === text && (await speed.getAttribute("aria-invalid")) === "true", "what is wrong does not stay");
+    assert((await value(parameters)).speed === 0.1, `${text} changes the speed`);
+  };
+  await refused("fast", "“fast” is not a number", "speed of r2/planner is a number from 0 to 3, in m/s");
+  await browser.accessible(page, "a text that is no number");
+  await refused("1,2,3", "“1,2,3” is not a number");
+  await refused("9999", "9999 is too large", "from 0 to 3");
+  await refused("-1 m/s", "-1 m/s is too small");
+  await speed.fill("0,1 m/s");
+  await speed.press("Enter");
+  await until("it is mended", async () => (await page.locator(".tile .trouble").count()) === 0 && (await speed.getAttribute("aria-invalid")) === null);
   const away = async (x, y) => api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { goal_x: x, goal_y: y });
   const fast = async () => ({ ...(await value(`${AGENT}/simulator/r2/odometry`)).twist, route: (await value(`${AGENT}/r2/execute/status`)).route });
   await away(1.6, -1.6);
@@ -119,9 +140,15 @@ visit(async () => {
   await browser.picture(page, "revert");
   await question.locator("button:has-text('Cancel')").click();
   assert((await value(`${AGENT}/r2/knowledge/params`)).goal_x === 1.6, "the goal is taken back without a yes");
+  // A configuration that is built in has no file; that is said before anything is written.
+  await page.click(".tile button:has-text('Save')");
+  const writes = page.locator("[role=dialog][aria-label=Save]");
+  await until("it is said that there is no file", async () => (await writes.innerText()).includes("built in"));
+  assert(await writes.locator("button.primary").isDisabled(), "what has no file can be written");
+  await writes.locator("button:has-text('Cancel')").click();
   for (const name of ["speed", "careful_speed"]) {
-    // What was entered, the key, and the slider.
-    for (let change = 0; change < 3; change += 1) await page.click("button:has-text('Undo')");
+    // What was entered, the key, and the slider; the speed was entered twice.
+    for (let change = 0; change < (name === "speed" ? 4 : 3); change += 1) await page.click("button:has-text('Undo')");
     await until(`${name} is taken back`, async () => (await value(parameters))[name] === old[name]);
     await until(`${name} is as in the file`, async () => (await page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`).getAttribute("data-differs")) !== "true");
   }
@@ -189,6 +216,9 @@ visit(async () => {
   await until("the route", async () => /reactive|deliberative/i.test(await page.innerText(".robot > header")));
   assert((await page.locator(".stage.monitor .block").count()) === 3, "three Monitors");
   assert((await page.locator(".stage.analyze .block").count()) === 3, "three Analyzes");
+  const execute = page.locator(".stage.execute .block");
+  await until("how old what Execute says is", async () => /\d (ms|s)$/.test((await execute.locator("header").innerText()).trim()));
+  for (const text of await execute.locator("button.output").allInnerTexts()) assert(/\d (ms|s)$|none yet$/.test(text.trim()), `no age: ${text}`);
   const wall = page.getByRole("switch", { name: "avoid_wall" });
   assert(!(await wall.isChecked()), "avoid_wall is on");
   await browser.accessible(page, "MAPE-K");

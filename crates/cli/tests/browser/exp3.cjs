@@ -32,7 +32,7 @@ visit(async () => {
   await page.waitForSelector(".edge[data-back=true]");
   const drawing = await page.evaluate(() => {
     const within = (point, { x, y, width, height }) => point.x > x && point.x < x + width && point.y > y && point.y < y + height;
-    const box = (element) => element.querySelector("rect").getBoundingClientRect();
+    const box = (element) => element.querySelector(".body, rect").getBoundingClientRect();
     const nodes = [...document.querySelectorAll(".node")].map((element) => ({ name: element.dataset.name, box: box(element) }));
     const boxes = [...document.querySelectorAll(".box")].map((element) => ({ name: element.textContent, box: box(element) }));
     const middle = ({ x, y, width, height }) => ({ x: x + width / 2, y: y + height / 2 });
@@ -53,6 +53,21 @@ visit(async () => {
   assert(drawing.astray.length === 0, `not in the box of their robot: ${drawing.astray.map(({ name }) => name)}`);
   assert(drawing.hidden.length === 0, `lines lie behind modules: ${drawing.hidden}`);
   for (const edge of ["r2/execute r2/planner", "r2/wheels simulator"]) assert(drawing.back.includes(edge), `${edge} is not drawn as a line that goes back`);
+  // Gates are drawn as such and are no modules, and it is seen at once how often each writes.
+  const counted = page.locator(".bar-of-tools .muted");
+  assert((await counted.innerText()).startsWith("23 modules, 2 gates, "), `it says: ${await counted.innerText()}`);
+  const gates = page.locator(".node:has(path.body)");
+  assert((await gates.evaluateAll((all) => all.map((one) => one.dataset.name))).join() === "r2/wheels,r3/wheels", "gates are no gates");
+  const pace = (name) => page.locator(`.node[data-name='${name}'] .pace`).textContent();
+  for (const name of ["simulator", "r2/range_monitor", "r3/wheels"]) await until(`the rate of ${name}`, async () => /^\d+ Hz$/.test(await pace(name)));
+  assert((await page.locator(".node[data-name='r2/wheels']").textContent()).includes("gate, armed"), "the gate does not say that it is armed");
+  // No words lie upon others.
+  const overlaid = await page.evaluate(() => [...document.querySelectorAll(".node")].flatMap((node) => {
+    const [kind, pace] = [...node.querySelectorAll(".small")].map((text) => text.getBoundingClientRect());
+    return kind.width && pace.width && kind.right > pace.left ? [node.dataset.name] : [];
+  }));
+  assert(overlaid.length === 0, `words lie upon others in ${overlaid}`);
+  await browser.accessible(page, "the graph of EXP3");
   await browser.picture(page, "exp3-graph");
   await browser.end();
 });

@@ -19,6 +19,7 @@ visit(async () => {
   }, from + (to - from) * 0.6);
   await until("it goes there", async () => Math.abs((await api("GET", "/playback")).time - (from + (to - from) * 0.6)) < (to - from) * 0.05);
   await until("the robot is elsewhere", async () => (await row.innerText()) !== before);
+  await until("the log goes up to there", async () => /is looked at/.test(await page.innerText(".log .looked-at")));
   await browser.accessible(page, "a playback");
   await browser.picture(page, "replay");
   const { time } = await api("GET", "/playback");

@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::channel::FrozenValue;
 use slate_blackboard::interface::{AccessError, Descriptor, View, find};
 use slate_blackboard::{Access, BoardError};
-use slate_runtime::recording::{History, HistoryWish, RecordingRefusal};
+use slate_runtime::recording::{History, HistoryWish, Left, RecordingRefusal};
 
 use super::values::{SELECTION, own_path, url};
 use super::{TOKEN, shape};
@@ -36,8 +36,8 @@ pub(super) const READ: Operation = Operation {
     parameters: &[
         Parameter {
             name: "from",
-            doc: "The earliest time, of the agent; 0 unless given.",
-            schema: shape::count,
+            doc: "The earliest time, of the agent; 0 unless given. The `next` of an answer goes on where that ends.",
+            schema: place,
         },
         Parameter { name: "to", doc: "The latest time; there is none unless given.", schema: shape::count },
         Parameter {
@@ -57,16 +57,34 @@ pub(super) const READ: Operation = Operation {
             ("from", shape::count()),
             ("to", shape::count()),
             ("left_out", shape::count()),
-            ("next", shape::optional(shape::count())),
+            ("next", shape::optional(place())),
         ])
     },
     kinds: &[],
     handler: read,
 };
 
+/// A time, and where several values may have it the sequence number of the first of them that is meant.
+fn place() -> Json {
+    json!({ "type": "string", "pattern": "^[0-9]+(:[0-9]+)?$" })
+}
+
+/// The time and the sequence number of a place.
+fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
+    let (time, sequence) = text.split_once(':').unwrap_or((text, "0"));
+    let number = |text: &str| {
+        let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
+        text.parse::<u64>().ok().filter(|_| is_number)
+    };
+    number(time).zip(number(sequence)).ok_or_else(|| {
+        let help = "it is a time in nanoseconds of the agent, such as 1320000000, or the `next` of an answer";
+        Problem::bad(format!("`from` is `{text}`"), help)
+    })
+}
+
 fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
-    let from = ask.query.count("from", u64::MAX)?.unwrap_or(0);
+    let (from, sequence) = ask.query.get("from").map(parse_place).transpose()?.unwrap_or_default();
     let to = ask.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);
     let most = match ask.query.count("limit", MOST)? {
         Some(0) => {
@@ -82,13 +100,12 @@ fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
         let message = format!("/{} takes messages, and has no value", property.path());
         return Err(Problem::unfit(message, "ask for what its module writes"));
     }
-    let wish = HistoryWish { path: property.path().into(), from, to, most };
+    let wish = HistoryWish { path: property.path().into(), from, sequence, to, most };
     let wrong = |error| BoardError::Access { url: format!("/{path}"), error };
     if !field.is_empty() {
         find(property.descriptor(), &field).map_err(wrong)?;
     }
     let (mut told, mut failure) = (Vec::<u8>::new(), None);
-    let mut first = None;
     let mut take = |descriptor: &'static Descriptor, kept: FrozenValue| {
         if failure.is_some() || told.len() > LARGEST {
             return false;
@@ -100,7 +117,6 @@ fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
                     told.push(b',');
                 }
                 told.extend(value);
-                first.get_or_insert(kept.stamp.time);
             }
             Ok(None) => {}
             Err(Wrong::Field(error)) => failure = Some(Problem::from(wrong(error))),
@@ -114,9 +130,9 @@ fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     if let Some(problem) = failure {
         return Err(problem);
     }
-    let left_out = left.map_or(0, |(values, _)| values);
-    // Whoever goes on there comes further, also where all of these have one time.
-    let next = left.map(|(_, time)| if first == Some(time) { time.saturating_add(1) } else { time });
+    let left_out = left.map_or(0, |left| left.count);
+    // Several values may have one time, and whoever goes on gets each of them once.
+    let next = left.map(|Left { time, sequence, .. }| format!("{time}:{sequence}"));
     let rest =
         json!({ "count": count, "from": from, "to": to, "left_out": left_out, "next": next }).to_string();
     let body = [&b"{\"values\":["[..], &told, b"],", &rest.as_bytes()[1..]].concat();

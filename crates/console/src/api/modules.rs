@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value as Json, json};
 use slate_module::Parameter;
 use slate_runtime::remote::Call;
 
@@ -44,7 +44,7 @@ pub(super) const PARAMETERS: Operation = Operation {
     method: "GET",
     path: "/parameters",
     name: "parameters",
-    summary: "The parameters of all modules, with their defaults and ranges",
+    summary: "The parameters of all modules, with their defaults and ranges, and whether an operator may set them",
     role: Role::Viewer,
     parameters: &[TOKEN],
     body: None,
@@ -76,7 +76,8 @@ pub(super) fn parameters(context: &Arc<Context>, _: &Ask) -> Result<Answer, Prob
         parameters.map(move |Parameter { name: parameter, default, range }| {
             // An endless range is none.
             let range = range.filter(|(least, most)| least.is_finite() && most.is_finite());
-            json!({ "module": name, "name": parameter, "default": default, "range": range })
+            let operable = context.is_operable(&format!("{name}/params/{parameter}"), &Json::Null);
+            json!({ "module": name, "name": parameter, "default": default, "range": range, "operable": operable })
         })
     };
     let all = composer.modules().into_iter().flat_map(|module| of_module(module.name));

@@ -81,7 +81,7 @@ pub(super) const SAVE: Operation = Operation {
     name: "save",
     summary: "Writes what was changed at run time into the files, with their comments kept",
     role: Role::Developer,
-    parameters: &[],
+    parameters: &[DRY_RUN],
     body: Some(
         || json!({ "type": "object", "properties": { "to": { "enum": ["origin", "host"] } }, "additionalProperties": false }),
     ),
@@ -119,5 +119,5 @@ struct Save {
 
 pub(super) fn save(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
     let save: Save = asked.body_or_default()?;
-    ask(context, Call::ConfigSave { to: save.to })
+    ask(context, Call::ConfigSave { to: save.to, dry_run: asked.is_dry()? })
 }

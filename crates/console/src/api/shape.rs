@@ -143,6 +143,7 @@ pub(super) fn parameter() -> Json {
         ("name", text()),
         ("default", anything()),
         ("range", optional(list(json!({ "type": "number" })))),
+        ("operable", flag()),
     ])
 }
 

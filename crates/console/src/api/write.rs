@@ -85,7 +85,7 @@ enum What {
 
 pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     let body: Json = ask.body()?;
-    let target = target(context, ask)?;
+    let target = target(context, ask, &body)?;
     if let What::Setting { fields, .. } = &target.what
         && fields.is_empty()
     {
@@ -105,15 +105,15 @@ pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
     if body.as_object().is_none_or(serde_json::Map::is_empty) {
         return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
     }
-    let target = target(context, ask)?;
+    let target = target(context, ask, &body)?;
     if let (What::Enabled, Some(value)) = (&target.what, body.get("value")) {
         return set(context, ask, &target, &value.clone());
     }
     set(context, ask, &target, &body)
 }
 
-/// What a path leads to, if it can be set.
-fn target(context: &Context, ask: &Ask) -> Result<Target, Problem> {
+/// What a path leads to, if it can be set to that by who asks.
+fn target(context: &Context, ask: &Ask, body: &Json) -> Result<Target, Problem> {
     let url = url(ask)?;
     let other = || {
         Problem::not_found(format!("{url} is of another agent"), "ask that agent: nobody else changes it")
@@ -173,10 +173,14 @@ fn target(context: &Context, ask: &Ask) -> Result<Target, Problem> {
         "params" => What::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
         port => What::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false },
     };
-    let developer = !matches!(what, What::Setting { is_parameter: false, .. });
-    if developer && ask.role < Role::Developer {
+    let is_for_operators = match what {
+        What::Enabled => false,
+        What::Setting { is_parameter, .. } => !is_parameter || context.is_operable(&path, body),
+    };
+    if !is_for_operators && ask.role < Role::Developer {
         let message = format!("{} may not change parameters", ask.role.one());
-        return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of a developer"));
+        let help = "ask with the token of a developer, or let `console.operable` have what operators set";
+        return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
     }
     Ok(Target { property, module, what })
 }

@@ -49,7 +49,10 @@ fn bind(address: SocketAddr) -> io::Result<TcpListener> {
     Ok(listener)
 }
 
-/// By which names it is called, each with the port; first that which is shown.
+/// Names of this computer by which nobody else calls it.
+const HERE: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
+
+/// By which names it is called, each with the port; first that which is shown unless a certificate holds another.
 pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
     let mut hosts = Vec::new();
     for address in addresses {
@@ -63,9 +66,21 @@ pub(super) fn hosts(addresses: &[SocketAddr], names: &[String]) -> Vec<String> {
         };
         hosts.extend(names.iter().map(|name| format!("{name}:{}", address.port())));
         if local {
-            hosts
-                .extend(["127.0.0.1", "localhost", "[::1]"].map(|name| format!("{name}:{}", address.port())));
+            hosts.extend(HERE.map(|name| format!("{name}:{}", address.port())));
         }
     }
     hosts
+}
+
+/// That of the names which a certificate holds and a browser is given: where nobody else reaches it, one of this computer if there
+/// is one.
+pub(super) fn shown(
+    addresses: &[SocketAddr],
+    hosts: &[String],
+    holds: impl Fn(&str) -> bool,
+) -> Option<String> {
+    let name = |host: &str| host.rsplit_once(':').map_or(host, |(name, _)| name).to_owned();
+    let is_local = addresses.iter().all(|address| address.ip().is_loopback());
+    let held = hosts.iter().filter(|host| holds(name(host).trim_matches(['[', ']'])));
+    held.min_by_key(|host| is_local && !HERE.contains(&name(host).as_str())).cloned()
 }

@@ -16,13 +16,18 @@ mod with {
     use tokio_rustls::rustls::ServerConfig;
     use tokio_rustls::rustls::crypto::ring;
     use tokio_rustls::rustls::pki_types::pem::PemObject;
-    use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+    use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
     use tokio_rustls::server::TlsStream;
+    use webpki::EndEntityCert;
 
     pub type Stream = TlsStream<TcpStream>;
 
     #[derive(Clone)]
-    pub struct Acceptor(TlsAcceptor);
+    pub struct Acceptor {
+        acceptor: TlsAcceptor,
+        /// That of the agent itself.
+        own: CertificateDer<'static>,
+    }
 
     impl Acceptor {
         pub fn load(certificate: &Path, key: &Path) -> Result<Self, (bool, String)> {
@@ -31,6 +36,7 @@ mod with {
             let chain =
                 CertificateDer::pem_file_iter(certificate).and_then(Iterator::collect::<Result<Vec<_>, _>>);
             let chain = chain.map_err(|error| of_certificate(&error))?;
+            let own = chain.first().cloned().ok_or_else(|| of_certificate(&"it has no certificate"))?;
             let key = PrivateKeyDer::from_pem_file(key).map_err(|error| of_key(&error))?;
             let settings = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
                 .with_safe_default_protocol_versions()
@@ -38,11 +44,22 @@ mod with {
                 .with_no_client_auth()
                 .with_single_cert(chain, key)
                 .map_err(|error| of_certificate(&error))?;
-            Ok(Self(TlsAcceptor::from(Arc::new(settings))))
+            Ok(Self { acceptor: TlsAcceptor::from(Arc::new(settings)), own })
+        }
+
+        pub fn names(&self) -> Vec<String> {
+            let Ok(own) = EndEntityCert::try_from(&self.own) else { return Vec::new() };
+            own.valid_dns_names().filter(|name| !name.starts_with('*')).map(str::to_owned).collect()
+        }
+
+        pub fn holds(&self, host: &str) -> bool {
+            let name = ServerName::try_from(host);
+            let own = EndEntityCert::try_from(&self.own);
+            matches!((own, name), (Ok(own), Ok(name)) if own.verify_is_valid_for_subject_name(&name).is_ok())
         }
 
         pub async fn accept(&self, stream: TcpStream) -> Option<Stream> {
-            self.0.accept(stream).await.ok()
+            self.acceptor.accept(stream).await.ok()
         }
     }
 }
@@ -63,6 +80,14 @@ mod with {
             Err((true, "this program is built without TLS: build it with the feature `tls`".into()))
         }
 
+        pub fn names(&self) -> Vec<String> {
+            match *self {}
+        }
+
+        pub fn holds(&self, _: &str) -> bool {
+            match *self {}
+        }
+
         pub async fn accept(&self, _: TcpStream) -> Option<Stream> {
             match *self {}
         }
@@ -80,6 +105,16 @@ impl Tls {
             StartError::File { path: path.into(), reason }
         });
         acceptor.map(Self)
+    }
+
+    /// The names of computers that the certificate has; of those with a star it can't be said which there are.
+    pub fn names(&self) -> Vec<String> {
+        self.0.names()
+    }
+
+    /// Whether a browser that trusts the certificate trusts it for a host: a name or an address, without a port.
+    pub fn holds(&self, host: &str) -> bool {
+        self.0.holds(host)
     }
 
     /// The stream behind a handshake; nothing when that fails.

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde_json::{Value as Json, json};
 use slate_console::{Console, Settings};
 use slate_record::Recorder;
+use slate_record::bag::{Channel, Compression, Header, Schema, Writer};
 use slate_record::replay::{Plan, Player};
 use slate_runtime::configuration::{Database, Options as Sources};
 use slate_runtime::{Agent, Options, RecordedTimes};
@@ -106,6 +107,70 @@ fn a_playback_is_paused_stepped_sought_and_gone_round_by_who_asks() {
             assert!(order("seek", json!({ "time": "now" })).problem(422).contains("body"));
             let viewer = client("viewer").send("POST", "/playback/resume", None);
             assert!(viewer.problem(403).contains("viewer"));
+        });
+        player.run(&mut agent, &stop).unwrap();
+    });
+}
+
+/// A recording of somebody else: so many texts, and no more than three times.
+fn at_three_times(count: u64) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("console-three-times.mcap");
+    let header = Header { profile: "ros2".into(), library: "somebody".into() };
+    let mut writer = Writer::new(Vec::new(), &path, &header, Compression::Lz4).unwrap();
+    let (name, data) = ("other_msgs/msg/Page".into(), b"string letters\n".to_vec());
+    writer.schema(&Schema { id: 1, name, encoding: "ros2msg".into(), data }).unwrap();
+    let channel = Channel {
+        id: 1,
+        schema_id: 1,
+        topic: "/page".into(),
+        message_encoding: "cdr".into(),
+        metadata: [].into(),
+    };
+    writer.channel(&channel).unwrap();
+    // Behind what every value begins with, the length of the text.
+    let text = [&[0, 1, 0, 0][..], &20_001_u32.to_le_bytes(), &[b'a'; 20_000], &[0]].concat();
+    for number in 0..count {
+        let time = [0, MS, 2 * MS][usize::from(number > 4) + usize::from(number + 4 > count)];
+        writer.message(1, 0, time, time, &text).unwrap();
+    }
+    std::fs::write(&path, writer.finish().unwrap()).unwrap();
+    path
+}
+
+#[test]
+fn whoever_goes_on_in_the_past_misses_no_value_of_those_with_one_time() {
+    const COUNT: u64 = 1000;
+    let plan = Plan { is_paused: true, ..Plan::default() };
+    let mut player = Player::open(&at_three_times(COUNT), &plugins(), plan).unwrap();
+    let database = player.configuration().unwrap();
+    let options = Options { rate: player.rate(), playback: Some(player.playback()), ..Options::default() };
+    let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+    agent.composer().control_playback(player.control());
+    let settings = Settings { port: Some(0), ..Settings::default() };
+    let console = Console::start(&agent, &settings, Vec::new()).unwrap();
+    let tokens: Json = serde_json::from_str(&std::fs::read_to_string(console.token_file()).unwrap()).unwrap();
+    let viewer = Client::new(console.addresses()[0], tokens["tokens"]["viewer"].as_str().unwrap());
+    let name = agent.board().agent().to_owned();
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let _end = End(&stop);
+            let (mut told, mut from, mut amid) = (Vec::new(), "0".to_owned(), 0);
+            loop {
+                let path = format!("/history/{name}/page?from={from}&limit=10000");
+                let part = viewer.send("GET", &path, None).json();
+                let of = |own: &Json, name: &str| own[name].as_u64().unwrap();
+                let values = part["values"].as_array().unwrap();
+                told.extend(values.iter().map(|own| (of(own, "time"), of(own, "sequence"))));
+                assert_eq!(told.len() as u64 + of(&part, "left_out"), COUNT);
+                let Some(next) = part["next"].as_str() else { break };
+                let last = told.last().unwrap();
+                assert_eq!(next.split_once(':').unwrap().1.parse(), Ok(last.1 + 1));
+                amid += u64::from(next.starts_with(&format!("{}:", last.0)));
+                from = next.into();
+            }
+            assert!(told.iter().map(|(_, sequence)| *sequence).eq(1..=COUNT));
+            assert!(amid > 0, "no answer ends between values of one time");
         });
         player.run(&mut agent, &stop).unwrap();
     });

@@ -111,6 +111,10 @@ fn the_last_seconds_are_saved_and_looked_at() {
     assert!(run.get(&format!("/history/{}/sensor/count/z", run.name())).problem(422).contains("value"));
     assert!(run.get(&format!("/history/{}/driver/notes", run.name())).problem(422).contains("messages"));
     assert!(run.get(&format!("/history/{}/sensor/count?limit=0", run.name())).problem(400).contains("limit"));
+    for wrong in ["", "-1", "1:", ":1", "1:2:3", "now"] {
+        let problem = run.get(&format!("/history/{}/sensor/count?from={wrong}", run.name())).problem(400);
+        assert!(problem.contains("`from`") && problem.contains("nanoseconds"), "{problem}");
+    }
     assert!(run.get("/history/other/sensor/count").problem(422).contains("other agent"));
 }
 
@@ -125,7 +129,7 @@ fn an_answer_of_the_past_has_a_bound_and_says_where_to_go_on() {
     let number = |own: &Json| own["sequence"].as_u64().unwrap();
     let wanted: Vec<_> = whole["values"].as_array().unwrap().iter().map(number).collect();
     assert_eq!((&whole["left_out"], &whole["next"]), (&json!(0), &Json::Null), "numbers are small");
-    let (mut told, mut from, mut answers) = (Vec::new(), 0, 0);
+    let (mut told, mut from, mut answers) = (Vec::new(), "0".to_owned(), 0);
     loop {
         let part = history(&format!("sensor/image?from={from}&to={to}&limit=10000"));
         let bytes = part.to_string().len();
@@ -136,14 +140,29 @@ fn an_answer_of_the_past_has_a_bound_and_says_where_to_go_on() {
         assert_eq!(part["count"].as_u64().unwrap(), left + values.len() as u64);
         told.extend(values.iter().map(number));
         answers += 1;
-        match part["next"].as_u64() {
-            Some(next) => from = next,
+        match part["next"].as_str() {
+            Some(next) => from = next.into(),
             None => break,
         }
         assert!(left > 0 && bytes > 7 << 20);
     }
     assert_eq!(told, wanted);
     assert!(answers > 1);
+}
+
+#[test]
+fn what_the_last_seconds_leave_out_is_said_with_the_reason() {
+    let text = "[record]\nexclude = [\"/sensor/place\"]\n[record.flight]\nlargest = \"1KiB\"";
+    let run = Running::start_with("flight-largest", &format!("{CONFIGURATION}\n[console]\nport = 0\n{text}"));
+    let ask = |path: &str| run.get(&format!("/history/{}/{path}", run.name()));
+    let problem = ask("sensor/image").problem(409);
+    assert!(
+        problem.contains("/sensor/image") && problem.contains("record.flight.largest is 1024"),
+        "{problem}"
+    );
+    let problem = ask("sensor/place").problem(409);
+    assert!(problem.contains("/sensor/place, which [record] does not choose"), "{problem}");
+    assert!(ask("sensor/count").json()["count"].as_u64() > Some(1));
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn with_a_certificate_it_speaks_tls_and_nothing_else() {
          tokens.operator = {token:?}"
     );
     let run = Running::start_with("tls", &text);
-    assert!(run.console.link().starts_with("https://127.0.0.1:"));
+    assert!(run.console.link().starts_with("https://localhost:"), "the certificate holds no address");
     let mut roots = RootCertStore::empty();
     roots.add(CertificateDer::from(made.cert.der().to_vec())).unwrap();
     let provider = Arc::new(rustls::crypto::ring::default_provider());
@@ -52,6 +52,65 @@ fn with_a_certificate_it_speaks_tls_and_nothing_else() {
     assert_eq!((&agent["role"], &agent["name"]), (&"operator".into(), &run.name().into()));
     // Who speaks without it hears nothing.
     assert_eq!(Client::new(run.address(), secret).send("GET", "/agent", None).status, 0);
+}
+
+#[test]
+fn the_link_has_a_name_that_the_certificate_holds_and_requests_may_have_it() {
+    let folder = folder("console-tls-names");
+    let token = folder.join("viewer.token");
+    std::fs::write(&token, "0123456789abcdef0123456789abcdef").unwrap();
+    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
+    for (number, (held, said, wanted)) in [
+        (&["robot.local"][..], "", "robot.local"),
+        (&["robot.local", "127.0.0.1"], "", "127.0.0.1"),
+        // Nobody else reaches it.
+        (&["robot.local", "localhost"], "names = [\"robot.local\"]", "localhost"),
+        (&["arm.local", "robot.local"], "names = [\"robot.local\"]", "robot.local"),
+        (&["*.lab.local"], "names = [\"robot.lab.local\"]", "robot.lab.local"),
+        // Which names there are it does not say.
+        (&["*.lab.local"], "", "127.0.0.1"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let held: Vec<String> = held.iter().map(|name| (*name).into()).collect();
+        let made = rcgen::generate_simple_self_signed(held.clone()).unwrap();
+        let (certificate, key) = (folder.join("c.pem"), folder.join("k.pem"));
+        std::fs::write(&certificate, made.cert.pem()).unwrap();
+        std::fs::write(&key, made.signing_key.serialize_pem()).unwrap();
+        let text = format!(
+            "{CONFIGURATION}\n[console]\nport = 0\naddresses = [\"127.0.0.1\"]\n{said}\ncertificate = {certificate:?}\n\
+             key = {key:?}\ntokens.viewer = {token:?}"
+        );
+        let run = Running::start_with(&format!("tls-name-{number}"), &text);
+        let link = run.console.link();
+        assert!(
+            link.starts_with(&format!("https://{wanted}:{}/#", run.address().port())),
+            "{held:?}: {link}"
+        );
+        let log = run.board.history("log/tail").unwrap();
+        let lines: Vec<_> = log.iter().map(|(line, _)| serde_json::to_string(line).unwrap()).collect();
+        let is_warned = lines.iter().any(|line| line.contains("the console's certificate holds no name"));
+        assert_eq!(is_warned, wanted == "127.0.0.1" && held.len() == 1, "{lines:?}");
+        // Whoever follows the link is let in by that name.
+        let mut roots = RootCertStore::empty();
+        roots.add(CertificateDer::from(made.cert.der().to_vec())).unwrap();
+        let provider = Arc::new(rustls::crypto::ring::default_provider());
+        let settings =
+            ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+        let settings = settings.with_root_certificates(roots).with_no_client_auth();
+        let connection =
+            ClientConnection::new(Arc::new(settings), ServerName::try_from(wanted).unwrap()).unwrap();
+        let mut stream = StreamOwned::new(connection, TcpStream::connect(run.address()).unwrap());
+        let host = format!("{wanted}:{}", run.address().port());
+        let client = Client::new(run.address(), "0123456789abcdef0123456789abcdef").with("Host", &host);
+        let head = client.head("GET", "/api/v1/agent");
+        let sent = stream.write_all(format!("{head}Connection: close\r\n\r\n").as_bytes());
+        assert_eq!(sent.is_ok(), !is_warned, "{held:?}: {sent:?}");
+        if !is_warned {
+            assert_eq!(reply(&mut BufReader::new(stream)).json()["role"], "viewer");
+        }
+    }
 }
 
 #[test]

@@ -4,6 +4,8 @@ use serde_json::{Value as Json, json};
 
 use crate::agent::Running;
 use crate::client::Client;
+use crate::modules::CONFIGURATION;
+use crate::sockets::Socket;
 
 #[test]
 fn a_parameter_is_set_checked_and_taken_back() {
@@ -27,6 +29,52 @@ fn a_parameter_is_set_checked_and_taken_back() {
         .send("PATCH", &run.at("sensor/params"), Some(&json!({ "step": 2.0, "label": "a \"b\"\n" })))
         .json();
     assert_eq!(run.get(&run.at("sensor/params?bare")).json(), json!({ "step": 2.0, "label": "a \"b\"\n" }));
+}
+
+#[test]
+fn an_operator_sets_the_parameters_that_the_configuration_gives_operators_and_no_others() {
+    let table = "[console]\nport = 0\noperable = [\"/sensor/params/step\"]";
+    let run = Running::start_with("operable", &format!("{CONFIGURATION}\n{table}"));
+    let operator = run.client("operator");
+    let (step, params) = (run.at("sensor/params/step"), run.at("sensor/params"));
+    operator.send("PUT", &step, Some(&json!(2.0))).json();
+    operator.send("PATCH", &params, Some(&json!({ "step": 3.0 }))).json();
+    assert_eq!(run.get(&format!("{step}?bare")).json(), json!(3.0));
+    // As a developer's it is checked.
+    assert!(operator.send("PUT", &step, Some(&json!(7.0))).problem(422).contains("5"));
+    for (method, path, body) in [
+        ("PUT", run.at("sensor/params/label"), json!("mine")),
+        ("PATCH", params.clone(), json!({ "step": 1.0, "label": "mine" })),
+        ("PUT", params.clone(), json!({ "step": 1.0, "label": "mine" })),
+        ("PUT", run.at("sensor/enabled"), json!(false)),
+    ] {
+        let problem = operator.send(method, &path, Some(&body)).problem(403);
+        assert!(problem.contains("an operator") && problem.contains("console.operable"), "{problem}");
+    }
+    let empty = operator.send("PATCH", &params, Some(&json!({})));
+    assert!(empty.problem(422).contains("at least one field"));
+    run.client("viewer").send("PUT", &step, Some(&json!(1.0))).problem(403);
+    assert_eq!(run.get(&format!("{step}?bare")).json(), json!(3.0));
+    let told = run.get("/parameters").json();
+    let operable = told.as_array().unwrap().iter().filter(|own| own["operable"] == true);
+    assert_eq!(operable.map(|own| own["name"].clone()).collect::<Vec<_>>(), [json!("step")]);
+    // Tools with a connection of their own may the same.
+    let mut socket = Socket::open(&run, "/api/v1/remote", "operator");
+    socket.hear();
+    let mut set = |url: &str, value: Json| {
+        let answer = socket.ask(&json!({ "call": "property/set", "url": url, "value": value }));
+        answer["error"]["message"].as_str().unwrap_or("set").to_owned()
+    };
+    assert_eq!(set("/sensor/params/step", json!(4.0)), "set");
+    assert_eq!(set("/sensor/params", json!({ "step": 4.5 })), "set");
+    for (url, value) in [
+        ("/sensor/params/label", json!("mine")),
+        ("/sensor/params", json!({ "step": 1.0, "label": "mine" })),
+        ("/sensor/enabled", json!(false)),
+    ] {
+        assert_eq!(set(url, value), "an operator may not do this");
+    }
+    assert_eq!(run.get(&format!("{step}?bare")).json(), json!(4.5));
 }
 
 #[test]

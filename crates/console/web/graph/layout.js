@@ -1,5 +1,6 @@
 // Where modules stand in a drawing: in columns from left to right along what flows, a lane for each robot. A line that passes a column
 // has a place of its own there, so that none lies behind a module; one that closes a loop goes back below the lane that it leads to.
+// What a module sends into other lanes goes along one line beside its column, and branches off where it is read.
 
 export const [WIDTH, HEIGHT] = [150, 38];
 // How far columns and modules are from each other at least and at most.
@@ -140,7 +141,7 @@ function rounded(points, radius = 7) {
 }
 
 /**
- * Where all stand: `places` of names, `ways` of `edges` (`{from, to}`) with the middle of each, `boxes` about the modules of a robot.
+ * Where all stand: `places` of names, `ways` of `edges` (`{from, to}`) with where words of each end stand, `boxes` about the modules of a robot.
  * `onward` are the edges that say who comes before whom, and `size` what there is for the drawing.
  */
 export function layout(names, edges, onward, size) {
@@ -203,6 +204,18 @@ export function layout(names, edges, onward, size) {
     const [first, last] = [Math.min(...own), Math.max(...own)];
     return { name: lane.name, x: left(first) - ROOM + 4, y: lane.top - TITLE, width: (last - first) * across + WIDTH + 2 * ROOM - 8, height: lane.end - lane.top + TITLE };
   });
+  // Who sends into other lanes, by columns.
+  const trunks = new Map();
+  const isAcross = (edge) => laneOf(edge.from) !== laneOf(groupOf(edge.to) ? edge.to : edge.from);
+  for (const edge of drawn.filter((edge) => !isBack(edge) && isAcross(edge))) {
+    const at = column.get(edge.from);
+    trunks.set(at, (trunks.get(at) ?? new Set()).add(edge.from));
+  }
+  const gutter = across - WIDTH - ROOM + 4;
+  const trunk = (name) => {
+    const own = [...trunks.get(column.get(name))];
+    return left(column.get(name)) + WIDTH + (gutter * (own.indexOf(name) + 1)) / (own.length + 1);
+  };
   const ways = new Map(drawn.map((edge) => {
     const [from, to] = [nodes.get(edge.from), nodes.get(edge.to)];
     if (isBack(edge)) {
@@ -210,17 +223,27 @@ export function layout(names, edges, onward, size) {
       const track = lane.back.get(edge.to);
       const [startX, endX, low] = [left(from.column) + WIDTH, left(to.column), lane.top + lane.height + (track + 0.6) * TRACK];
       const [right, before, start, end] = [startX + 10 + 3 * track, endX - 14 - 3 * track, from.y + 0.75 * HEIGHT, to.y + 0.75 * HEIGHT];
-      return [edge, { isBack: true, d: rounded([[startX, start], [right, start], [right, low], [before, low], [before, end], [endX - 2, end]]), x: (right + before) / 2, y: low }];
+      const below = { x: (right + before) / 2, y: low };
+      return [edge, { isBack: true, start: below, end: below, d: rounded([[startX, start], [right, start], [right, low], [before, low], [before, end], [endX - 2, end]]) }];
     }
     const bend = (x, y, endX, endY) => `C${(x + endX) / 2} ${y} ${(x + endX) / 2} ${endY} ${endX} ${endY}`;
     let [x, y] = [left(from.column) + WIDTH, middle(from)];
+    const [endX, endY] = [left(to.column) - 2, middle(to)];
+    const way = through.get(edge);
     let d = `M${x} ${y}`;
-    for (const slot of through.get(edge)) {
-      d += `${bend(x, y, left(slot.column), middle(slot))}H${left(slot.column) + WIDTH}`;
+    const onto = (nextX, nextY) => {
+      const isFirst = x === left(from.column) + WIDTH && y === middle(from);
+      const at = isFirst && isAcross(edge) && Math.abs(nextY - y) > 1 ? trunk(edge.from) : null;
+      d += at === null ? bend(x, y, nextX, nextY) : rounded([[x, y], [at, y], [at, nextY], [nextX, nextY]]).replace(/^M/, "L");
+    };
+    for (const slot of way) {
+      onto(left(slot.column), middle(slot));
+      d += `H${left(slot.column) + WIDTH}`;
       [x, y] = [left(slot.column) + WIDTH, middle(slot)];
     }
-    const [endX, endY] = [left(to.column) - 2, middle(to)];
-    return [edge, { isBack: false, d: d + bend(x, y, endX, endY), x: (x + endX) / 2, y: (y + endY) / 2 }];
+    onto(endX, endY);
+    const ends = { start: { x: left(from.column) + WIDTH + 16, y: middle(from) }, end: { x: endX - 16, y: endY } };
+    return [edge, { isBack: false, d, ...ends }];
   }));
   const places = new Map([...nodes].map(([name, { column, y }]) => [name, { x: left(column), y }]));
   return { places, ways, boxes, width: left(most - 1) + WIDTH + ROOM + MARGIN, height: y + MARGIN / 2 };

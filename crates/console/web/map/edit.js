@@ -7,8 +7,9 @@ const POINTS = 32;
 /** Whether a property takes places to go to, after its name: of poses some say where a robot is. */
 const isGoal = (path) => /goal|target|order|waypoint|destination/i.test(path.split("/").at(-1));
 
-/** What somebody of a role can change on the map, by the tool that does it: `{path, how, turned, shows}`. */
-export function targets(properties, links, interfaces, role) {
+/** What somebody of a role can change on the map, by the tool that does it: `{path, how, turned, shows}`.
+ *  `parameters` say which of them are an operator's, too. */
+export function targets(properties, links, interfaces, role, parameters = []) {
   if (role === "viewer") return { goal: [], pose: [], paint: [] };
   const linked = new Set(links.map(({ to }) => to));
   const open = properties.filter(({ path, access }) => access === "messages" || (access === "setting" && !linked.has(path)));
@@ -28,14 +29,15 @@ export function targets(properties, links, interfaces, role) {
     const goal = path.replace(/params$/, "goal");
     return !properties.some(({ path }) => path === goal) || links.some(({ from }) => from === `/${goal}` || from.startsWith(`/${goal}/`));
   };
-  const parameters = properties
+  const operable = new Set(parameters.filter(({ operable }) => operable).map(({ module, name }) => `${module}/params/${name}`));
+  const goalParameters = properties
     .filter(({ access, interface: name }) => access === "setting" && interfaces[name]?.properties?.goal_x && interfaces[name].properties.goal_y)
     .filter(isRead)
-    // An operator changes no parameters.
-    .filter(() => role === "developer")
+    // An operator changes no parameters but those that the configuration names.
+    .filter(({ path }) => role === "developer" || ["goal_x", "goal_y"].every((name) => operable.has(`${path}/${name}`)))
     .map(({ path }) => ({ path, how: "parameters", turned: false }));
   const canvases = of("MapStroke").filter(({ access }) => access === "messages").map(({ path }) => ({ path, how: "send" }));
-  return { goal: [...parameters, ...goals], pose: poses, paint: canvases };
+  return { goal: [...goalParameters, ...goals], pose: poses, paint: canvases };
 }
 
 const give = (agent, { path, how }, value) => (how === "send" ? post : put)(at(agent, path), value);

@@ -38,8 +38,9 @@ function picture(path, { value, sequence }, colors) {
   return canvas;
 }
 
-/** A grid map: free cells tinted, occupied ones dark on light or light on dark, unknown ones left out. */
-export function gridMap(context, colors, view, size, path, reading) {
+/** A grid map: free cells tinted, occupied ones dark on light or light on dark, unknown ones left out; faint where it is of another
+ *  time than all else. */
+export function gridMap(context, colors, view, size, path, reading, isOfNow = false) {
   const drawn = picture(path, reading, colors);
   if (!drawn) return;
   const { origin, resolution, width, height } = reading.value;
@@ -49,7 +50,9 @@ export function gridMap(context, colors, view, size, path, reading) {
   context.imageSmoothingEnabled = false;
   context.translate(left, bottom);
   context.rotate(-origin.theta);
+  context.globalAlpha = isOfNow ? 0.35 : 1;
   context.drawImage(drawn, 0, -height * cell, width * cell, height * cell);
+  context.globalAlpha = 1;
   context.strokeStyle = colors.muted;
   context.setLineDash([2, 4]);
   context.lineWidth = 1;

@@ -9,6 +9,11 @@ const enc = (path) => path.split("/").map(encodeURIComponent).join("/");
 /** As much of a name as there is room for in a node. */
 const short = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
 
+const count = (number, name) => `${number} ${name}${number === 1 ? "" : "s"}`;
+
+// A gate lets through or not: it is no box.
+const GATE = `M9 0H${WIDTH - 9}L${WIDTH} ${HEIGHT / 2}L${WIDTH - 9} ${HEIGHT}H9L0 ${HEIGHT / 2}z`;
+
 /** Nodes, and edges with all the links between the same two. */
 function made(modules, properties, links, actuators, hidden) {
   const fits = (name) => !hidden.some((part) => name.includes(part));
@@ -34,7 +39,7 @@ function made(modules, properties, links, actuators, hidden) {
     const command = properties.find(({ path, interface: kind, access }) => access === "output" && path.startsWith(`${robot}/execute`) && path.endsWith(`/${name.split("/").at(-1)}`) && kind !== "ExecuteStatus");
     if (command) add(moduleOf(command.path, names), name, { to: name, from: `/${command.path}`, source: command.path, sends: false });
   }
-  return { names, gates: new Set(gates), edges: [...found.values()] };
+  return { names, gates: new Set(gates.filter(fits)), edges: [...found.values()] };
 }
 
 /** Makes a link, after it was found out whether it fits. */
@@ -118,7 +123,22 @@ function Panel({ options, setOptions }) {
   if (!modules) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
   const isAllowed = agent?.role === "developer";
   const conditions = new Map(modules.map((module) => [module.name, module]));
+  const gates = new Map(actuators.map((actuator) => [actuator.name, actuator]));
   const rate = ({ links }) => (links.length > 1 ? `${links.length} links` : links[0].sends ? "messages" : rates.get(links[0].source) === 0 ? "0 Hz" : hertz(rates.get(links[0].source)));
+  // The slowest and the fastest of what a module writes.
+  const pace = (name) => {
+    const paths = graph.gates.has(name) ? [`${name}/command`] : outputsOf(name).map((path) => path.slice(1));
+    const own = paths.map((path) => rates.get(path)).filter((rate) => rate > 0);
+    const [least, most] = [Math.min(...own), Math.max(...own)];
+    // Nearly the same is the same.
+    if (own.length === 0 || most < 1.15 * least) return own.length ? hertz(most) : "";
+    return `${hertz(least).replace(" Hz", "")}–${hertz(most)}`;
+  };
+  // Thicker where more goes.
+  const width = ({ links }) => {
+    const most = Math.max(0, ...links.map(({ source }) => rates.get(source) ?? 0));
+    return 1.1 + 0.5 * Math.log10(1 + most);
+  };
   const trouble = ({ links }) => links.find(({ trouble, evicted }) => trouble || evicted);
   const isInput = ({ access }) => access === "setting" || access === "queue";
   const settings = properties.filter(isInput).filter(({ path }) => !/\/(params|enabled)$/.test(path)).map(({ path }) => path);
@@ -159,36 +179,44 @@ function Panel({ options, setOptions }) {
   const own = (name) => name.slice(name.indexOf("/") + 1);
   const more = (name) => {
     const module = conditions.get(name);
-    if (graph.gates.has(name)) return "gate";
+    const gate = gates.get(name);
+    if (gate) return `gate, ${gate.stopped ? "stopped" : word(gate.gate?.mode).toLowerCase() || "no command yet"}`;
     return module?.condition !== "WORKING" ? word(module?.condition) : module.kind === own(name) ? "" : module.kind;
   };
   const source = (input) => links.find(({ to }) => to === input)?.from ?? "";
   return html`
     <div class="bar-of-tools"><input type="search" placeholder="Hide modules, such as referee monitor" aria-label="Hide modules whose names have" value=${options.hide ?? ""} onInput=${(event) => setOptions({ hide: event.target.value })} />
-      <span class="muted">${graph.names.length} modules, ${links.length} links${isAllowed ? "; drag from a module to another to link them" : ""}</span></div>
+      <span class="muted" title="The rates are of what each writes; lines are thicker where more goes">${count(graph.names.length - graph.gates.size, "module")}, ${graph.gates.size ? `${count(graph.gates.size, "gate")}, ` : ""}${count(links.length, "link")}${isAllowed ? "; drag from a module to another to link them" : ""}</span></div>
     <div class="graph">
       <div class="scroll" ref=${box} tabindex="0" role="group" aria-label="Graph"><svg ref=${drawing} width=${placed.width} height=${placed.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
-        <defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto-start-reverse"><path d="M0 0L8 4L0 8z" class="tip" /></marker></defs>
+        <defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerUnits="userSpaceOnUse" markerWidth="10" markerHeight="10" orient="auto-start-reverse"><path d="M0 0L8 4L0 8z" class="tip" /></marker></defs>
         ${placed.boxes.map(({ name, ...box }) => html`<g key=${name} class="box"><rect ...${box} rx="10" /><text x=${box.x + 12} y=${box.y + 16}>${name}</text></g>`)}
-        ${graph.edges.map((edge) => {
+        ${[...graph.edges].sort((one, other) => isChosen(one) - isChosen(other)).map((edge) => {
           const way = placed.ways.get(edge);
           if (!way) return null;
           const id = `${edge.from} ${edge.to}`;
           const state = trouble(edge) ? "bad" : isChosen(edge) ? "chosen" : chosen || edgeChosen ? "dim" : undefined;
-          const words = edge.links.map(({ source, to, sends }) => (sends ? `${to} sends to ${source}` : `${source} to ${to}`)).join("\n");
+          const words = edge.links.map(({ source, to, sends }) => (sends ? `${to} sends to ${source}` : `${source} to ${to}, ${hertz(rates.get(source)) || "–"}`)).join("\n");
           return html`<g key=${id} class="edge" data-state=${state} data-edge=${id} data-back=${way.isBack} data-sends=${edge.links.every(({ sends }) => sends)} onClick=${() => choose("", id)}><title>${words}</title>
-            <path class="near" d=${way.d} /><path d=${way.d} marker-end="url(#tip)" /></g>`;
+            <path class="near" d=${way.d} /><path d=${way.d} style=${{ strokeWidth: width(edge) }} marker-end="url(#tip)" /></g>`;
         })}
         ${drag?.moved && html`<path class="dragged" d=${`M${placed.places.get(drag.from).x + WIDTH} ${placed.places.get(drag.from).y + HEIGHT / 2}L${drag.x} ${drag.y}`} />`}
         ${graph.names.map((name) => {
           const { x, y } = placed.places.get(name);
           const module = conditions.get(name);
-          const state = module?.panics ? "bad" : module?.misses ? "degraded" : module?.condition === "INACTIVE" ? "off" : graph.gates.has(name) ? "gate" : undefined;
+          const state = module?.panics ? "bad" : module?.misses ? "degraded" : module?.condition === "INACTIVE" ? "off" : gates.get(name)?.stopped ? "bad" : graph.gates.has(name) ? "gate" : undefined;
           return html`<g key=${name} class="node" data-state=${state} data-chosen=${chosen === name} transform=${`translate(${x} ${y})`} tabindex="0" role="button" data-name=${name} aria-pressed=${chosen === name}
             onPointerDown=${(event) => begin(event, name)} onKeyDown=${(event) => key(event, name)}>
-            <rect width=${WIDTH} height=${HEIGHT} rx=${graph.gates.has(name) ? 2 : 7} /><text x="10" y=${more(name) ? 16 : 23}>${short(own(name), 21)}</text><text x="10" y="30" class="small">${short(more(name), 24)}</text></g>`;
+            ${graph.gates.has(name) ? html`<path class="body" d=${GATE} />` : html`<rect class="body" width=${WIDTH} height=${HEIGHT} rx="7" />`}
+            <text x="12" y=${more(name) || pace(name) ? 16 : 23}>${short(own(name), 20)}</text><text x="12" y="30" class="small">${short(more(name), pace(name) ? 19 - pace(name).length : 23)}</text>
+            <text x=${WIDTH - 10} y="30" class="small pace">${pace(name)}</text></g>`;
         })}
-        ${graph.edges.filter((edge) => isChosen(edge) && placed.ways.has(edge)).map((edge) => html`<text key=${`${edge.from} ${edge.to}`} class="rate" x=${placed.ways.get(edge).x} y=${placed.ways.get(edge).y - 5}>${rate(edge)}</text>`)}</svg></div>
+        ${graph.edges.filter((edge) => isChosen(edge) && placed.ways.has(edge)).map((edge) => {
+          // Where the lines of the chosen module are apart.
+          const { start, end } = placed.ways.get(edge);
+          const { x, y } = chosen === edge.to ? start : end;
+          return html`<text key=${`${edge.from} ${edge.to}`} class="rate" x=${x} y=${y - 5}>${rate(edge)}</text>`;
+        })}</svg></div>
       ${chosen && html`<section class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => choose("")}>✕</button></header>
         ${editing ? html`${editing.sources && html`<label class="muted">Input <select value=${editing.input} onChange=${(event) => setEditing({ ...editing, input: event.target.value })}>${inputsOf(chosen).map((input) => html`<option key=${input} value=${input}>${input}</option>`)}</select></label>`}
             <${Relink} key=${editing.input} input=${editing.input} from=${editing.from} sources=${editing.sources ?? sources} isAllowed=${isAllowed} done=${() => setEditing(null)} />`

@@ -1,19 +1,46 @@
-// The lines of the log, as they come.
-import { at, Empty, get, html, Problem, time, Trouble, useAgent, useEffect, useRef, useState } from "/slate.js";
+// The lines of the log, as they come. Who looks back sees those until then, and behind a mark those that were later.
+import { at, clock, Empty, get, html, isPast, onConnection, Problem, time, Trouble, useAgent, useEffect, usePlayback, useRef, useState } from "/slate.js";
 import { lookBack } from "/live.js";
 
 const LEVELS = ["error", "warn", "info", "debug", "trace"];
 const MOST = 2000;
+
+/** The lines that the last seconds have of a level, also from before the page was open and longer ago than the agent tells of itself. */
+async function kept(agent, level) {
+  const { values } = await get(`${at(agent, "log/tail", "history")}?limit=${MOST}`);
+  const lines = values.map(({ value, ...stamp }) => ({ ...value, ...stamp, level: value.level.toLowerCase() }));
+  return lines.filter((line) => LEVELS.indexOf(line.level) <= LEVELS.indexOf(level));
+}
+
+/** Lines in the order of time, each once: a recording that is played again tells them anew, with other numbers. */
+function ordered(lines, isPlayed) {
+  const known = new Map(lines.map((line) => [isPlayed ? `${line.time} ${line.module} ${line.text}` : line.sequence, line]));
+  return [...known.values()].sort((one, other) => one.time - other.time || one.sequence - other.sequence);
+}
 
 function Panel({ options, setOptions }) {
   const [lines, setLines] = useState(null);
   const [text, setText] = useState("");
   const [paused, setPaused] = useState(false);
   const scroll = useRef(null);
+  const marked = useRef(null);
   const [problem, setProblem] = useState(null);
   const [chosen, setChosen] = useState(null);
   const agent = useAgent();
+  const playback = usePlayback();
+  const [, redraw] = useState(0);
+  const [before, setBefore] = useState([]);
   const level = options.level ?? "info";
+  // What is looked at instead of the present, if anything is.
+  const isStill = isPast() || Boolean(playback?.is_paused);
+  // Of one that is played on, its lines come before it is known how far it is.
+  const lead = isStill ? 0 : 1e9 * (playback?.rate ?? Infinity);
+  const moment = isPast() ? clock.now : playback ? playback.begin + playback.time + lead : null;
+  useEffect(() => onConnection(() => redraw((count) => count + 1)), []);
+  useEffect(() => {
+    setBefore([]);
+    if (isPast() && agent) kept(agent.name, level).then(setBefore, (problem) => { if (!(problem instanceof Problem)) throw problem; });
+  }, [isPast(), agent?.name, level]);
   useEffect(() => {
     let [after, ended, timer] = [null, false, 0];
     setLines(null);
@@ -38,10 +65,16 @@ function Panel({ options, setOptions }) {
   }, [level]);
   useEffect(() => scroll.current?.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest" }), [chosen]);
   useEffect(() => {
-    if (!paused && scroll.current) scroll.current.scrollTop = scroll.current.scrollHeight;
+    if (!scroll.current) return;
+    const mark = scroll.current.querySelector(".looked-at");
+    if (!(mark && isStill) && !paused) scroll.current.scrollTop = scroll.current.scrollHeight;
+    // What was just then is read at the bottom.
+    else if (mark && isStill && marked.current !== moment) mark.scrollIntoView({ block: "end" });
+    marked.current = mark ? moment : null;
   });
   const wanted = text.toLowerCase();
-  const shown = (lines ?? []).filter((line) => !wanted || line.module.toLowerCase().includes(wanted) || line.text.toLowerCase().includes(wanted));
+  const all = moment === null ? (lines ?? []) : ordered([...before, ...(lines ?? [])], Boolean(playback));
+  const shown = all.filter((line) => !wanted || line.module.toLowerCase().includes(wanted) || line.text.toLowerCase().includes(wanted));
   const choose = (step) => {
     const place = shown.findIndex(({ sequence }) => sequence === chosen);
     setPaused(true);
@@ -68,6 +101,8 @@ function Panel({ options, setOptions }) {
       setProblem(error);
     }
   };
+  const later = moment === null ? -1 : shown.findIndex((line) => line.time > moment);
+  const mark = html`<tr class="looked-at" key="looked-at"><td colspan="4">${isStill ? `${time(moment)} is looked at${later < 0 ? "" : "; what follows was later"}` : "What follows was later"}</td></tr>`;
   // Who scrolls back wants to read.
   const scrolled = ({ target }) => setPaused(target.scrollHeight - target.scrollTop - target.clientHeight > 30);
   return html`
@@ -80,10 +115,10 @@ function Panel({ options, setOptions }) {
     </div>
     <${Trouble} problem=${problem} />
     <div class="scroll" ref=${scroll} onScroll=${scrolled} onKeyDown=${key} role="log" aria-live="off" aria-label="Log" tabindex="0">
-      ${lines && !shown.length && html`<${Empty}>${lines.length ? "No line has that." : "No line yet of this level."}</${Empty}>`}
+      ${lines && !shown.length && html`<${Empty}>${all.length ? "No line has that." : "No line yet of this level."}</${Empty}>`}
       <table class="log"><tbody>
-        ${shown.map((line) => html`<tr key=${line.sequence} data-level=${line.level.toLowerCase()} aria-selected=${line.sequence === chosen ? "true" : undefined} onClick=${() => { setPaused(true); setChosen(line.sequence); }} onDblClick=${() => jump(line.time)}>
-          <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}
+        ${shown.map((line, place) => html`${place === later && mark}<tr key=${line.sequence} data-level=${line.level.toLowerCase()} data-later=${moment !== null && line.time > moment ? "true" : undefined} aria-selected=${line.sequence === chosen ? "true" : undefined} onClick=${() => { setPaused(true); setChosen(line.sequence); }} onDblClick=${() => jump(line.time)}>
+          <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}${isStill && later < 0 && mark}
       </tbody></table>
     </div>`;
 }

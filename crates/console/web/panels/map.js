@@ -1,6 +1,5 @@
 // The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
-import { clock, colors, Empty, fixed, html, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
-import { isPast } from "/live.js";
+import { clock, colors, Empty, fixed, html, isOfNow, isPast, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
 import * as draw from "/map/draw.js";
 import { paint as paintStroke, setPlace, targets } from "/map/edit.js";
 import * as layers from "/map/layers.js";
@@ -10,7 +9,7 @@ import { fit, toPixel, toWorld, zoom } from "/map/view.js";
 
 const NO_GOAL = {
   viewer: "A viewer looks; an operator sets goals",
-  operator: "No input or mailbox here takes a place; parameters are a developer's",
+  operator: "No input or mailbox here takes a place; parameters are a developer's, unless console.operable has them",
   developer: "No input, parameter or mailbox here takes a place",
 };
 const LAYERS = { world: "World", grids: "Grid maps", paths: "Planned ways", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
@@ -36,7 +35,8 @@ function Panel({ options, setOptions }) {
   const world = useResource(documents.includes("world") ? "/documents/world" : null);
   const before = useResource(documents.includes("trails") ? "/documents/trails" : null)?.robots;
   const scene = useMemo(() => find(properties, world), [properties, world]);
-  const able = useMemo(() => targets(properties, links, interfaces, agent?.role), [properties, links, interfaces, agent?.role]);
+  const parameters = useResource("/parameters", 10);
+  const able = useMemo(() => targets(properties, links, interfaces, agent?.role, parameters), [properties, links, interfaces, agent?.role, parameters]);
   const [box, size] = useSize();
   const canvas = useRef(null);
   const state = useRef({ view: null, readings: new Map(), pointers: new Map(), ruler: null, aim: null, stroke: null, dirty: true }).current;
@@ -49,6 +49,7 @@ function Panel({ options, setOptions }) {
   const [problem, setProblem] = useState(null);
   const [said, setSaid] = useState("");
   const [summary, setSummary] = useState([]);
+  const [ofNow, setOfNow] = useState("");
   const isShown = (layer) => options[layer] !== false;
   const [gridBounds, setGridBounds] = useState(null);
   const bounds = world?.bounds?.maximum ? world.bounds : (gridBounds ?? SOMEWHERE);
@@ -80,7 +81,13 @@ function Panel({ options, setOptions }) {
           state.isBound = true;
           setGridBounds(layers.boundsOf(reading.value));
         }
-      }, { rate: scene.grids.some((grid) => grid.path === path) ? 5 : 20 }),
+      }, {
+        rate: scene.grids.some((grid) => grid.path === path) ? 5 : 20,
+        none: () => {
+          state.readings.delete(path);
+          state.dirty = true;
+        },
+      }),
     );
     return () => ends.forEach((end) => end());
   }, [watched.join(" ")]);
@@ -118,6 +125,7 @@ function Panel({ options, setOptions }) {
         const route = state.readings.get(status)?.value.route;
         return { name, place, route: route ?? (isScripted ? "scripted" : "") };
       }));
+      setOfNow([...state.readings].filter(([, reading]) => isOfNow(reading)).map(([path]) => path).join(", "));
     }, 250);
     return () => clearInterval(timer);
   }, [scene]);
@@ -141,7 +149,7 @@ function Panel({ options, setOptions }) {
     context.clearRect(0, 0, size.width, size.height);
     draw.grid(context, scheme, view, size);
     if (isShown("grids")) {
-      for (const { path } of scene.grids) if (value(path)) layers.gridMap(context, scheme, view, size, path, state.readings.get(path));
+      for (const { path } of scene.grids) if (value(path)) layers.gridMap(context, scheme, view, size, path, state.readings.get(path), isOfNow(state.readings.get(path)));
     }
     if (isShown("world") && world) draw.world(context, scheme, view, size, world);
     const drawGoals = () => {
@@ -369,6 +377,7 @@ function Panel({ options, setOptions }) {
       <p class="pointer number">${hover ? `${fixed(hover[0], "m")}  ${fixed(hover[1], "m")}` : ""}</p>
       <p class="legend" aria-hidden="true"><span class="deliberative">● Deliberative</span><span class="reactive">■ Reactive</span></p>
       <p class="said" role="status">${said}</p>
+      ${ofNow && html`<p class="of-now" role="status" title="The last seconds leave out what is larger than record.flight.largest, or not chosen"><b>Of now:</b> ${ofNow}, which the last seconds leave out</p>`}
       <${Trouble} problem=${problem} />
     </div>
   </div>`;

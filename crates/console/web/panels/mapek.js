@@ -69,9 +69,10 @@ function Robot({ robot, isAllowed, fail }) {
       <div class="stage plan"><h3>Plan</h3>${cards(Plan, deliberative)}
         <p class="muted" title="What was planned before the last reflex or failure comes too late">${status ? `${status.ticket} actions planned, ${status.epoch} reflexes and failures${status.replan ? "; a new plan is wanted" : ""}` : ""}</p></div>
       <div class="stage execute"><h3>Execute</h3>
-        ${executes.map(({ name, outputs }) => html`<article class="block" key=${name} data-active=${route ?? ""}><header><b>${name.slice(name.lastIndexOf("/") + 1)}</b></header>
+        ${executes.map(({ name, outputs }) => html`<article class="block" key=${name} data-active=${route ?? ""}><header><b>${name.slice(name.lastIndexOf("/") + 1)}</b> ${readings[robot.status] && html`<${Age} time=${readings[robot.status].time} />`}</header>
           <${Execute} status=${status} />
-          ${outputs.filter(({ path }) => path !== robot.status).map(({ path, interface: name }) => html`<button class="output" key=${path} onClick=${() => select(path)}><span class="muted">${path.split("/").at(-1)}</span><span class="number">${readings[path] ? brief(readings[path].value, interfaces[name]) : "none yet"}</span></button>`)}</article>`)}</div>
+          ${outputs.filter(({ path }) => path !== robot.status).map(({ path, interface: name }) => html`<button class="output" key=${path} onClick=${() => select(path)}><span class="muted">${path.split("/").at(-1)}</span><span class="number">${readings[path] ? brief(readings[path].value, interfaces[name]) : "none yet"}</span>
+            ${readings[path] && html`<${Age} time=${readings[path].time} />`}</button>`)}</article>`)}</div>
       <div class="stage reactive-stage"><h3>ReactiveModel: from the sensors straight to Execute</h3><div class="row">${ReactiveModel.map((module) => html`<div key=${module.name}>
         ${cards([module], module.condition === "WORKING" ? reactive : undefined)}<${Switch} module=${module} isAllowed=${isAllowed} fail=${fail} /></div>`)}</div></div>
       <div class="stage knowledge"><h3>Knowledge</h3><div class="row">${cards(Knowledge)}</div></div>

@@ -1,12 +1,32 @@
 // Parameters of modules: with ranges and units, taken back one by one, compared with the files, and saved into them.
 import { Dialog } from "/dialog.js";
-import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState } from "/slate.js";
+import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useReadings, useResource, useState } from "/slate.js";
+
+/** A decimal number, as people write it: with a comma or a point, a true minus, its unit behind it; nothing of what is none. */
+function numberOf(text, unit) {
+  const bare = text.trim();
+  const digits = (unit && bare.endsWith(unit) ? bare.slice(0, -unit.length) : bare).trim().replace(",", ".").replace("−", "-");
+  return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(digits) ? Number(digits) : null;
+}
+
+/** Why a text is none of a parameter, in words of who has typed it; nothing when it is one. */
+function wrongly(text, { name, type, unit, range }, module) {
+  const found = numberOf(text, unit);
+  const [low, high] = range ?? [];
+  const isOutside = found !== null && range && (found < low || found > high);
+  if (found !== null && !isOutside && (type === "number" || Number.isInteger(found))) return null;
+  const kind = type === "integer" ? "a whole number" : "a number";
+  const wrong = found === null ? `“${text.trim()}” is not ${kind}` : isOutside ? `${text.trim()} is too ${found < low ? "small" : "large"}` : `${text.trim()} is not ${kind}`;
+  const such = !range ? "" : high - low < 1e6 ? ` from ${low} to ${high}` : low > -1e6 ? `, at least ${low}` : high < 1e6 ? `, at most ${high}` : "";
+  return new Problem(422, `${wrong}: nothing was changed`, `${name} of ${module} is ${kind}${such}${unit ? `, in ${unit}` : ""}, such as ${type === "integer" ? Math.round(low ?? 1) : Math.max(low ?? 0.5, Math.min(high ?? 0.5, 0.5))}`);
+}
 
 /** The least and the greatest value of a slider: what the parameter allows; nothing where nobody has said. */
 const bounds = ({ range }) => (range && range[1] - range[0] < 1e6 ? { low: range[0], high: range[1] } : null);
 
-function Parameter({ leaf, module, value, file, set, isAllowed }) {
+function Parameter({ leaf, module, value, file, set, fail, isAllowed }) {
   const [text, setText] = useState(null);
+  const [isWrong, setIsWrong] = useState(false);
   const { name, type, unit, doc } = leaf;
   const limits = bounds(leaf);
   const isNumber = type === "number" || type === "integer";
@@ -16,9 +36,18 @@ function Parameter({ leaf, module, value, file, set, isAllowed }) {
     // Whoever types and enters at once is faster than the page is drawn.
     const typed = event.type === "submit" ? event.target.querySelector("input").value : text;
     const isTouched = text !== null || (typed !== null && typed !== String(value ?? "NaN"));
-    if (isTouched && typed.trim() !== "") set(isNumber ? Number(typed.replace(",", ".")) : typed);
+    const isGiven = isTouched && typed.trim() !== "";
+    const problem = isGiven && isNumber ? wrongly(typed, leaf, module) : null;
+    setIsWrong(problem !== null);
+    // What is wrong stays to be mended.
+    if (problem) return fail(problem);
+    if (isWrong) fail(null);
+    if (isGiven) set(isNumber ? numberOf(typed, unit) : typed);
     setText(null);
+    return undefined;
   };
+  // Parameters of several modules have the same name.
+  const label = `${module} ${name}${unit ? `, ${unit}` : ""}`;
   // A slider has no more digits than a hundredth of its range tells apart.
   const rounded = ({ target }) => Number(Number(target.value).toPrecision(3));
   const id = `parameter-${leaf.path}-${name}`;
@@ -26,24 +55,53 @@ function Parameter({ leaf, module, value, file, set, isAllowed }) {
   return html`<div class="parameter" data-differs=${differs}>
     <label for=${id} title=${doc}>${name}<small>${doc}</small></label>
     ${isNumber && html`
-      ${limits ? html`<input type="range" aria-label=${`${name} of ${module}, slider`} title=${`${limits.low} to ${limits.high} ${unit}`} min=${limits.low} max=${limits.high} step=${type === "integer" ? 1 : "any"}
-        value=${text ?? value ?? 0} disabled=${!isAllowed} onChange=${(event) => { setText(null); set(rounded(event)); }} onInput=${(event) => setText(String(rounded(event)))} />` : html`<span></span>`}
-      <form onSubmit=${enter}><input id=${id} inputmode="decimal" autocomplete="off" disabled=${!isAllowed} value=${text ?? (value ?? "NaN")} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form>
+      ${limits ? html`<input type="range" aria-label=${`${label}, slider`} title=${`${limits.low} to ${limits.high} ${unit}`} min=${limits.low} max=${limits.high} step=${type === "integer" ? 1 : "any"}
+        value=${numberOf(text ?? "", unit) ?? value ?? 0} disabled=${!isAllowed} onChange=${(event) => { setText(null); set(rounded(event)); }} onInput=${(event) => setText(String(rounded(event)))} />` : html`<span></span>`}
+      <form onSubmit=${enter}><input id=${id} aria-label=${label} aria-invalid=${isWrong ? "true" : undefined} inputmode="decimal" autocomplete="off" disabled=${!isAllowed} value=${text ?? (value ?? "NaN")} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form>
       <span class="unit">${unit}</span>`}
-    ${type === "boolean" && html`<span></span><input id=${id} type="checkbox" disabled=${!isAllowed} checked=${value === true} onChange=${(event) => set(event.target.checked)} /><span></span>`}
-    ${choices && html`<span></span><select id=${id} disabled=${!isAllowed} value=${value} onChange=${(event) => set(event.target.value)}>${choices.map((choice) => html`<option key=${choice}>${choice}</option>`)}</select><span></span>`}
-    ${!isNumber && type !== "boolean" && !choices && html`<span></span><form onSubmit=${enter}><input id=${id} autocomplete="off" disabled=${!isAllowed || type !== "string"} value=${text ?? (typeof value === "string" ? value : JSON.stringify(value))} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form><span></span>`}
+    ${type === "boolean" && html`<span></span><input id=${id} aria-label=${label} type="checkbox" disabled=${!isAllowed} checked=${value === true} onChange=${(event) => set(event.target.checked)} /><span></span>`}
+    ${choices && html`<span></span><select id=${id} aria-label=${label} disabled=${!isAllowed} value=${value} onChange=${(event) => set(event.target.value)}>${choices.map((choice) => html`<option key=${choice}>${choice}</option>`)}</select><span></span>`}
+    ${!isNumber && type !== "boolean" && !choices && html`<span></span><form onSubmit=${enter}><input id=${id} aria-label=${label} autocomplete="off" disabled=${!isAllowed || type !== "string"} value=${text ?? (typeof value === "string" ? value : JSON.stringify(value))} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form><span></span>`}
     <span class="was" title=${differs ? `The file says ${file}` : ""}>${differs ? `file: ${file}` : ""}</span></div>`;
 }
+
+const nameOf = (path) => path.replace(/^modules\./, "").replaceAll('"', "");
 
 /** What is going to be taken back, whoever has changed it: a goal among it moves the robot. */
 function Revert({ differences, revert, close }) {
   return html`<${Dialog} label="Revert" kind="revert" close=${close}>
     <h2>Take back what no file says</h2>
-    <dl>${differences.map(({ path, file, present, default: usual }) => html`<div class="field" key=${path}><dt>${path.replace(/^modules\./, "").replaceAll('"', "")}</dt>
+    <dl>${differences.map(({ path, file, present, default: usual }) => html`<div class="field" key=${path}><dt>${nameOf(path)}</dt>
       <dd>${present ?? "none"} → ${file ?? usual ?? "the default"}</dd></div>`)}</dl>
     <div class="choices"><button data-first onClick=${close}>Cancel</button>
       <button class="primary" onClick=${() => (close(), revert())}>Take back ${differences.length}</button></div>
+  </${Dialog}>`;
+}
+
+/** What is going to be written, whoever has changed it, and into which files; or why it can't be. */
+function Save({ differences, save, close }) {
+  const [files, setFiles] = useState(null);
+  const [problem, setProblem] = useState(null);
+  const text = differences.map(({ path, present }) => `${path} ${present}`).join();
+  useEffect(() => {
+    let ended = false;
+    post("/settings/save?dry_run", {}).then(
+      (found) => !ended && (setFiles(found.files), setProblem(null)),
+      (error) => {
+        if (!(error instanceof Problem)) throw error;
+        if (!ended) setProblem(error);
+      },
+    );
+    return () => (ended = true);
+  }, [text]);
+  return html`<${Dialog} label="Save" kind="revert" close=${close}>
+    <h2>Write into the files what holds now</h2>
+    <dl>${differences.map(({ path, file, present }) => html`<div class="field" key=${path}><dt>${nameOf(path)}</dt>
+      <dd>${file ?? "not there"} → ${present ?? "taken out"}</dd></div>`)}</dl>
+    <p role="status">${files ? html`Into ${files.map((file, place) => html`${place ? ", " : ""}<code key=${file}>${file}</code>`)}${files.length ? ". Comments, and all else in it, stay." : "no file: they say all of it"}` : problem ? "" : "Looking which files that changes."}</p>
+    <${Trouble} problem=${problem} />
+    <div class="choices"><button data-first onClick=${close}>Cancel</button>
+      <button class="primary" disabled=${!files?.length} onClick=${() => (close(), save())}>Write ${differences.length}</button></div>
   </${Dialog}>`;
 }
 
@@ -53,12 +111,12 @@ function Panel({ options, setOptions }) {
   const properties = useProperties().filter(({ path, access }) => access === "setting" && path.endsWith("/params"));
   const differences = useResource("/settings/differences", 3) ?? [];
   const known = useResource("/parameters", 10) ?? [];
-  const ranges = useMemo(() => new Map(known.map(({ module, name, range }) => [`${module} ${name}`, range])), [known]);
+  const told = useMemo(() => new Map(known.map((parameter) => [`${parameter.module} ${parameter.name}`, parameter])), [known]);
   const [text, setText] = useState("");
   const [undone, setUndone] = useState([]);
   const [problem, setProblem] = useState(null);
   const [said, setSaid] = useState("");
-  const [asks, setAsks] = useState(false);
+  const [asks, setAsks] = useState(null);
   const shown = properties
     .map(({ path, interface: name }) => ({ path, module: path.slice(0, -"/params".length), fields: leaves(interfaces[name]) }))
     .filter(({ fields, module }) => fields.length && `${module} ${fields.map(({ name }) => name).join(" ")}`.toLowerCase().includes(text.toLowerCase()));
@@ -99,21 +157,23 @@ function Panel({ options, setOptions }) {
     <div class="bar-of-tools">
       <input type="search" placeholder="Module or parameter" aria-label="Search for parameters" value=${text} onInput=${(event) => setText(event.target.value)} />
       <button disabled=${!undone.length} onClick=${undo} title="Takes the last change back">Undo</button>
-      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks(true)} title="Takes back all that is not saved, and shows it first">Revert${own.length ? ` ${own.length}` : ""}</button>
-      <button disabled=${!own.length || !isAllowed} onClick=${save} title="Writes the changes into the files, with their comments kept">Save${own.length ? ` ${own.length}` : ""}</button>
+      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("revert")} title="Takes back all that is not saved, and shows it first">Revert${own.length ? ` ${own.length}` : ""}</button>
+      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("save")} title="Writes the changes into the files, with their comments kept, and shows them first">Save${own.length ? ` ${own.length}` : ""}</button>
       <span role="status" class="muted">${said}</span>
     </div>
     <${Trouble} problem=${problem} />
-    ${asks && html`<${Revert} differences=${own} revert=${revert} close=${() => setAsks(false)} />`}
+    ${asks === "revert" && html`<${Revert} differences=${own} revert=${revert} close=${() => setAsks(null)} />`}
+    ${asks === "save" && html`<${Save} differences=${own} save=${save} close=${() => setAsks(null)} />`}
     <div class="scroll parameters">
-      ${!isAllowed && agent && html`<p class="doc muted">A ${agent.role} may look at parameters; a developer changes them.</p>`}
+      ${!isAllowed && agent && html`<p class="doc muted">A ${agent.role} may look at parameters; a developer changes them${agent.role === "operator" ? ", and an operator those that console.operable has" : ""}.</p>`}
       ${shown.map(({ path, module, fields }) => html`<section key=${path}>
         <h3>${module}</h3>
         ${fields.map((leaf) => {
           const value = part(readings[path]?.value, leaf.pointer);
           const difference = changed.get(`modules.${module}.params.${leaf.name}`);
+          const own = told.get(`${module} ${leaf.name}`);
           const file = difference && (difference.file ?? difference.default ?? "not there");
-          return html`<${Parameter} key=${leaf.pointer} module=${module} leaf=${{ ...leaf, path, range: ranges.get(`${module} ${leaf.name}`) }} value=${value} file=${file} isAllowed=${isAllowed} set=${set(path, leaf, value)} />`;
+          return html`<${Parameter} key=${leaf.pointer} module=${module} leaf=${{ ...leaf, path, range: own?.range }} value=${value} file=${file} isAllowed=${isAllowed || (agent?.role === "operator" && own?.operable === true)} set=${set(path, leaf, value)} fail=${setProblem} />`;
         })}</section>`)}
       ${!shown.length && html`<${Empty}>No module has such parameters.</${Empty}>`}
     </div>`;

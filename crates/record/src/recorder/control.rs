@@ -23,7 +23,7 @@ use super::run::Preface;
 use super::save::save_to;
 use super::target::{Progress, Target};
 use super::thread::{Order, Shared, locked};
-use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection};
+use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_flight};
 
 /// How long the thread that writes may take to answer; less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -233,7 +233,30 @@ impl RecordingControl for Recorder {
 
     fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
         let (shared, _) = self.parts()?;
-        self.capture(&shared)?.history(wish, take).ok_or_else(|| {
+        let captured = self.capture(&shared)?;
+        // Without a word it would look as if nothing had been written.
+        let settings = self.state().settings.clone();
+        let wants = wants_of_flight(&settings);
+        if let Some(channel) = captured.channel(&wish.path).filter(|own| !wants(own)) {
+            let (path, largest) = (&wish.path, settings.flight.largest);
+            let is_large = channel.largest as u64 > largest;
+            return Err(refusal(
+                match is_large {
+                    true => format!(
+                        "the last seconds leave out /{path}: its values may have {} bytes, and record.flight.largest is {largest}",
+                        channel.largest
+                    ),
+                    false => format!("the last seconds leave out /{path}, which [record] does not choose"),
+                },
+                match is_large {
+                    true => {
+                        "start the agent with a larger one, such as --set record.flight.largest='\"1MiB\"'"
+                    }
+                    false => "see `select` and `exclude` of [record], and start the agent anew",
+                },
+            ));
+        }
+        captured.history(wish, take).ok_or_else(|| {
             let help = "`slate list` shows the properties; of the recorder itself nothing is kept";
             refusal(format!("nothing is kept of /{}", wish.path), help)
         })

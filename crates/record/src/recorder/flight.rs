@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use slate_blackboard::Stamp;
 use slate_blackboard::channel::FrozenValue;
 use slate_runtime::configuration::Flight as Settings;
-use slate_runtime::recording::{Change, History, HistoryWish, TakeValue};
+use slate_runtime::recording::{Change, History, HistoryWish, Left, TakeValue};
 
 use super::channels::Channel;
 use super::hub::{OTHERS, Want};
@@ -245,9 +245,14 @@ impl Piece {
 }
 
 impl Captured {
+    /// The channel of the property at a path, the last one if there were several.
+    pub fn channel(&self, path: &str) -> Option<&Channel> {
+        self.channels.iter().rev().find(|channel| channel.path == path)
+    }
+
     /// Tells what is asked for of the property at a path, if that is kept.
     pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Option<History> {
-        let own = self.channels.iter().rev().find(|channel| channel.path == wish.path)?;
+        let own = self.channel(&wish.path)?;
         // A module that was loaded anew writes the same property, as long as it has the same interface.
         let descriptor = own.descriptor;
         let is_own =
@@ -260,16 +265,18 @@ impl Captured {
                 found.extend(piece.places(id).iter().filter_map(|place| piece.at(*place)));
             }
         }
-        found.retain(|(head, _)| (wish.from..=wish.to).contains(&head.time));
-        found.sort_by_key(|(head, _)| (head.time, head.id, head.sequence));
-        let mut told: Vec<_> =
-            wish.places(found.len()).filter_map(|place| found.get(place).copied()).collect();
-        told.sort_by_key(|(head, _)| (head.time, head.sequence));
+        found.retain(|(head, _)| wish.has(head.time, head.sequence));
+        // Whoever goes on at one of them misses none.
+        found.sort_by_key(|(head, _)| (head.time, head.sequence, head.id));
+        let told: Vec<_> = wish.places(found.len()).filter_map(|place| found.get(place).copied()).collect();
         let left = told.iter().position(|(head, bytes)| {
             let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
             !take(descriptor, FrozenValue { bytes: bytes.to_vec(), items: head.items as usize, stamp })
         });
-        let left = left.map(|place| (told.len() - place, told[place].0.time));
+        let left = left.and_then(|place| {
+            let (head, _) = told.get(place)?;
+            Some(Left { count: told.len() - place, time: head.time, sequence: head.sequence })
+        });
         Some(History { left, count: found.len(), from: self.from, to: self.to })
     }
 
@@ -347,7 +354,7 @@ mod tests {
             for (id, own) in &written {
                 // Asked twice, as the first one makes the index.
                 for (from, to, most) in [(0, u64::MAX, 10_000), (now / 3, now / 2, 7)] {
-                    let wish = HistoryWish { path: format!("p{id}"), from, to, most };
+                    let wish = HistoryWish { path: format!("p{id}"), from, sequence: 0, to, most };
                     let mut all = Vec::new();
                     captured.each(|_, head, bytes| {
                         if head.id == *id && (from..=to).contains(&head.time) {
@@ -363,8 +370,25 @@ mod tests {
                     let told = told.unwrap();
                     prop_assert_eq!(told.count, all.len());
                     let wanted: Vec<_> = wish.places(all.len()).map(|place| all[place]).collect();
-                    prop_assert_eq!(told.left, wanted.get(5).map(|first| (wanted.len() - 5, first.0)));
+                    let first = wanted.get(5);
+                    let left = first.map(|(time, sequence, _)| Left {
+                        count: wanted.len() - 5,
+                        time: *time,
+                        sequence: *sequence,
+                    });
+                    prop_assert_eq!(told.left, left);
                     prop_assert_eq!(&values[..], &wanted[..wanted.len().min(6)]);
+                    // Whoever goes on there gets all that is left, also of the same time, and nothing twice.
+                    let Some(left) = left else { continue };
+                    let rest = HistoryWish { from: left.time, sequence: left.sequence, ..wish };
+                    let mut values = Vec::new();
+                    captured.history(&rest, &mut |_, own| {
+                        values.push((own.stamp.time, own.stamp.sequence, own.bytes.len()));
+                        true
+                    });
+                    if most > all.len() {
+                        prop_assert_eq!(&values[..], &wanted[5..]);
+                    }
                 }
             }
             let (before, after) = numbers(&mut flight);

@@ -7,10 +7,11 @@ use std::time::Duration;
 use slate_blackboard::Stamp;
 use slate_blackboard::channel::FrozenValue;
 use slate_runtime::playback::{Order, PlaybackControl, PlaybackStatus};
-use slate_runtime::recording::{History, HistoryWish, TakeValue};
+use slate_runtime::recording::{History, HistoryWish, Left, TakeValue};
 
 use super::reel::SharedReel;
 use super::timeline::{Recorded, Track};
+use crate::bag::Error;
 
 /// What came of an order; what is wrong with it and what helps.
 pub(super) type Answer = Result<PlaybackStatus, (String, String)>;
@@ -72,11 +73,12 @@ impl PlaybackControl for Counter {
                 "GET /api/v1/properties lists the properties; those of the playback itself are not recorded";
             (format!("no value of /{} is recorded", wish.path), help.to_owned())
         };
+        let anew = |error: Error| (error.to_string(), "play the file anew".to_owned());
         let (track, descriptor, numbers, (from, to)) = {
-            let reel = self.reel.get();
-            let timeline = &reel.timeline;
+            let mut reel = self.reel.get();
+            let timeline = &mut reel.timeline;
             let track = timeline.tracks.iter().position(is_meant).ok_or_else(unknown)?;
-            let first = timeline.place_after(track, wish.from.checked_sub(1));
+            let first = timeline.place_from(track, wish.from, wish.sequence).map_err(anew)?;
             let numbers = first..timeline.place_after(track, Some(wish.to)).max(first);
             (track, timeline.tracks[track].form.descriptor, numbers, timeline.span().unwrap_or_default())
         };
@@ -87,12 +89,12 @@ impl PlaybackControl for Counter {
             let timeline = &mut reel.timeline;
             let place = timeline.place(track, numbers.start + place);
             let value = place.map(|place| timeline.value_alone(place)).transpose();
-            let value = value.map_err(|error| (error.to_string(), "play the file anew".to_owned()))?;
+            let value = value.map_err(anew)?;
             drop(reel);
             let Some(Recorded { bytes, items, sequence, time }) = value else { continue };
             let stamp = Stamp { sequence, time, generation: 0 };
             if !take(descriptor, FrozenValue { bytes, items, stamp }) {
-                left = Some((told - number, time));
+                left = Some(Left { count: told - number, time, sequence });
                 break;
             }
         }

@@ -299,6 +299,22 @@ impl Timeline {
         self.tracks[track].values.partition_point(is_before)
     }
 
+    /// The number of a track's first value from a time on, and of those of that time from a sequence number on.
+    pub fn place_from(&mut self, track: usize, time: u64, sequence: u64) -> Result<usize, Error> {
+        let mut first = self.place_after(track, time.checked_sub(1));
+        let mut end = if sequence > 0 { self.place_after(track, Some(time)) } else { first };
+        // Along a track they rise. An entry does not have its own, as hardly anybody asks for it.
+        while first < end {
+            let middle = first + (end - first) / 2;
+            let place = self.tracks[track].values[middle] as usize;
+            match self.value_alone(place)?.sequence < sequence {
+                true => first = middle + 1,
+                false => end = middle,
+            }
+        }
+        Ok(first)
+    }
+
     /// Whether a second run writes the same values of it.
     pub fn is_compared(&self, track: usize) -> bool {
         self.tracks[track].is_compared

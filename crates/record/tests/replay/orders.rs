@@ -5,7 +5,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_record::bag::Compression;
 use slate_record::replay::{Plan, Player};
 use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
-use slate_runtime::recording::HistoryWish;
+use slate_runtime::recording::{HistoryWish, Left};
 
 use crate::support::{Foreign, foreign_in, load, plugins, recorded};
 
@@ -135,7 +135,7 @@ fn what_is_asked_of_the_past_is_read_alone_and_checked() {
         let player = Player::open(&path, &plugins(), Plan::default()).unwrap();
         let control = player.control();
         let past = |most| {
-            let wish = HistoryWish { path: "page".into(), from: 0, to: u64::MAX, most };
+            let wish = HistoryWish { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most };
             let mut letters = Vec::new();
             // Behind the length of the text.
             let mut take = |_: &'static Descriptor, value: FrozenValue| {
@@ -148,13 +148,14 @@ fn what_is_asked_of_the_past_is_read_alone_and_checked() {
         };
         assert_eq!(past(100), Ok((b'a'..=b'z').collect()));
         // Who has enough is told where to go on.
-        let wish = HistoryWish { path: "page".into(), from: 0, to: u64::MAX, most: 100 };
+        let wish = HistoryWish { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most: 100 };
         let mut taken = 0;
         let past_of_some = control.history(&wish, &mut |_, value| {
             taken += value.bytes.len();
             taken < 100_000
         });
-        assert_eq!(past_of_some.unwrap().left, Some((22, u64::from(b'e' - b'a') * MS)));
+        let left = Left { count: 22, time: u64::from(b'e' - b'a') * MS, sequence: 5 };
+        assert_eq!(past_of_some.unwrap().left, Some(left));
         if compression == Compression::Lz4 {
             continue;
         }
@@ -165,5 +166,37 @@ fn what_is_asked_of_the_past_is_read_alone_and_checked() {
         std::fs::write(&path, bytes).unwrap();
         assert_eq!(past(2), Ok(b"mz".to_vec()), "what is around it is not read");
         assert!(past(100).unwrap_err().contains("the file has become another one"));
+    }
+}
+
+#[test]
+fn whoever_goes_on_among_values_of_one_time_misses_none_and_gets_none_twice() {
+    let mut pages = pages();
+    // All but the first three and the last three are of one time.
+    for (_, (time, _)) in
+        (b'a'..=b'z').zip(&mut pages.values).filter(|(letter, _)| (b'd'..=b'w').contains(letter))
+    {
+        *time = u64::from(b'd') * MS;
+    }
+    let path = foreign_in(Compression::Lz4, "one-time.mcap", &[pages]);
+    let player = Player::open(&path, &plugins(), Plan::default()).unwrap();
+    let control = player.control();
+    for size in 1..=9 {
+        let mut wish = HistoryWish { path: "page".into(), from: 0, sequence: 0, to: u64::MAX, most: 100 };
+        let mut letters = Vec::new();
+        loop {
+            let mut room = size;
+            let mut take = |_: &'static Descriptor, value: FrozenValue| {
+                let has_room = room > 0;
+                room -= usize::from(has_room);
+                if has_room {
+                    letters.push(value.bytes[4]);
+                }
+                has_room
+            };
+            let Some(left) = control.history(&wish, &mut take).unwrap().left else { break };
+            (wish.from, wish.sequence) = (left.time, left.sequence);
+        }
+        assert_eq!(letters, (b'a'..=b'z').collect::<Vec<_>>(), "{size} at once");
     }
 }

@@ -13,7 +13,9 @@ pub struct HistoryWish {
     pub path: String,
     /// The earliest time,
     pub from: u64,
-    /// and the latest.
+    /// of whose values the first that is told has at least this sequence number; with 0 all of them are,
+    pub sequence: u64,
+    /// and the latest time.
     pub to: u64,
     /// At most so many; where there are more, they are spread evenly, and the last one is among them.
     pub most: usize,
@@ -23,11 +25,22 @@ pub struct HistoryWish {
 /// it no more.
 pub type TakeValue<'a> = dyn FnMut(&'static Descriptor, FrozenValue) -> bool + 'a;
 
+/// What was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Left {
+    /// How many values.
+    pub count: usize,
+    /// The time of the first of them,
+    pub time: u64,
+    /// and its sequence number, as several may have one time.
+    pub sequence: u64,
+}
+
 /// What is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct History {
-    /// What was told but not taken, if there is anything: how many values, and the time of the first of them.
-    pub left: Option<(usize, u64)>,
+    /// What was told but not taken, if there is anything.
+    pub left: Option<Left>,
     /// How many there are between the times.
     pub count: usize,
     /// Since when every value is known,
@@ -37,6 +50,11 @@ pub struct History {
 }
 
 impl HistoryWish {
+    /// Whether a value of a time, with a sequence number, is between the times.
+    pub fn has(&self, time: u64, sequence: u64) -> bool {
+        (self.from, self.sequence) <= (time, sequence) && time <= self.to
+    }
+
     /// The places of those that are told, of so many.
     pub fn places(&self, count: usize) -> impl Iterator<Item = usize> + use<> {
         let told = self.most.min(count);
@@ -77,7 +95,7 @@ mod tests {
         /// Whatever there is: no more than is asked for, each once, in order, and the last one.
         #[test]
         fn what_is_told_is_spread_evenly_up_to_the_last(count in 0_usize..5000, most in 0_usize..5000) {
-            let wish = HistoryWish { path: String::new(), from: 0, to: 0, most };
+            let wish = HistoryWish { path: String::new(), from: 0, sequence: 0, to: 0, most };
             let places: Vec<_> = wish.places(count).collect();
             prop_assert_eq!(places.len(), most.min(count));
             prop_assert!(places.windows(2).all(|two| two[0] < two[1]));

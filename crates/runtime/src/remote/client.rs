@@ -370,7 +370,7 @@ impl Client {
 
     /// Writes what was changed at run time into the files.
     pub fn save(&mut self, to: SaveTo) -> Result<Saved, ClientError> {
-        self.call(&Call::ConfigSave { to })
+        self.call(&Call::ConfigSave { to, dry_run: false })
     }
 
     /// The properties that a pattern such as `/**/timing` is of; all without one.

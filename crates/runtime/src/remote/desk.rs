@@ -188,7 +188,7 @@ impl Desk {
             Call::ConfigRevert { path } => self.revert(&path),
             Call::ConfigDiff {} => self.differences(),
             Call::ConfigRefused {} => result(self.database()?.refused_edit().map(Refusal::from)),
-            Call::ConfigSave { to } => self.save(to),
+            Call::ConfigSave { to, dry_run } => self.save(to, dry_run),
             Call::PropertyList { pattern } => self.properties(pattern.as_deref()),
             Call::SnapshotSave { file } => snapshot(&self.composer.save_snapshot(absolute(&file)?)?),
             Call::SnapshotLoad { file } => {

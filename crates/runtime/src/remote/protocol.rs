@@ -171,6 +171,9 @@ pub enum Call {
         /// Which files.
         #[serde(default)]
         to: SaveTo,
+        /// Only finds out which files that would be.
+        #[serde(default)]
+        dry_run: bool,
     },
     /// The properties: a list of [`PropertyEntry`].
     #[serde(rename = "property/list")]

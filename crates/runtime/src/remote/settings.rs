@@ -100,7 +100,10 @@ impl Desk {
         result(different.filter(differs).collect::<Vec<_>>())
     }
 
-    pub(super) fn save(&self, to: SaveTo) -> Done {
+    pub(super) fn save(&self, to: SaveTo, dry_run: bool) -> Done {
+        if dry_run {
+            return result(Saved { files: self.database()?.saved_files(to)? });
+        }
         let files = self.database()?.save(to)?;
         for file in &files {
             self.composer.say(&format!("a tool has saved the changes into {}", crate::printable(file)));

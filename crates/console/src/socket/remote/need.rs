@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use serde_json::Value as Json;
 use slate_blackboard::Url;
 use slate_runtime::playback::Order;
 use slate_runtime::remote::Call;
@@ -57,7 +58,7 @@ pub(super) fn need<'c>(context: &Context, call: &'c mut Call) -> Need<'c> {
         | Call::Replay { order: Order::Status }
         | Call::Stop { .. } => Viewer,
         // Whoever drives.
-        Call::PropertySet { url, .. } => match is_input(context, url) {
+        Call::PropertySet { url, value } => match is_for_operators(context, url, value) {
             true => Operator,
             false => Developer,
         },
@@ -106,9 +107,9 @@ pub(super) fn need<'c>(context: &Context, call: &'c mut Call) -> Need<'c> {
     Need { role, file: None }
 }
 
-/// Whether a URL leads to an input of a module here: that is what an operator sets, as goals are inputs, and all else is a
-/// developer's.
-fn is_input(context: &Context, url: &str) -> bool {
+/// Whether what a URL leads to is an operator's to set: an input of a module here, as goals are inputs, or a parameter that the
+/// configuration gives operators. All else is a developer's.
+fn is_for_operators(context: &Context, url: &str, value: &Json) -> bool {
     let is_own = |url: &Url| url.agent().is_none_or(|agent| agent == context.agent());
     let Some(url) = Url::parse(url).ok().filter(is_own) else { return false };
     let path = url.path_in("");
@@ -117,7 +118,11 @@ fn is_input(context: &Context, url: &str) -> bool {
         modules.filter_map(|module| path.strip_prefix(&module)?.strip_prefix('/').map(ToOwned::to_owned));
     // The module with the longest name has it.
     let port = ports.min_by_key(String::len);
-    port.is_some_and(|port| !matches!(port.split('/').next(), Some("enabled" | "params")))
+    port.is_some_and(|port| match port.split('/').next() {
+        Some("enabled") => false,
+        Some("params") => context.is_operable(&path, value),
+        _ => true,
+    })
 }
 
 impl Files {

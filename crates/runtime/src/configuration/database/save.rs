@@ -36,6 +36,18 @@ impl Database {
     /// A file was changed on the disk since it was read, can't be written, or has no place for the change; or any file
     /// was edited and is refused. Nothing is written then, unless the disk fails between two files.
     pub fn save(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
+        self.save_or_look(to, false)
+    }
+
+    /// The files that [`save`](Database::save) would write; nothing is written.
+    ///
+    /// # Errors
+    /// As of [`save`](Database::save), but for what only writing finds out.
+    pub fn saved_files(&self, to: SaveTo) -> Result<Vec<PathBuf>, Report> {
+        self.save_or_look(to, true)
+    }
+
+    fn save_or_look(&self, to: SaveTo, only_looks: bool) -> Result<Vec<PathBuf>, Report> {
         // What would be saved is not what the edited files will say once they are mended.
         if let Some(refused) = self.refused_edit() {
             let first = Diagnostic::without_place(
@@ -60,6 +72,9 @@ impl Database {
                     "take that over first (reload it; a watched file is by itself), then save again",
                 ));
             }
+        }
+        if only_looks {
+            return Ok(edited.into_iter().map(|file| file.path).collect());
         }
         for file in &edited {
             write::replace(&file.canonical, &file.text).map_err(|error| {
