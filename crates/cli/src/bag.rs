@@ -283,7 +283,9 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         }
         BagVerb::Export { file, topics, pose, out, span, force, ros: true, .. } => {
             target::free(out, &[file], *force)?;
-            let export = logs::RosExport { pose: pose.as_deref(), ..logs::RosExport::default() };
+            let robots = crate::report::known(file).unwrap_or_default().robots;
+            let (robots, pose) = (&robots[..], pose.as_deref());
+            let export = logs::RosExport { robots, pose, ..logs::RosExport::default() };
             let log = logs::export_ros(file, &span.of(file, topics)?, &export, out)?;
             show::ros(out, &log);
             return Ok(all_read(file, &log.unread));
