@@ -7,6 +7,7 @@ use serde_json::Value as Json;
 use slate_blackboard::Board;
 use slate_blackboard::message::Sender;
 use slate_module::Level;
+use slate_record::page::Followed;
 use slate_runtime::log::Logger;
 use slate_runtime::remote::Desk;
 use tokio::sync::Semaphore;
@@ -46,6 +47,8 @@ pub(crate) struct Context {
     pub logger: Arc<Logger>,
     pub is_lockstep: bool,
     pub documents: Vec<Document>,
+    /// The robots that the configuration names.
+    pub robots: Vec<Followed>,
     /// Tells one run from another.
     pub session: String,
     /// Controls that are had over plain requests.
@@ -64,10 +67,12 @@ impl Context {
         logger: Arc<Logger>,
         is_lockstep: bool,
         documents: Vec<Document>,
+        robots: Vec<Followed>,
         session: String,
     ) -> Self {
         Self {
             session,
+            robots,
             desk,
             logger,
             is_lockstep,
