@@ -91,7 +91,7 @@ pub enum BagVerb {
         /// As MCAP with the messages that ROS 2 has, such as `sensor_msgs/msg/LaserScan`, where it has one.
         #[arg(long, conflicts_with_all = ["csv", "carmen"])]
         ros: bool,
-        /// The topic that tells where the robot is in the map, to be transforms from `map` to `base_link` in `/tf`.
+        /// The topic that tells where a robot is in the map, in the place of the one that the recorded configuration names.
         #[arg(long, value_name = "TOPIC", requires = "ros")]
         pose: Option<String>,
         /// The log or recording, or for tables a file that ends with `.csv` for one topic, else a folder.
