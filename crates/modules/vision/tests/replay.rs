@@ -159,6 +159,16 @@ fn another_parameter_is_tried_on_the_same_pictures() {
     let outcome = play(&path, Plan { sets, ..plan(&["left"]) }, |_| {});
     let first = outcome.first.unwrap();
     assert_eq!(first.url, "/left/blob");
+    // So is a module that the robot did not have.
+    let sets = ["plugin=\"blob_finder\"", "params.camera=\"pattern:32x32@11\""];
+    let sets = sets.map(|set| format!("modules.new.{set}")).to_vec();
+    let outcome = play(&path, Plan { sets, ..plan(&["new"]) }, |agent| {
+        assert!(agent.board().read("new/blob").unwrap().is_some());
+    });
+    assert!(
+        outcome.properties.iter().any(|own| own.url == "/new/blob" && own.only_recomputed > 8),
+        "{outcome:?}"
+    );
 }
 
 /// The files are gone, as those of a camera that was real would be.
@@ -181,7 +191,7 @@ fn pictures_that_came_from_outside_are_those_of_the_recording() {
         match cycle {
             // There are times without a picture.
             40 => std::fs::remove_file(folder.join("picture.pgm")).unwrap(),
-            cycle if cycle < 30 || cycle > 70 => picture(cycle % 32),
+            cycle if !(30..=70).contains(&cycle) => picture(cycle % 32),
             _ => {}
         }
         std::thread::sleep(Duration::from_millis(4));
@@ -194,6 +204,17 @@ fn pictures_that_came_from_outside_are_those_of_the_recording() {
     assert!(same(&outcome, "/finder/blob") > 10, "{outcome:?}");
     // It has worked, failed and worked again.
     assert!(same(&outcome, "/finder/state") >= 3, "{outcome:?}");
+}
+
+#[test]
+fn where_nothing_gives_the_pictures_out_of_a_recording_who_has_to_run_is_named() {
+    let path = folder("nothing").join("run.mcap");
+    record(&path, &robot(FINDERS), 10, |_| {});
+    let without: Vec<_> = plugins().into_iter().filter(|plugin| plugin.name() != "vision_player").collect();
+    let told = Player::open(&path, &without, plan(&["left"])).map(drop).unwrap_err().to_string();
+    let words = "`left` needs `vision 1` of `vision_master`, which no module can give it out of a recording: let \
+                 `vision_master` run too";
+    assert!(told.contains(words), "{told}");
 }
 
 #[test]

@@ -115,10 +115,17 @@ impl Frames {
     }
 
     /// Has a topic tell where the robot is that it belongs to.
-    pub fn locate(&mut self, topic: &str) {
-        if let Some(robot) = self.owner(topic).and_then(|at| self.robots.get_mut(at)) {
-            robot.pose = Some(topic.into());
-        }
+    ///
+    /// # Errors
+    /// When it belongs to none of them.
+    pub fn locate(&mut self, topic: &str) -> Result<(), String> {
+        let owner = self.owner(topic);
+        let Some(robot) = owner.and_then(|at| self.robots.get_mut(at)) else {
+            let names: Vec<_> = self.robots.iter().map(|robot| robot.name.as_str()).collect();
+            return Err(format!("its topic `{topic}` names none of its robots: {}", names.join(", ")));
+        };
+        robot.pose = Some(topic.into());
+        Ok(())
     }
 
     /// The robot that a topic belongs to: of several, the first that it names.

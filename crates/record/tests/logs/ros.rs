@@ -215,6 +215,9 @@ fn each_of_several_robots_has_its_own_frames_and_is_where_it_was() {
         ..Followed::default()
     };
     let robots = [followed("r1"), followed("r2")];
+    let export = RosExport { pose: Some("/referee/pose"), ..RosExport::default() };
+    let error = export_ros(&own, &Selection::default(), &export, &out).unwrap_err().to_string();
+    assert!(error.contains("`/referee/pose` names none of its robots: r1, r2"), "{error}");
     // Nobody need say which they are where their true places are recorded.
     for robots in [&robots[..], &[]] {
         let export = RosExport { robots, ..RosExport::default() };

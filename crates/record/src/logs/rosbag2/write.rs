@@ -60,7 +60,7 @@ pub fn export_ros(
     let topics = reader.topics();
     let topics = topics.iter().filter(|own| selection.has(&own.topic));
     let mut frames = Frames::new(export.robots, topics.map(|own| (own.topic.as_str(), own.schema.as_str())));
-    export.pose.into_iter().for_each(|pose| frames.locate(pose));
+    export.pose.map_or(Ok(()), |pose| frames.locate(pose)).map_err(unfit)?;
     let (mut latest, mut located) = (0, false);
     let mut decoder = Decoder::default();
     let mut forms: BTreeMap<u16, Form> = BTreeMap::new();
