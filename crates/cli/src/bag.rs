@@ -91,7 +91,7 @@ pub enum BagVerb {
         /// As MCAP with the messages that ROS 2 has, such as `sensor_msgs/msg/LaserScan`, where it has one.
         #[arg(long, conflicts_with_all = ["csv", "carmen"])]
         ros: bool,
-        /// The topic that tells where the robot is in the map, to be transforms from `map` to `base_link` in `/tf`.
+        /// The topic that tells where a robot is in the map, in the place of the one that the recorded configuration names.
         #[arg(long, value_name = "TOPIC", requires = "ros")]
         pose: Option<String>,
         /// The log or recording, or for tables a file that ends with `.csv` for one topic, else a folder.
@@ -283,7 +283,9 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         }
         BagVerb::Export { file, topics, pose, out, span, force, ros: true, .. } => {
             target::free(out, &[file], *force)?;
-            let export = logs::RosExport { pose: pose.as_deref(), ..logs::RosExport::default() };
+            let robots = crate::report::known(file).unwrap_or_default().robots;
+            let (robots, pose) = (&robots[..], pose.as_deref());
+            let export = logs::RosExport { robots, pose, ..logs::RosExport::default() };
             let log = logs::export_ros(file, &span.of(file, topics)?, &export, out)?;
             show::ros(out, &log);
             return Ok(all_read(file, &log.unread));

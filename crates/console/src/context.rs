@@ -7,6 +7,7 @@ use serde_json::Value as Json;
 use slate_blackboard::message::Sender;
 use slate_blackboard::{Board, Pattern};
 use slate_module::Level;
+use slate_record::page::Followed;
 use slate_runtime::log::Logger;
 use slate_runtime::remote::Desk;
 use tokio::sync::Semaphore;
@@ -48,6 +49,8 @@ pub(crate) struct Context {
     pub documents: Vec<Document>,
     /// Parameters that an operator may set.
     operable: Vec<Pattern>,
+    /// The robots that the configuration names.
+    pub robots: Vec<Followed>,
     /// Tells one run from another.
     pub session: String,
     /// Controls that are had over plain requests.
@@ -67,11 +70,13 @@ impl Context {
         is_lockstep: bool,
         documents: Vec<Document>,
         operable: Vec<Pattern>,
+        robots: Vec<Followed>,
         session: String,
     ) -> Self {
         Self {
             operable,
             session,
+            robots,
             desk,
             logger,
             is_lockstep,

@@ -14,6 +14,7 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use slate_module::Level;
+use slate_record::page::Followed;
 use slate_runtime::remote::Desk;
 use slate_runtime::{Agent, printable};
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -168,6 +169,7 @@ impl Console {
             agent.is_lockstep(),
             documents,
             settings.operable.clone(),
+            Followed::of(&agent.configuration()),
             session,
         );
         let hall = Arc::new(Hall {

@@ -175,6 +175,16 @@ fn a_page_tells_decisions_timing_faults_changes_and_what_is_missing() {
     }
     let state = |condition: u32, panics: u32| format!(r#"{{"condition":{condition},"panics":{panics}}}"#);
     file.json("/r2/eye/state", 4 * SECOND, "slate_msgs/msg/ModuleState", &state(5, 2));
+    // One thing for all who stop at once, and one that goes on.
+    for module in 1..=17 {
+        file.json(&format!("/r3/m{module}/state"), 4 * SECOND, "slate_msgs/msg/ModuleState", &state(6, 0));
+    }
+    for (refused, time) in [(0, 0), (1, 10), (2, 11), (5, 12), (6, 30)] {
+        let gate = format!(r#"{{"refused":{refused},"expired":0,"limited":0}}"#);
+        for wheels in ["/r2/wheels", "/r3/wheels"] {
+            file.json(&format!("{wheels}/gate"), time * SECOND / 10, "slate_msgs/msg/GateState", &gate);
+        }
+    }
     let histogram = r#"{"count":400,"p50":1500,"p90":2500,"p99":3500,"max":9500.0}"#;
     file.json("/r2/eye/histogram", 4 * SECOND, "slate_msgs/msg/TimingHistogram", histogram);
     file.json("/r2/eye/timing", 4 * SECOND, "slate_msgs/msg/ModuleTiming", r#"{"misses":6}"#);
@@ -225,6 +235,9 @@ fn a_page_tells_decisions_timing_faults_changes_and_what_is_missing() {
         "/r2/eye|400|1.5|2.5|3.5|9.5|6|",
         "4.000|/r2/eye|is condition 5|",
         "4.000|/r2/eye|panics: 2 more, 2 in all|",
+        "4.000|4.000|17 modules|/r3/m1, /r3/m2, /r3/m3, ",
+        "1.000|1.200|/r2/wheels, /r3/wheels|commands refused: 5 more, 5 in all|",
+        "3.000|3.000|/r2/wheels, /r3/wheels|commands refused: 1 more, 6 in all|",
         "4.000|/loop|cycles left out: 8 more, 8 in all|",
         "4.000|warn|r2/eye|it is dark|",
         "4.000|error|r2/eye|it is broken|",
@@ -261,6 +274,8 @@ fn a_page_tells_decisions_timing_faults_changes_and_what_is_missing() {
     ] {
         assert!(names.iter().any(|known| known == name), "{name} is missing in {names:?}");
     }
+    let faults = std::fs::read_to_string(folder.join("out/faults.csv")).unwrap();
+    assert_eq!(faults.lines().filter(|line| line.contains("/r3/m")).count(), 1, "{faults}");
     let table = std::fs::read_to_string(folder.join("out/timing.csv")).unwrap();
     assert!(table.starts_with("of_what,measured,p50_µs,p90_µs,p99_µs,max_µs,late\n"), "{table}");
     assert!(table.contains("\n/r2/eye,400,1.5,2.5,3.5,9.5,6\n"), "{table}");

@@ -9,6 +9,7 @@ use serde_json::{Value as Json, json};
 use slate_record::bag;
 
 use crate::agent::Running;
+use crate::modules::CONFIGURATION;
 
 /// The client, and what reads files, and messages by their schemas.
 const PACKAGES: [&str; 5] = [
@@ -125,4 +126,74 @@ fn the_reader_of_foxglove_reads_what_is_recorded_by_its_index_and_its_schemas() 
         topics["/driver/notes"],
         json!({ "schema": topics["/sensor/count"]["schema"], "count": 3, "value": { "value": 2 } })
     );
+}
+
+/// What a client is told of frames, with these modules.
+fn frames(name: &str, modules: &str, topics: &[&str]) -> Json {
+    let agent = Running::start_with(name, &format!("{CONFIGURATION}\n[console]\nport = 0\n{modules}"));
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/console/foxglove-frames.cjs");
+    let output = run(
+        Command::new("node")
+            .arg(script)
+            .args([&agent.address().to_string(), &agent.token("operator")])
+            .args(topics)
+            .env("NODE_PATH", packages().join("node_modules")),
+        "the client is not content",
+    );
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// The frames that are told, each with its only parent.
+fn parents(seen: &Json) -> BTreeMap<&str, &str> {
+    let all = ["/tf", "/tf_static"].into_iter().flat_map(|topic| seen[topic].as_array().unwrap());
+    let mut parents = BTreeMap::new();
+    for own in all {
+        let (child, parent) = (own["child"].as_str().unwrap(), own["parent"].as_str().unwrap());
+        let before = parents.insert(child, parent);
+        assert!(before.is_none_or(|before| before == parent), "{child} is in {parent} and {before:?}");
+    }
+    parents
+}
+
+#[test]
+fn each_of_several_robots_has_its_own_frames_in_one_tree() {
+    let modules = "[modules.r1]\nplugin = \"rover\"\nparams.begin = 7.0\n[modules.r2]\nplugin = \"rover\"\nparams.measures = 0.0\n";
+    let topics = ["/r1/echo", "/r2/echo", "/r1/odometry", "/sensor/image", "/sensor/way"];
+    let seen = frames("foxglove-robots", modules, &topics);
+    let wanted = json!({
+        "/r1/echo": ["r1/base_link", ""],
+        "/r2/echo": ["r2/base_link", ""],
+        "/r1/odometry": ["r1/odom", "r1/base_link"],
+        "/sensor/image": ["map", ""],
+        "/sensor/way": ["map", ""],
+    });
+    assert_eq!(seen["frames"], wanted);
+    let wanted = [
+        ("r1/base_link", "r1/odom"),
+        ("r1/odom", "map"),
+        ("r2/base_link", "map"),
+        ("r1/camera", "r1/base_link"),
+        ("r2/camera", "r2/base_link"),
+    ];
+    assert_eq!(parents(&seen), wanted.into());
+    for own in seen["/tf"].as_array().unwrap() {
+        assert!(own["told"].as_f64() >= own["time"].as_f64(), "{own}");
+        // Its odometry began where the robot did.
+        if own["child"] == "r1/odom" {
+            assert_eq!((&own["x"], &own["y"]), (&json!(7), &json!(2)), "{own}");
+        }
+    }
+}
+
+#[test]
+fn one_robot_has_the_frames_that_all_tools_know() {
+    let topics = ["/r1/echo", "/r1/odometry", "/sensor/image"];
+    let seen = frames("foxglove-robot", "[modules.r1]\nplugin = \"rover\"\n", &topics);
+    let wanted = json!({
+        "/r1/echo": ["base_link", ""],
+        "/r1/odometry": ["odom", "base_link"],
+        "/sensor/image": ["base_link", ""],
+    });
+    assert_eq!(seen["frames"], wanted);
+    assert_eq!(parents(&seen), [("base_link", "odom"), ("odom", "map"), ("camera", "base_link")].into());
 }

@@ -1,6 +1,8 @@
 //! What the agent of the tests is made of.
 
-use slate_interfaces::{Image, ImageFormat, Path, Point2};
+use slate_interfaces::{
+    Echo, Image, ImageFormat, Odometry, Path, Point2, Pose2, Position, Quaternion, Transform, Twist2,
+};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 
@@ -104,9 +106,55 @@ impl Module for Driver {
     }
 }
 
+#[ports]
+pub struct RoverIo {
+    truth: Output<Pose2>,
+    odometry: Output<Odometry>,
+    echo: Output<Echo>,
+    camera: Output<Transform>,
+}
+
+#[params]
+pub struct RoverParams {
+    #[param(default = 0.0, unit = "m", doc = "where it begins in the map")]
+    begin: f64,
+    #[param(default = 1.0, doc = "which part of its way it measures; nothing without")]
+    measures: f64,
+}
+
+/// Drives along, and has a camera.
+pub struct Rover;
+
+#[module(stage = SensorAcquire)]
+impl Module for Rover {
+    type Io = RoverIo;
+    type Params = RoverParams;
+    type State = f64;
+
+    fn tick(state: &mut f64, io: &RoverIo, params: &RoverParams, _: &Tick) -> Outcome {
+        *state += 0.5;
+        io.truth.set(Pose2 { x: params.begin + *state, y: 2.0, theta: 0.0 });
+        if params.measures > 0.0 {
+            let pose = Pose2 { x: *state * params.measures, y: 0.0, theta: 0.0 };
+            io.odometry.set(Odometry { pose, twist: Twist2 { linear: 0.5, angular: 0.0 } });
+        }
+        io.echo.set(Echo { range: 1.0, ..Echo::default() });
+        io.camera.set(Transform {
+            time: 0,
+            parent: "base_link".into(),
+            child: "camera".into(),
+            translation: Position { x: 0.1, y: 0.0, z: 0.3 },
+            rotation: Quaternion::IDENTITY,
+            fixed: true.into(),
+            reserved: [0; 7],
+        });
+        Outcome::Ok
+    }
+}
+
 /// All of them.
 pub fn plugins() -> Vec<Plugin> {
-    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>()]
+    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>(), Plugin::linked::<Rover>()]
 }
 
 /// How they are put together.

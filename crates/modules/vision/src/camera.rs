@@ -10,6 +10,7 @@ use slate_module::Interface;
 use slate_module::blackboard::Channel;
 use slate_module::blackboard::channel::{Budget, Latest, Loan};
 
+use crate::handover::Handover;
 use crate::source::Source;
 
 /// How many cameras a master has at most.
@@ -37,6 +38,8 @@ pub(crate) struct Camera {
     /// Once it is known how large its pictures are.
     channel: OnceLock<Arc<Channel>>,
     seats: [Seat; SEATS],
+    /// What a thread has taken, if one does.
+    pub handover: Handover,
     failing: AtomicBool,
     problem: Mutex<String>,
 }
@@ -59,7 +62,7 @@ impl Cameras {
     }
 
     /// The camera of that text, which is added if need be.
-    fn camera(&self, text: &str) -> Result<&Camera, String> {
+    pub fn camera(&self, text: &str) -> Result<&Camera, String> {
         let mut place = &self.first;
         for _ in 0..CAMERAS {
             let node = match place.get() {
@@ -123,6 +126,7 @@ impl Node {
             source,
             channel: OnceLock::new(),
             seats: Default::default(),
+            handover: Handover::default(),
             failing: AtomicBool::new(false),
             problem: Mutex::default(),
         };
@@ -144,9 +148,9 @@ impl Camera {
         })
     }
 
-    /// Says why it gives no pictures.
-    pub fn fail(&self, problem: String) {
-        *self.problem.lock().unwrap_or_else(PoisonError::into_inner) = problem;
+    /// Says why it gives no pictures; what was said before is there then.
+    pub fn fail(&self, problem: &mut String) {
+        std::mem::swap(&mut *self.problem.lock().unwrap_or_else(PoisonError::into_inner), problem);
         self.failing.store(true, Ordering::Release);
     }
 
@@ -215,7 +219,7 @@ mod tests {
         assert!(refused("pattern:1x99").contains("there are 16, which is the limit"));
         assert_eq!(cameras.iter().count(), CAMERAS);
         let camera = cameras.iter().next().unwrap();
-        camera.fail("unplugged".into());
+        camera.fail(&mut "unplugged".into());
         assert_eq!(refused("pattern:1x1"), "unplugged");
         camera.work();
         assert!(cameras.capture("pattern:1x1").unwrap().is_none());

@@ -3,7 +3,8 @@
 //! [`VisionMaster`] owns the cameras and brings the service [`Vision`]; a module with the port
 //! [`Aspect<Vision>`](slate_module::aspect::Aspect) gets the newest picture of a camera that it names by a text, such as
 //! `pattern:640x480@30` (see [`Source`]). It runs only while a vision master provides the service, and the plugin of that
-//! can't be unloaded while such a module is there. [`BlobFinder`] is one.
+//! can't be unloaded while such a module is there. [`BlobFinder`] is one. On a recording a [`VisionPlayer`] takes the place of
+//! the master.
 //!
 //! ```
 //! use slate_module::aspect::Aspect;
@@ -47,15 +48,20 @@
 mod blob;
 mod blob_finder;
 mod camera;
+mod handover;
 mod pattern;
 mod pgm;
+mod report;
 mod service;
 mod source;
 mod vision_master;
+mod vision_player;
 
 pub use blob_finder::{Blob, BlobFinder, BlobFinderIo, BlobFinderParams, BlobFinderState};
+pub use report::{CameraReport, CameraState};
 pub use service::{Picture, Vision};
 pub use source::{Files, Rate, Source, SourceError};
 pub use vision_master::{VisionMaster, VisionMasterIo, VisionMasterState};
+pub use vision_player::{VisionPlayer, VisionPlayerIo, VisionPlayerState};
 
-slate_module::plugin!(VisionMaster, BlobFinder);
+slate_module::plugin!(VisionMaster, VisionPlayer, BlobFinder);

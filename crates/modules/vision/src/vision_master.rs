@@ -9,9 +9,11 @@ use slate_module::blackboard::channel::Writer;
 use slate_module::prelude::*;
 
 use crate::camera::{CAMERAS, Camera, Cameras};
+use crate::pattern;
+use crate::pgm::{self, Pgm};
+use crate::report::{CameraReport, CameraState};
 use crate::service::Vision;
 use crate::source::{Files, Source};
-use crate::{pattern, pgm};
 
 /// Ports of [`VisionMaster`].
 #[ports]
@@ -22,12 +24,26 @@ pub struct VisionMasterIo {
     /// The newest picture of the camera that was asked for first; only of up to a mebibyte.
     #[capacity(1_048_576)]
     image: Debug<Image>,
+    /// The same of the second one.
+    #[capacity(1_048_576)]
+    image_2: Debug<Image>,
+    /// Of the third.
+    #[capacity(1_048_576)]
+    image_3: Debug<Image>,
+    /// Of the fourth.
+    #[capacity(1_048_576)]
+    image_4: Debug<Image>,
+    /// What of the cameras' pictures there is.
+    cameras: Output<CameraReport>,
 }
+
+/// The pictures of so many cameras are shown.
+const SHOWN: usize = 4;
 
 /// Owns the cameras, and brings the service [`Vision`].
 ///
 /// Pictures that are computed are made in its tick, so they are the same in every run in lockstep; files are read by a
-/// thread for each camera.
+/// thread for each camera. Modules see a new picture from its tick on, so that what is recorded of it is all that they saw.
 pub struct VisionMaster;
 
 /// State of [`VisionMaster`]. The cameras are no part of what is saved: they are opened again when somebody asks.
@@ -42,8 +58,10 @@ struct Open {
     cameras: Arc<Cameras>,
     /// For each camera in their order, how it is driven.
     drivers: Vec<Driver>,
-    /// When the picture was taken that was shown last.
-    shown: Option<u64>,
+    /// What there is of each of their pictures.
+    states: Vec<CameraState>,
+    /// For each camera that is shown, the number of the picture that was shown last.
+    shown: [u64; SHOWN],
 }
 
 enum Driver {
@@ -70,14 +88,23 @@ impl Module for VisionMaster {
             (0..CAMERAS).for_each(|number| io.threads.stop(&thread_name(number)));
             let cameras = Arc::new(Cameras::default());
             io.vision.provide(Vision::new(&cameras), Arc::clone(&cameras));
-            Open { cameras, drivers: Vec::new(), shown: None }
+            Open { cameras, drivers: Vec::new(), states: Vec::new(), shown: [0; SHOWN] }
         });
         let cameras = Arc::clone(&open.cameras);
+        let mut has_news = false;
         for (number, camera) in cameras.iter().enumerate() {
             if number == open.drivers.len() {
-                open.drivers.push(Driver::new(number, camera));
+                let mut state = CameraState { camera: Text::new(camera.text()), ..CameraState::default() };
+                open.drivers.push(Driver::new(number, camera, &mut state));
+                open.states.push(state);
+                has_news = true;
             }
-            open.drivers[number].tick(camera, io, now);
+            let before = open.states[number];
+            open.drivers[number].tick(camera, io, now, &mut open.states[number]);
+            has_news |= open.states[number] != before;
+        }
+        if has_news {
+            io.cameras.set(CameraReport { cameras: Sequence::new(&open.states) });
         }
         open.show(io);
         Outcome::Ok
@@ -89,13 +116,13 @@ fn thread_name(camera: usize) -> String {
 }
 
 impl Driver {
-    fn new(number: usize, camera: &Camera) -> Self {
+    fn new(number: usize, camera: &Camera, state: &mut CameraState) -> Self {
         match camera.source {
             Source::Pattern { width, height, .. } => {
                 match camera.channel(width as usize * height as usize).writer() {
                     Ok(writer) => Self::Pattern { writer, due: 0 },
                     Err(error) => {
-                        camera.fail(error.to_string());
+                        fail(camera, &mut error.to_string(), state);
                         Self::Off
                     }
                 }
@@ -104,7 +131,7 @@ impl Driver {
         }
     }
 
-    fn tick(&mut self, camera: &Arc<Camera>, io: &VisionMasterIo, now: &Tick) {
+    fn tick(&mut self, camera: &Arc<Camera>, io: &VisionMasterIo, now: &Tick, state: &mut CameraState) {
         match (self, &camera.source) {
             (Self::Pattern { writer, due }, Source::Pattern { width, height, rate }) if now.now() >= *due => {
                 *due = (now.now() / rate.period() + 1) * rate.period();
@@ -112,8 +139,23 @@ impl Driver {
                 write(writer, size, now.now(), |image| {
                     pattern::draw(image, *width, *height, now.seconds());
                 });
+                came(writer, now.now(), now, state);
             }
-            (Self::Thread(name), Source::Files { files, rate }) if !io.threads.is_running(name) => {
+            (Self::Thread(name), Source::Files { files, rate }) => {
+                camera.handover.take(|content| match (&mut content.result, &mut content.writer) {
+                    (Ok((items, time)), Some(writer)) => {
+                        // No reader of these pictures can hold their writer up.
+                        let _ = writer.publish(*items, *time);
+                        camera.work();
+                        state.problem = Text::default();
+                        came(writer, *time, now, state);
+                    }
+                    (Err(problem), _) => fail(camera, problem, state),
+                    (Ok(_), None) => {}
+                });
+                if io.threads.is_running(name) {
+                    return;
+                }
                 let (camera, files, period) =
                     (Arc::clone(camera), files.clone(), Duration::from_nanos(rate.period()));
                 let spawned = io.threads.spawn(name, move |stop| read_files(stop, &camera, &files, period));
@@ -126,43 +168,59 @@ impl Driver {
     }
 }
 
+/// Says why a camera gives no pictures; what was said before is there then.
+fn fail(camera: &Camera, problem: &mut String, state: &mut CameraState) {
+    state.problem = Text::new(problem);
+    camera.fail(problem);
+}
+
+/// Says what picture has come.
+fn came(writer: &Writer, taken: u64, now: &Tick, state: &mut CameraState) {
+    (state.picture, state.taken, state.came) = (writer.last().sequence, taken, now.now());
+}
+
 impl Open {
-    /// Shows the picture of the first camera, if it is a new one.
+    /// Shows the pictures of the first cameras that are new to who watches.
     fn show(&mut self, io: &VisionMasterIo) {
-        let Some(camera) = self.cameras.iter().next() else { return };
+        let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
         let vision = Vision::new(&self.cameras);
-        let Ok(Some(picture)) = vision.capture(camera.text()) else { return };
-        if self.shown == Some(picture.stamp().sequence) {
-            return;
-        }
-        let written = io.image.write(picture.data.len(), |image| {
-            image.width = picture.width;
-            image.height = picture.height;
-            image.step = picture.step;
-            image.format = picture.format;
-            image.data.copy_from_slice(&picture.data);
-        });
-        if written {
-            self.shown = Some(picture.stamp().sequence);
+        for ((camera, image), shown) in self.cameras.iter().zip(images).zip(&mut self.shown) {
+            let Ok(Some(picture)) = vision.capture(camera.text()) else { continue };
+            let number = picture.stamp().sequence;
+            if *shown != number && image.write(picture.data.len(), |image| copy(&picture, image)) {
+                *shown = number;
+            }
         }
     }
 }
 
+/// Makes an image one like another of the same size.
+pub(crate) fn copy(from: &Image, to: &mut Image) {
+    to.width = from.width;
+    to.height = from.height;
+    to.step = from.step;
+    to.format = from.format;
+    to.reserved = [0; 3];
+    to.data.copy_from_slice(&from.data);
+}
+
 /// Writes an image with so many bytes of pixels.
-fn write(writer: &mut Writer, bytes: usize, now: u64, draw: impl FnOnce(&mut Image)) {
-    let mut draft = writer.draft();
-    if bytes > draft.capacity() {
-        return;
-    }
-    // SAFETY: the draft has room for that many bytes, all of them initialised, and nobody else has it.
-    draw(unsafe { Image::from_raw_mut(draft.as_mut_ptr(), bytes) });
+pub(crate) fn write(writer: &mut Writer, bytes: usize, now: u64, draw: impl FnOnce(&mut Image)) {
+    fill(writer, bytes, draw);
     // No reader of these pictures can hold their writer up.
     let _ = writer.publish(bytes, now);
 }
 
+/// Draws the next image, with so many bytes of pixels, for which there is room.
+fn fill(writer: &mut Writer, bytes: usize, draw: impl FnOnce(&mut Image)) {
+    let mut draft = writer.draft();
+    assert!(bytes <= draft.capacity(), "whoever draws has looked whether there is room");
+    // SAFETY: the draft has room for that many bytes, all of them initialised, and nobody else has it.
+    draw(unsafe { Image::from_raw_mut(draft.as_mut_ptr(), bytes) });
+}
+
 /// The life of a thread that reads files.
 fn read_files(stop: &Stop, camera: &Camera, files: &Files, period: Duration) {
-    let mut writer: Option<Writer> = None;
     let mut number = 0;
     while stop.wait(period) {
         let path = files.path(number);
@@ -176,44 +234,37 @@ fn read_files(stop: &Stop, camera: &Camera, files: &Files, period: Duration) {
             number = 1;
             continue;
         }
-        let result = match &bytes {
-            Ok(bytes) => take(camera, &mut writer, &path, bytes, stop.now()),
+        let picture = match &bytes {
+            Ok(bytes) => pgm::read(bytes).map_err(|problem| format!("{} {problem}", path.display())),
             Err(error) => Err(format!("{}: {error}", path.display())),
         };
-        match result {
-            Ok(()) => camera.work(),
-            Err(problem) => camera.fail(problem),
-        }
+        let now = stop.now();
+        camera.handover.fill(|writer| Ok((take(camera, writer, &path, &picture?)?, now)));
         number += u64::from(files.are_numbered());
     }
 }
 
-/// Takes a picture out of a file.
+/// Draws the picture of a file; returns the bytes of its pixels.
 fn take(
     camera: &Camera,
     writer: &mut Option<Writer>,
     path: &Path,
-    file: &[u8],
-    now: u64,
-) -> Result<(), String> {
-    let picture = pgm::read(file).map_err(|problem| format!("{} {problem}", path.display()))?;
-    let channel = camera.channel(picture.pixels.len());
-    if channel.shape().capacity < picture.pixels.len() {
+    picture: &Pgm<'_>,
+) -> Result<usize, String> {
+    let size = picture.pixels.len();
+    let channel = camera.channel(size);
+    if channel.shape().capacity < size {
         return Err(format!(
-            "{} has {} pixels, and the first picture of its camera had {}",
+            "{} has {size} pixels, and the first picture of its camera had {}",
             path.display(),
-            picture.pixels.len(),
             channel.shape().capacity
         ));
     }
     let writer = match writer {
         Some(writer) => writer,
-        None => {
-            let new = channel.writer().map_err(|error| format!("{}: {error}", path.display()))?;
-            writer.insert(new)
-        }
+        none => none.insert(channel.writer().map_err(|error| format!("{}: {error}", path.display()))?),
     };
-    write(writer, picture.pixels.len(), now, |image| {
+    fill(writer, size, |image| {
         image.width = picture.width;
         image.height = picture.height;
         image.step = picture.width;
@@ -221,5 +272,5 @@ fn take(
         image.reserved = [0; 3];
         image.data.copy_from_slice(picture.pixels);
     });
-    Ok(())
+    Ok(size)
 }

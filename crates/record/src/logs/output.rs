@@ -96,6 +96,11 @@ impl<W: Write> Output<W> {
         Ok(id)
     }
 
+    /// What can't be written of the recording.
+    pub fn unfit(&self, what: String) -> Error {
+        self.writer.unfit(what)
+    }
+
     /// Writes a value of an interface, in the form that recordings of Slate have.
     pub fn value<T: Interface>(&mut self, topic: &str, time: u64, value: &T) -> Result<(), Error> {
         self.memory(topic, time, T::DESCRIPTOR, View::of(value).bytes())

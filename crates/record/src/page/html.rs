@@ -32,6 +32,7 @@ tbody tr:nth-child(even) { background: var(--band); }
 tbody th { font-weight: normal; }
 .number { text-align: right; white-space: nowrap; overflow-wrap: normal; }
 .unit { color: var(--faint); font-weight: normal; }
+summary { cursor: pointer; white-space: nowrap; }
 @media print {
   :root { --ground: #fff; --ink: #000; --faint: #444; --line: #999; --band: #fff; }
   figure svg, figure img { filter: none; }
@@ -135,7 +136,7 @@ impl Html {
             ));
         }
         self.push(format_args!("<thead><tr>"));
-        for Column { name, unit, is_number } in &table.columns {
+        for Column { name, unit, is_number, .. } in &table.columns {
             let unit = match unit.is_empty() {
                 true => String::new(),
                 false => format!(" <span class=\"unit\">[{}]</span>", escaped(unit)),
@@ -146,7 +147,12 @@ impl Html {
         for row in &table.rows[..shown] {
             self.push(format_args!("<tr>"));
             for (cell, column) in row.iter().zip(&table.columns) {
-                self.push(format_args!("<td{}>{}</td>", class(column.is_number), escaped(cell)));
+                let text = escaped(cell);
+                let text = match column.crowd(cell) {
+                    Some(count) => format!("<details><summary>{count} modules</summary>{text}</details>"),
+                    None => text,
+                };
+                self.push(format_args!("<td{}>{text}</td>", class(column.is_number)));
             }
             self.push(format_args!("</tr>\n"));
         }

@@ -5,6 +5,7 @@
 //! ([`logs`](crate::logs)). Of a folder with a recording in it, both are told.
 
 mod decisions;
+mod faults;
 mod folder;
 mod html;
 mod recording;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::decisions::{Decisions, Names, Status, constants, said, units};
+use super::faults::Faults;
 use super::robots::Followed;
 use super::table::{Table, seconds};
 use super::tracks::{Series, Tracks};
@@ -12,7 +13,7 @@ use crate::bag::{ChannelTopic, Decoder, Error, Message, Unread, Value};
 use crate::plot::{self, Drawing};
 use crate::{Sample, Scene, Trajectory};
 
-/// More lines of the log, faults or changes are not kept.
+/// More lines of the log or changes are not kept.
 const MOST: usize = 10_000;
 
 type Texts = BTreeMap<String, String>;
@@ -30,7 +31,7 @@ pub(super) struct Recording {
     verdict: Option<String>,
     /// The newest histograms and counts of deadlines that were missed, by who was measured.
     timing: BTreeMap<String, Timing>,
-    faults: Table,
+    faults: Faults,
     log: Table,
     changes: Table,
     pub decisions: Decisions,
@@ -87,7 +88,7 @@ impl Recording {
             judged: BTreeMap::new(),
             verdict: None,
             timing: BTreeMap::new(),
-            faults: Table::new("faults", &["#time/s", "who", "what"]),
+            faults: Faults::default(),
             log: Table::new("log", &["#time/s", "level", "who", "what"]),
             changes: Table::new("changes", &["#time/s", "what", "before", "after"]),
             decisions: Decisions::default(),
@@ -227,12 +228,8 @@ impl Recording {
         for (name, what) in counts {
             let count = |value: &Value| value.number(name).unwrap_or_default();
             let (now, before) = (count(value), before.map_or(0.0, count));
-            if now > before && self.faults.rows.len() < MOST {
-                self.faults.row([
-                    seconds(time),
-                    owner.into(),
-                    format!("{what}: {} more, {now} in all", now - before),
-                ]);
+            if now > before {
+                self.faults.count(time, owner, what, now - before, now);
             }
         }
         self.last.insert(topic.into(), value.clone());
@@ -251,9 +248,9 @@ impl Recording {
             None => !is_well,
             Some(before) => *before != now,
         };
-        if is_change && self.faults.rows.len() < MOST {
+        if is_change {
             let before = before.map_or(String::new(), |before| format!(", before {before}"));
-            self.faults.row([seconds(time), owner.into(), format!("is {now}{before}")]);
+            self.faults.note(time, owner, format!("is {now}{before}"));
         }
         self.more(topic, time, owner, &value, &[("panics", "panics")]);
     }
@@ -403,7 +400,7 @@ impl Recording {
         );
         timing.table(self.timing(), "The recording has no timing.");
         let mut faults = Section::new("Faults and warnings");
-        faults.table(self.faults.clone(), "No module left its work, and nothing was refused.");
+        faults.table(self.faults.table(), "No module left its work, and nothing was refused.");
         faults.table(self.log.clone(), "The log has no line of level warn or above.");
         let mut changes = Section::new("Changed while it ran");
         changes.table(self.changes.clone(), "No parameter, setting or plugin was changed.");

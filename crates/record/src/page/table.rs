@@ -12,18 +12,33 @@ pub(super) struct Column {
     pub name: String,
     pub unit: String,
     pub is_number: bool,
+    /// Whether each cell has the names of modules, one or several.
+    is_modules: bool,
+}
+
+/// So many names are seen at once in a cell.
+const SEEN: usize = 3;
+
+impl Column {
+    /// How many modules a cell names, if there are too many of them to be seen at once.
+    pub fn crowd(&self, cell: &str) -> Option<usize> {
+        let count = cell.split(", ").count();
+        (self.is_modules && count > SEEN).then_some(count)
+    }
 }
 
 impl Table {
-    /// Columns are written `name`, or `#name` for one of numbers, `#name/unit` for one of numbers with a unit.
+    /// Columns are written `name`, or `#name` for one of numbers, `#name/unit` for one of numbers with a unit, and `*name` for one of
+    /// names of modules with commas between.
     pub fn new(name: &str, columns: &[&str]) -> Self {
         let column = |text: &&str| {
-            let (is_number, text) = text.strip_prefix('#').map_or((false, *text), |text| (true, text));
+            let (is_modules, text) = text.strip_prefix('*').map_or((false, *text), |text| (true, text));
+            let (is_number, text) = text.strip_prefix('#').map_or((false, text), |text| (true, text));
             let (name, unit) = match is_number {
                 true => text.split_once('/').unwrap_or((text, "")),
                 false => (text, ""),
             };
-            Column { name: name.into(), unit: unit.into(), is_number }
+            Column { name: name.into(), unit: unit.into(), is_number, is_modules }
         };
         Self { name: name.into(), columns: columns.iter().map(column).collect(), rows: Vec::new() }
     }

@@ -38,8 +38,8 @@ use hub::Want;
 pub(crate) use hub::{Drain, Hub, Sink};
 pub(crate) use messages::{CHANGE, DROPPED, TOPICS, read_change};
 pub use run::CONFIGURATION;
-pub(crate) use selection::thins;
 pub use selection::{Misspelt, misspelt};
+pub(crate) use selection::{selects, thins};
 pub use state::RecordState;
 
 use file::{File, Limits};

@@ -8,7 +8,7 @@ fn is_among(patterns: &[Pattern], path: &str) -> bool {
 }
 
 /// Whether values of the property are recorded.
-pub(super) fn selects(selection: &RecordSelection, path: &str) -> bool {
+pub(crate) fn selects(selection: &RecordSelection, path: &str) -> bool {
     is_among(&selection.select, path) && !is_among(&selection.exclude, path)
 }
 

@@ -7,7 +7,7 @@ use slate_runtime::configuration::RecordSelection;
 
 use super::run::Run;
 use super::timeline::Timeline;
-use crate::recorder::thins;
+use crate::recorder::{selects, thins};
 
 /// Finds out what is missing in the recording of a run.
 pub(super) struct Lacks<'a> {
@@ -29,13 +29,24 @@ impl<'a> Lacks<'a> {
         self.rules.as_ref().is_some_and(|rules| thins(rules, path))
     }
 
-    /// What is missing of what modules read, in words.
-    pub fn told(&self, reads: &BTreeSet<String>, inboxes: &BTreeSet<String>) -> Vec<String> {
+    /// Whether the recording was one of those for which is written what is only written while somebody watches.
+    fn watched(&self, path: &str) -> bool {
+        !self.run.is_flight() && self.rules.as_ref().is_none_or(|rules| selects(rules, path))
+    }
+
+    /// What is missing of what modules read, in words; of some of it they read what was written only while somebody watched.
+    pub fn told(
+        &self,
+        reads: &BTreeSet<String>,
+        watched: &BTreeSet<String>,
+        inboxes: &BTreeSet<String>,
+    ) -> Vec<String> {
+        let is_missed = |path: &str| watched.contains(path) && !self.watched(path);
         let mut told: Vec<String> = self.run.late_begin().into_iter().collect();
         for path in reads {
             let is_played = self.timeline.tracks.iter().any(|track| is_within(path, &track.path));
             match self.timeline.coverage.of(path) {
-                None if self.is_whole || self.run.is_unwritten(path) => {}
+                None if self.is_whole || (self.run.is_unwritten(path) && !is_missed(path)) => {}
                 None => told.push(format!("nothing of /{path} is recorded")),
                 Some(_) if !is_played => told.push(format!("/{path} is left out")),
                 Some(own) if own.has_gaps() => {

@@ -137,7 +137,7 @@ impl Player {
         let mut thin = BTreeSet::new();
         if let Some(run) = &run {
             let lacks = Lacks::new(run, &reel.timeline);
-            misses.extend(lacks.told(&excerpt.reads, &excerpt.inboxes));
+            misses.extend(lacks.told(&excerpt.reads, &excerpt.watched, &excerpt.inboxes));
             thin = lacks.thin();
         }
         if !misses.is_empty() && !plan.modules.is_empty() && !plan.is_partial {
@@ -173,7 +173,7 @@ impl Player {
         unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
         let reel = SharedReel::new(reel);
         let witness = (!plan.modules.is_empty())
-            .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf));
+            .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf, excerpt.stand_ins));
         let (counter, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),

@@ -89,6 +89,8 @@ impl Recomputation {
 pub(super) struct Witness {
     hub: Arc<Hub>,
     drain: Drain,
+    /// The modules that are not looked at.
+    stand_ins: BTreeSet<String>,
     comparer: Comparer,
 }
 
@@ -121,13 +123,15 @@ struct Comparer {
 
 impl Witness {
     /// `thin` are properties of which not every value is recorded; on the wall clock nothing says which those are that are there.
-    /// `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders run.
+    /// `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders run. `stand_ins` are
+    /// modules that the recorded agent did not have, so that nothing of them is compared.
     pub fn new(
         reel: &SharedReel,
         is_whole: bool,
         thin: BTreeSet<String>,
         mailboxes: impl Iterator<Item = String>,
         deaf: BTreeMap<String, &'static Descriptor>,
+        stand_ins: BTreeSet<String>,
     ) -> Self {
         let mut tracks = BTreeMap::new();
         let own = reel.get();
@@ -172,12 +176,12 @@ impl Witness {
         drop(own);
         let hub = Hub::new(Record::default().buffer);
         hub.want(0, Box::new(|_| true));
-        Self { hub, drain: Drain::default(), comparer }
+        Self { hub, drain: Drain::default(), stand_ins, comparer }
     }
 
     /// What an agent is loaded with whose values are seen.
     pub fn recording(&self) -> Arc<dyn Recording> {
-        Arc::new(Eye(Arc::clone(&self.hub)))
+        Arc::new(Eye(Arc::clone(&self.hub), self.stand_ins.clone()))
     }
 
     /// Compares what was written so far.
@@ -258,11 +262,13 @@ impl Witness {
 }
 
 /// Sees what the agent writes.
-struct Eye(Arc<Hub>);
+struct Eye(Arc<Hub>, BTreeSet<String>);
 
 impl Taps for Eye {
     fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
-        self.0.tap(property)
+        let Self(hub, stand_ins) = self;
+        let is_meant = !stand_ins.iter().any(|module| is_within(property.path(), module));
+        is_meant.then(|| hub.tap(property)).flatten()
     }
 }
 

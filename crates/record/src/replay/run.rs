@@ -38,6 +38,8 @@ pub struct Run {
     unchecked: u64,
     /// The properties that nobody had written when the recording ended, as far as it says.
     unwritten: Texts,
+    /// Whether it is of the last seconds, which were kept in memory.
+    is_flight: bool,
     /// What was changed from outside, each after the cycle of that number.
     pub(super) changes: Vec<(u64, Change)>,
     end: Option<Texts>,
@@ -110,6 +112,7 @@ impl Run {
                 "plugins" => run.plugins = metadata,
                 "memories" => run.memories = metadata,
                 "unwritten" => run.unwritten = metadata,
+                "flight" => run.is_flight = true,
                 REPAIR => {
                     let count = metadata.get("without_checksum").and_then(|count| count.parse().ok());
                     run.unchecked = run.unchecked.saturating_add(count.unwrap_or(0));
@@ -239,6 +242,11 @@ impl Run {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         self.modules.keys().filter(owns).max_by_key(|name| name.len())
+    }
+
+    /// Whether it is of the last seconds, which were kept in memory.
+    pub(super) fn is_flight(&self) -> bool {
+        self.is_flight
     }
 
     /// The agent.

@@ -68,8 +68,13 @@ impl<'a> Writer<'a> {
     }
 
     pub fn text(&mut self, text: &str) -> Result<(), Error> {
-        self.length(wire_length(text.len() + 1)?);
-        self.raw(text.as_bytes());
+        self.joined(&[text])
+    }
+
+    /// A text that is made of several.
+    pub fn joined(&mut self, parts: &[&str]) -> Result<(), Error> {
+        self.length(wire_length(parts.iter().map(|part| part.len()).sum::<usize>() + 1)?);
+        parts.iter().for_each(|part| self.raw(part.as_bytes()));
         self.byte(0);
         Ok(())
     }

@@ -8,6 +8,7 @@ use slate_module::{Description, Direction, Plugin};
 use toml_edit::Key;
 
 use super::descriptions;
+use super::stand_in::{StandIn, stand_ins, unasked};
 use crate::configuration::{Configuration, Link, Setting};
 use crate::sharing::RemotePath;
 
@@ -26,6 +27,10 @@ pub struct Excerpt {
     pub outboxes: BTreeMap<String, String>,
     /// Mailboxes of modules that do not stay, where all who send to them do and what was taken is recorded.
     pub deaf: BTreeMap<String, &'static Descriptor>,
+    /// Modules that are added, as they give those that stay the services of modules that do not.
+    pub stand_ins: BTreeSet<String>,
+    /// What of `reads` was written only while somebody watched.
+    pub watched: BTreeSet<String>,
     /// What the modules miss that they had in the recorded run, in words.
     pub misses: Vec<String>,
 }
@@ -64,7 +69,9 @@ pub fn excerpt(
         descriptions: descriptions(plugins, configuration),
         result: Excerpt::default(),
     };
-    cutter.cut();
+    let stand_ins = stand_ins(plugins, &cutter.descriptions, modules)?;
+    cutter.result.misses = unasked(&cutter.descriptions, modules);
+    cutter.cut(stand_ins);
     Ok(cutter.result)
 }
 
@@ -87,7 +94,7 @@ enum Source {
 }
 
 impl Cutter<'_> {
-    fn cut(&mut self) {
+    fn cut(&mut self, stand_ins: Vec<StandIn>) {
         let mut lines = vec![format!("agent.name = {}", quoted(self.configuration.agent_name()))];
         let sources: BTreeMap<_, _> = self
             .configuration
@@ -109,8 +116,27 @@ impl Cutter<'_> {
                 self.find_messages(name);
             }
         }
+        stand_ins.into_iter().for_each(|own| self.add(own, &mut lines));
         lines.push(String::new());
         self.result.text = lines.join("\n");
+    }
+
+    /// Adds a module that takes the place of another one.
+    fn add(&mut self, own: StandIn, lines: &mut Vec<String>) {
+        let StandIn { name, kind, provider, inputs } = own;
+        lines.push(format!("modules.{}.plugin = {}", quoted(&name), quoted(&kind)));
+        for port in inputs {
+            let (input, path) = (format!("{name}/{}", port.name), format!("{provider}/{}", port.name));
+            lines.push(format!("links.{} = {}", quoted(&input), quoted(&format!("/{path}"))));
+            self.result.reads.insert(path.clone());
+            if port.direction == Direction::Debug {
+                self.result.watched.insert(path.clone());
+            }
+            if !self.is_recorded(&path) && !self.result.silent.iter().any(|(silent, ..)| *silent == path) {
+                self.result.silent.push((path, port.descriptor, port.capacity));
+            }
+        }
+        self.result.stand_ins.insert(name);
     }
 
     /// The line of a setting, if it stays.

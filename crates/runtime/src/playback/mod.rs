@@ -2,6 +2,7 @@
 
 mod control;
 mod excerpt;
+mod stand_in;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

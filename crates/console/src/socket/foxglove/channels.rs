@@ -9,11 +9,9 @@ use slate_blackboard::interface::Descriptor;
 use slate_record::ros::{self, Definition, Shown, Standard};
 
 use super::Out;
+use super::transforms::{frames, is_transform};
 use crate::context::Context;
 use crate::stream::Sample;
-
-/// The frame in which values are told that do not say their own.
-const FRAME: &str = "base_link";
 
 /// How values of an interface become messages.
 pub(super) enum Form {
@@ -48,13 +46,13 @@ impl Form {
         }
     }
 
-    /// Appends the message of a value.
-    pub fn encode(&self, sample: &Sample, out: &mut Vec<u8>) -> Result<(), ros::Error> {
+    /// Appends the message of a value; `frame` is the one in which it is told unless it says its own.
+    pub fn encode(&self, sample: &Sample, frame: &str, out: &mut Vec<u8>) -> Result<(), ros::Error> {
         // Its channel tells of the whole, whatever room the value has.
         let length = sample.property.descriptor().shape(sample.items).bytes(sample.items);
         let value = sample.bytes.get(..length).unwrap_or(&sample.bytes);
         match self {
-            Self::Standard(standard) => standard.encode(value, sample.stamp.time, FRAME, out),
+            Self::Standard(standard) => standard.encode(value, sample.stamp.time, frame, out),
             Self::Own(descriptor, _) => ros::encode(descriptor, value, out),
             Self::Shown(descriptor, shown) => {
                 let mut whole = Vec::new();
@@ -70,14 +68,42 @@ impl Form {
 pub(super) struct Channels {
     /// By number: the path, and how its values are told.
     present: BTreeMap<u32, (String, u64, Arc<Form>)>,
+    /// Those of the transforms: moving ones, and fixed ones.
+    transforms: [Option<u32>; 2],
     forms: BTreeMap<u64, Arc<Form>>,
     names: BTreeMap<&'static str, u32>,
     last: u32,
 }
 
+/// The topics of the transforms.
+const TRANSFORMS: [&str; 2] = ["/tf", "/tf_static"];
+
 impl Channels {
     pub fn get(&self, number: u32) -> Option<(&str, &Arc<Form>)> {
         self.present.get(&number).map(|(path, _, form)| (path.as_str(), form))
+    }
+
+    /// Whether a channel is one of transforms, and then whether of fixed ones.
+    pub fn transforms(&self, number: u32) -> Option<bool> {
+        self.transforms.iter().position(|own| *own == Some(number)).map(|place| place == 1)
+    }
+
+    /// The transforms that have become known, as channels.
+    fn new_transforms(&mut self, context: &Context) -> Vec<Json> {
+        let mut properties = context.board().properties().into_iter();
+        let has_told = properties.any(|property| is_transform(&property));
+        let has_places = || frames(context, |_| true).has_places();
+        let mut came = Vec::new();
+        for (place, topic) in TRANSFORMS.into_iter().enumerate() {
+            if self.transforms[place].is_some() || !(has_told || place == 0 && has_places()) {
+                continue;
+            }
+            self.last += 1;
+            self.transforms[place] = Some(self.last);
+            let definition = ros::transforms_definition();
+            came.push(advertised(self.last, topic, &definition));
+        }
+        came
     }
 
     /// Tells of channels that came, and that went.
@@ -96,19 +122,11 @@ impl Channels {
             .collect();
         gone.iter().for_each(|number| drop(self.present.remove(number)));
         let known: BTreeSet<String> = self.present.values().map(|(path, ..)| path.clone()).collect();
-        let mut came = Vec::new();
+        let mut came = self.new_transforms(context);
         for (path, descriptor) in there.into_iter().filter(|(path, _)| !known.contains(*path)) {
             let form = self.form(descriptor);
             self.last += 1;
-            let definition = form.definition();
-            came.push(json!({
-                "id": self.last,
-                "topic": format!("/{path}"),
-                "encoding": "cdr",
-                "schemaName": definition.name,
-                "schemaEncoding": "ros2msg",
-                "schema": definition.text,
-            }));
+            came.push(advertised(self.last, &format!("/{path}"), form.definition()));
             self.present.insert(self.last, (path.to_owned(), descriptor.hash, form));
         }
         let mut out = Vec::new();
@@ -159,6 +177,17 @@ impl Channels {
             readers.into_iter().map(|(name, ids)| json!({ "name": name, "subscriberIds": ids })).collect();
         json!({ "publishedTopics": published, "subscribedTopics": subscribed, "advertisedServices": [] })
     }
+}
+
+fn advertised(number: u32, topic: &str, definition: &Definition) -> Json {
+    json!({
+        "id": number,
+        "topic": topic,
+        "encoding": "cdr",
+        "schemaName": definition.name,
+        "schemaEncoding": "ros2msg",
+        "schema": definition.text,
+    })
 }
 
 /// The topics that one graph has and a later one has not.

@@ -1,6 +1,7 @@
 //! The WebSocket protocol of Foxglove, which Foxglove, Lichtblick and PlotJuggler speak.
 //!
-//! Each property is a channel with ROS 2 messages: that which ROS has for it, or else one of its own. Each parameter of a module
+//! Each property is a channel with ROS 2 messages: that which ROS has for it, or else one of its own. Where robots are comes as the
+//! transforms of their frames, too. Each parameter of a module
 //! is a parameter, by its path. What a client publishes (as JSON) goes to what takes it: a mailbox, an input without a link, or
 //! an actuator, that of a robot with the message `Twist` too. Stop, reset and arm are services.
 
@@ -9,6 +10,7 @@ mod parameters;
 mod publish;
 mod request;
 mod services;
+mod transforms;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,6 +27,7 @@ use crate::context::Context;
 use crate::stream::{Watcher, apart};
 use channels::{Channels, Form};
 use request::{Call, Request};
+use transforms::Transforms;
 
 /// By which names the protocol goes; both are the same.
 pub(super) const PROTOCOLS: [&str; 2] = ["foxglove.websocket.v1", "foxglove.sdk.v1"];
@@ -58,6 +61,8 @@ struct Session {
     who: String,
     channels: Channels,
     subscriptions: BTreeMap<u32, Subscription>,
+    /// Its subscriptions of transforms.
+    transforms: BTreeMap<u32, Transforms>,
     /// The channels that the client publishes, by its numbers.
     published: BTreeMap<u32, publish::Channel>,
     /// What it drives.
@@ -72,6 +77,8 @@ struct Subscription {
     channel: u32,
     watcher: Watcher,
     form: Arc<Form>,
+    /// The frame in which its values are told.
+    frame: String,
 }
 
 pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listener) {
@@ -157,6 +164,7 @@ impl Session {
             role: visitor.role,
             who: visitor.who,
             subscriptions: BTreeMap::new(),
+            transforms: BTreeMap::new(),
             published: BTreeMap::new(),
             controls: BTreeMap::new(),
             watched: BTreeMap::new(),
@@ -201,7 +209,12 @@ impl Session {
             Request::Subscribe(pairs) => {
                 pairs.into_iter().try_for_each(|(id, channel)| self.subscribe(id, channel))?
             }
-            Request::Unsubscribe(ids) => ids.iter().for_each(|id| drop(self.subscriptions.remove(id))),
+            Request::Unsubscribe(ids) => {
+                for id in ids {
+                    self.subscriptions.remove(&id);
+                    self.transforms.remove(&id);
+                }
+            }
             Request::Advertise(channels) => {
                 for (id, channel) in channels {
                     if self.published.len() >= MOST {
@@ -235,15 +248,20 @@ impl Session {
     }
 
     fn subscribe(&mut self, id: u32, channel: u32) -> Result<(), String> {
-        if self.subscriptions.len() >= MOST {
+        if self.subscriptions.len() + self.transforms.len() >= MOST {
             return Err(format!("a client has at most {MOST} subscriptions"));
+        }
+        if let Some(is_fixed) = self.channels.transforms(channel) {
+            self.transforms.insert(id, Transforms::new(&self.context, is_fixed));
+            return Ok(());
         }
         let Some((path, form)) = self.channels.get(channel) else {
             return Err(format!("there is no channel {channel}"));
         };
         let watcher = Watcher::new(&self.context, path, 0).map_err(|error| error.to_string())?;
         let form = Arc::clone(form);
-        self.subscriptions.insert(id, Subscription { channel, watcher, form });
+        let frame = transforms::frames(&self.context, |_| true).of(&format!("/{path}")).to_owned();
+        self.subscriptions.insert(id, Subscription { channel, watcher, form, frame });
         Ok(())
     }
 
@@ -273,6 +291,13 @@ impl Session {
                 let path = self.channels.get(channel).map_or("", |(path, _)| path);
                 let text = format!("this client reads slowly: of /{path} it gets the newest values");
                 send(sink, vec![status(1, &text, Some(path))]).await.then_some(())?;
+            }
+        }
+        for (id, transforms) in &mut self.transforms {
+            let Some((time, message)) = transforms.look(&self.context) else { continue };
+            let head = [&[1][..], &id.to_le_bytes(), &time.to_le_bytes()].concat();
+            if !hand(sink, [head, message].concat()).await {
+                return None;
             }
         }
         Some(self)
@@ -329,7 +354,7 @@ fn encode(id: u32, subscription: &mut Subscription) -> Vec<Vec<u8>> {
         bytes.extend(id.to_le_bytes());
         bytes.extend(sample.stamp.time.to_le_bytes());
         // A value that can't be told is left out; another one may be.
-        subscription.form.encode(&sample, &mut bytes).ok().map(|()| bytes)
+        subscription.form.encode(&sample, &subscription.frame, &mut bytes).ok().map(|()| bytes)
     };
     samples.unwrap_or_default().into_iter().filter_map(message).collect()
 }

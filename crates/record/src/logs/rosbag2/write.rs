@@ -1,24 +1,26 @@
 //! Recordings as those that ROS 2 makes.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 
 use slate_blackboard::interface::{Descriptor, Interface};
 use slate_interfaces::Transform;
-use slate_module::math;
 
 use crate::bag::{Decoder, Error, Message, Selection, Unread, whole};
 use crate::logs::output::Output;
+use crate::page::Followed;
 use crate::replay::interface;
-use crate::ros::{self, CdrWriter, Definition, Shown, Standard};
+use crate::ros::{self, Definition, Frames, Shown, Standard};
 
 /// How [`export_ros`] writes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RosExport<'a> {
     /// Interfaces whose messages ROS has, besides the well-known ones.
     pub interfaces: &'a [&'static Descriptor],
-    /// The topic that tells where the robot is in the map, such as `/r2/pose`: its poses are the transforms from `map` to
-    /// `base_link` as well, in `/tf`.
+    /// The robots, and the topics that tell where they are in the map; those whose true places are recorded unless given.
+    pub robots: &'a [Followed],
+    /// The topic that tells it of a robot instead, such as `/r2/pose`.
     pub pose: Option<&'a str>,
 }
 
@@ -29,7 +31,7 @@ pub struct RosLog {
     pub standard: u64,
     /// Messages that are as they were, but for fields that are not used: ROS has none for them, or they were its own already.
     pub others: u64,
-    /// Transforms in `/tf`.
+    /// Transforms in `/tf` and `/tf_static`.
     pub transforms: u64,
     /// Messages that are not CDR with a definition of ROS 2, by topic.
     pub left_out: BTreeMap<String, u64>,
@@ -39,7 +41,9 @@ pub struct RosLog {
 
 /// Writes what is selected of a recording with the messages that ROS 2 has for the values, such as `sensor_msgs/msg/LaserScan`, so
 /// that its tools show them; what ROS has no message for stays as it is. Frames are those of REP-105: maps, ways and poses in them
-/// are told in `map`, odometry in `odom`, and all else in `base_link`.
+/// are told in `map`, odometry in `odom`, and all else in `base_link`; of several robots each has [its own](ros::Frames). Where robots are
+/// in the map, and by their odometry, are the transforms in `/tf`; what modules tell as a `Transform` is there as well, or in
+/// `/tf_static`.
 ///
 /// # Errors
 /// When the recording is damaged, `out` can't be written, or no topic of that name has poses for the transforms.
@@ -53,6 +57,11 @@ pub fn export_ros(
     let unfit = |what| Error::Unfit { path: path.into(), what };
     let known = slate_interfaces::ALL.iter().chain(export.interfaces).copied();
     let known: BTreeMap<_, _> = known.map(|descriptor| (descriptor.hash, descriptor)).collect();
+    let topics = reader.topics();
+    let topics = topics.iter().filter(|own| selection.has(&own.topic));
+    let mut frames = Frames::new(export.robots, topics.map(|own| (own.topic.as_str(), own.schema.as_str())));
+    export.pose.map_or(Ok(()), |pose| frames.locate(pose)).map_err(unfit)?;
+    let (mut latest, mut located) = (0, false);
     let mut decoder = Decoder::default();
     let mut forms: BTreeMap<u16, Form> = BTreeMap::new();
     let mut log = RosLog::default();
@@ -70,11 +79,19 @@ pub fn export_ros(
                 return Ok(true);
             }
             let wrong = |error: ros::Error| unfit(format!("`{topic}`: {error}"));
+            if time > latest {
+                // What is of one time is there by now.
+                log.transforms += tell(&mut frames, latest, &mut data, &mut output)?;
+            }
+            latest = latest.max(time);
             data.clear();
             match form {
                 Form::Standard(descriptor, standard) => {
                     let value = ros::decode(descriptor, message.data).map_err(wrong)?;
-                    standard.encode(&value, time, FRAME, &mut data).map_err(wrong)?;
+                    if descriptor.hash == Transform::DESCRIPTOR.hash {
+                        frames.note_transform(topic, time, &decoder.decode(message));
+                    }
+                    standard.encode(&value, time, frames.of(topic), &mut data).map_err(wrong)?;
                     output.message(topic, time, || standard.definition().clone(), &data)?;
                     log.standard += 1;
                 }
@@ -88,16 +105,16 @@ pub fn export_ros(
                     log.others += 1;
                 }
             }
-            if export.pose == Some(topic)
+            if frames.sources().any(|source| source == topic)
                 && let Some(pose) = decoder.decode(message).pose()
             {
-                transform(pose, time, &mut data).map_err(wrong)?;
-                output.message_of(TRANSFORMS, "/tf", time, transforms, &data)?;
-                log.transforms += 1;
+                located |= export.pose == Some(topic);
+                frames.note(topic, time, pose);
             }
             Ok(true)
         })?;
-        if let (Some(topic), 0) = (export.pose, log.transforms) {
+        log.transforms += tell(&mut frames, latest, &mut data, &mut output)?;
+        if let (Some(topic), false) = (export.pose, located) {
             return Err(unfit(format!("what is selected of its topic `{topic}` has no poses")));
         }
         output.finish()?;
@@ -139,35 +156,23 @@ fn own_definition(message: &Message<'_>) -> Definition {
     Definition { name, text }
 }
 
-/// The frame in which values are told that are neither in a map nor odometry.
-const FRAME: &str = "base_link";
-
-/// What tells the transforms that are made from those that are there.
-const TRANSFORMS: &str = "/tf, made";
-
-/// The definition of `tf2_msgs/msg/TFMessage`.
-fn transforms() -> Definition {
-    let one = ros::standard(Transform::DESCRIPTOR).map(|standard| standard.definition().text.clone());
-    let text = format!(
-        "geometry_msgs/TransformStamped[] transforms\n{}\nMSG: geometry_msgs/TransformStamped\n{}",
-        ros::SEPARATOR,
-        one.unwrap_or_default()
-    );
-    Definition { name: "tf2_msgs/msg/TFMessage".into(), text }
-}
-
-/// Where the robot is in the map, as a message with one transform.
-fn transform([x, y, theta]: [f64; 3], time: u64, data: &mut Vec<u8>) -> Result<(), ros::Error> {
-    data.clear();
-    let mut writer = CdrWriter::new(data);
-    writer.length(1);
-    writer.length((time / 1_000_000_000) as u32);
-    writer.length((time % 1_000_000_000) as u32);
-    writer.text("map")?;
-    writer.text("base_link")?;
-    let half = theta / 2.0;
-    for number in [x, y, 0.0, 0.0, 0.0, math::sin(half), math::cos(half)] {
-        writer.numbers(&number.to_ne_bytes(), 8);
+/// Writes the transforms that have become known until that time; returns how many.
+fn tell<W: Write>(
+    frames: &mut Frames,
+    time: u64,
+    data: &mut Vec<u8>,
+    output: &mut Output<W>,
+) -> Result<u64, Error> {
+    // What tells the topics that are made from those that are there.
+    const TOPICS: [(&str, &str); 2] = [("/tf, made", "/tf"), ("/tf_static, made", "/tf_static")];
+    let (moving, fixed) = frames.take();
+    for (transforms, (key, topic)) in [&moving, &fixed].into_iter().zip(TOPICS) {
+        if !transforms.is_empty() {
+            data.clear();
+            let encoded = ros::encode_transforms(transforms, data);
+            encoded.map_err(|error| output.unfit(format!("`{topic}`: {error}")))?;
+            output.message_of(key, topic, time, ros::transforms_definition, data)?;
+        }
     }
-    Ok(())
+    Ok((moving.len() + fixed.len()) as u64)
 }

@@ -76,6 +76,7 @@ impl Compiler<'_> {
                 self.used |= text.is_some();
                 let constant = rules().find_map(|(_, _, origin)| match origin {
                     Origin::Text(text) => Some(Text::Constant(text)),
+                    Origin::Frame(name) => Some(Text::OfRobot(name)),
                     _ => None,
                 });
                 let usual = if path.ends_with("header/frame_id") { Text::Frame } else { Text::Constant("") };
@@ -176,6 +177,10 @@ impl Compiler<'_> {
     fn text(&self, origin: &Origin) -> Option<Text> {
         match origin {
             Origin::Field(field) => self.text_field(field),
+            Origin::NamedFrame(field) => match self.text_field(field)? {
+                Text::Field(offset, capacity) => Some(Text::Named(offset, capacity)),
+                other => Some(other),
+            },
             Origin::Name(field) => match self.find(field)? {
                 (Kind::Enumeration(enumeration), _) => Some(Text::Name(self.place(field)?, enumeration)),
                 _ => None,

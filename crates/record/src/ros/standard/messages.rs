@@ -12,6 +12,10 @@ pub(super) enum Origin {
     Number(f64),
     /// A text that the interface does not have.
     Text(&'static str),
+    /// A frame of the robot that the value is of.
+    Frame(&'static str),
+    /// A frame that the value names, of that robot.
+    NamedFrame(&'static str),
     /// The name of an enumeration's constant, in lower case.
     Name(&'static str),
     /// Numbers of several fields as a list: what the list's items are called, and the fields.
@@ -45,8 +49,8 @@ pub(super) enum Origin {
 }
 
 use Origin::{
-    Across, Along, Among, Axes, Called, Covariance, Field, HalfCosine, HalfSine, Heard, Last, Listed, Name,
-    Number, Points, Text, Time, When,
+    Across, Along, Among, Axes, Called, Covariance, Field, Frame, HalfCosine, HalfSine, Heard, Last, Listed,
+    Name, NamedFrame, Number, Points, Text, Time, When,
 };
 
 const TWO_WHEELS: &[(&str, &str)] = &[("left_wheel", "left"), ("right_wheel", "right")];
@@ -79,8 +83,8 @@ pub(super) const RULES: &[(&str, &str, Origin)] = &[
     ("geometry_msgs/Twist", "linear/x", Field("linear")),
     ("geometry_msgs/Twist", "angular/z", Field("angular")),
     ("geometry_msgs/TransformStamped", "header/stamp", Time { time: "time", unless: "fixed" }),
-    ("geometry_msgs/TransformStamped", "header/frame_id", Field("parent")),
-    ("geometry_msgs/TransformStamped", "child_frame_id", Field("child")),
+    ("geometry_msgs/TransformStamped", "header/frame_id", NamedFrame("parent")),
+    ("geometry_msgs/TransformStamped", "child_frame_id", NamedFrame("child")),
     ("geometry_msgs/TransformStamped", "transform/translation", Field("translation")),
     ("geometry_msgs/TransformStamped", "transform/rotation", Field("rotation")),
     ("nav_msgs/OccupancyGrid", "header/frame_id", Text("map")),
@@ -90,8 +94,8 @@ pub(super) const RULES: &[(&str, &str, Origin)] = &[
     ("nav_msgs/OccupancyGrid", "info/origin/position", Field("origin")),
     ("nav_msgs/OccupancyGrid", "info/origin/orientation/z", HalfSine("origin/theta")),
     ("nav_msgs/OccupancyGrid", "info/origin/orientation/w", HalfCosine("origin/theta")),
-    ("nav_msgs/Odometry", "header/frame_id", Text("odom")),
-    ("nav_msgs/Odometry", "child_frame_id", Text("base_link")),
+    ("nav_msgs/Odometry", "header/frame_id", Frame("odom")),
+    ("nav_msgs/Odometry", "child_frame_id", Frame("base_link")),
     ("nav_msgs/Odometry", "pose/pose/position", Field("pose")),
     ("nav_msgs/Odometry", "pose/pose/orientation/z", HalfSine("pose/theta")),
     ("nav_msgs/Odometry", "pose/pose/orientation/w", HalfCosine("pose/theta")),

@@ -11,6 +11,7 @@ use self::messages::text;
 use self::source::{Scalar, Source, scalar, write, write_name};
 use super::cdr::{Writer, wire_length};
 use super::codec::items;
+use super::frames::own_frame;
 use super::{Definition, Error, Primitive, Schema};
 
 /// How a value becomes the message that ROS has for it.
@@ -84,6 +85,10 @@ enum Number {
 enum Text {
     Constant(&'static str),
     Frame,
+    /// A frame of the robot that the value is of.
+    OfRobot(&'static str),
+    /// Such a frame, which the value names: offset and capacity.
+    Named(usize, usize),
     /// Offset and capacity.
     Field(usize, usize),
     Name(Place, &'static Enumeration),
@@ -110,7 +115,7 @@ enum Items {
 /// | `sensor_msgs/Range` | `range` is infinite when nothing was heard |
 /// | `sensor_msgs/BatteryState` | what is not measured is NaN |
 /// | `nav_msgs/OccupancyGrid` | `info` has where the cells are; when it was loaded is 0 |
-/// | `nav_msgs/Odometry` | a turn in the plane is one around z; the child is `base_link` |
+/// | `nav_msgs/Odometry` | a turn in the plane is one around z; the child is the robot's `base_link` |
 /// | `nav_msgs/Path` | `poses` are the points, each with the header and no turn |
 /// | `geometry_msgs/Point` | what is in the plane has a `z` of 0 |
 /// | `geometry_msgs/PoseWithCovarianceStamped` | a turn in the plane is one around z, with its covariances |
@@ -142,7 +147,8 @@ impl Standard {
     /// Appends the message of a value: little-endian CDR with its header. Nothing is allocated when `out` has room.
     ///
     /// `bytes` is the value as it lies in memory, with its tail; `stamp` is its time in nanoseconds, and `frame` what it is told
-    /// in, such as `base_link`: they are the `header` of messages that have one.
+    /// in, such as `base_link`: they are the `header` of messages that have one. Where a robot has frames of its own, as in
+    /// `r1/base_link`, other frames that messages name are that robot's too: `r1/odom`.
     ///
     /// # Errors
     /// When `bytes` is no value of the interface; `out` is unchanged then.
@@ -153,6 +159,11 @@ impl Standard {
         let value = Source { bytes, tail };
         append(&self.steps, &value, stamp, frame, &mut Writer::new(out))
     }
+}
+
+/// The robot that a frame is of, such as `r1` of `r1/base_link`; empty when it names none.
+fn robot(frame: &str) -> &str {
+    frame.rsplit_once('/').map_or("", |(robot, _)| robot)
 }
 
 /// Appends what the steps make of a value.
@@ -178,6 +189,10 @@ fn append(
             }
             Step::Text(Text::Frame) => writer.text(frame)?,
             Step::Text(Text::Constant(text)) => writer.text(text)?,
+            Step::Text(Text::OfRobot(name)) => writer.joined(&own_frame(robot(frame), name))?,
+            Step::Text(Text::Named(offset, capacity)) => {
+                writer.joined(&own_frame(robot(frame), value.text(*offset, *capacity)))?;
+            }
             Step::Text(Text::Field(offset, capacity)) => writer.text(value.text(*offset, *capacity))?,
             Step::Text(Text::Name(place, enumeration)) => write_name(writer, value.read(place), enumeration)?,
             Step::List { kind, counted, count, start, from } => {

@@ -1,0 +1,96 @@
+//! Where the frames of robots are, as one client is told of it.
+
+use slate_blackboard::interface::Interface;
+use slate_blackboard::{Access, Property};
+use slate_interfaces::{Odometry, Transform};
+use slate_record::bag::Value;
+use slate_record::ros::{self, Frames};
+
+use crate::context::Context;
+use crate::stream::{Sample, Watcher};
+
+/// Values of another cycle may come while it is looked; so often it is looked again.
+const LOOKS: usize = 3;
+
+/// The frames of an agent's robots, as its properties are now. `is_told` says what is to be taken for there.
+pub(super) fn frames(context: &Context, is_told: impl Fn(&Property) -> bool) -> Frames {
+    let properties = context.board().properties();
+    let told = properties.iter().filter(|own| own.access() != Access::Messages && is_told(own));
+    let topics: Vec<_> = told
+        .map(|own| (format!("/{}", own.path()), format!("slate_msgs/msg/{}", own.descriptor().name)))
+        .collect();
+    Frames::new(&context.robots, topics.iter().map(|(topic, kind)| (topic.as_str(), kind.as_str())))
+}
+
+/// Whether a property is a transform that a module tells.
+pub(super) fn is_transform(property: &Property) -> bool {
+    property.descriptor().hash == Transform::DESCRIPTOR.hash
+}
+
+/// A client's subscription of `/tf`, or of `/tf_static`.
+pub(super) struct Transforms {
+    is_fixed: bool,
+    frames: Frames,
+    watchers: Vec<Source>,
+}
+
+struct Source {
+    topic: String,
+    is_transform: bool,
+    watcher: Watcher,
+}
+
+impl Transforms {
+    pub fn new(context: &Context, is_fixed: bool) -> Self {
+        // Odometry that nobody writes is none to wait for.
+        let is_written = |own: &Property| own.channel().is_some_and(|channel| channel.published() > 0);
+        let is_odometry = |own: &Property| own.descriptor().hash == Odometry::DESCRIPTOR.hash;
+        let frames = frames(context, |own| !is_odometry(own) || is_written(own));
+        let places = frames.sources().map(|topic| (topic.to_owned(), false));
+        let properties = context.board().properties();
+        let told =
+            properties.iter().filter(|own| is_transform(own)).map(|own| (format!("/{}", own.path()), true));
+        let source = |(topic, is_transform): (String, bool)| {
+            let watcher = Watcher::new(context, topic.trim_start_matches('/'), 0).ok()?;
+            Some(Source { topic, is_transform, watcher })
+        };
+        let watchers = places.chain(told).filter_map(source).collect();
+        Self { is_fixed, frames, watchers }
+    }
+
+    /// The message of what is new, and its time.
+    pub fn look(&mut self, context: &Context) -> Option<(u64, Vec<u8>)> {
+        let mut time = 0;
+        for _ in 0..LOOKS {
+            let mut samples: Vec<(usize, Sample)> = Vec::new();
+            for (place, source) in self.watchers.iter_mut().enumerate() {
+                if source.watcher.has_news(context) {
+                    let taken = match source.is_transform {
+                        true => source.watcher.take_all(),
+                        false => source.watcher.take().map(|sample| sample.into_iter().collect()),
+                    };
+                    samples.extend(taken.unwrap_or_default().into_iter().map(|sample| (place, sample)));
+                }
+            }
+            if samples.is_empty() {
+                break;
+            }
+            samples.sort_by_key(|(_, sample)| sample.stamp.time);
+            for (place, sample) in samples {
+                let Some(Source { topic, is_transform, .. }) = self.watchers.get(place) else { continue };
+                time = sample.stamp.time;
+                let value = Value::Json(sample.json());
+                if *is_transform {
+                    self.frames.note_transform(topic, time, &value);
+                } else if let Some(pose) = value.pose() {
+                    self.frames.note(topic, time, pose);
+                }
+            }
+        }
+        let (moving, fixed) = self.frames.take();
+        let told = if self.is_fixed { fixed } else { moving };
+        let mut message = Vec::new();
+        ros::encode_transforms(&told, &mut message).ok().filter(|()| !told.is_empty())?;
+        Some((time, message))
+    }
+}

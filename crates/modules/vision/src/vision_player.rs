@@ -1,0 +1,112 @@
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use slate_interfaces::Image;
+use slate_module::aspect::Provider;
+use slate_module::blackboard::channel::Writer;
+use slate_module::prelude::*;
+
+use crate::camera::{CAMERAS, Camera, Cameras};
+use crate::report::{CameraReport, CameraState};
+use crate::service::Vision;
+use crate::vision_master::copy;
+
+/// Ports of [`VisionPlayer`]: what a [`VisionMaster`](crate::VisionMaster) writes.
+#[ports]
+pub struct VisionPlayerIo {
+    /// The cameras.
+    vision: Provider<Vision>,
+    cameras: Input<CameraReport>,
+    image: Input<Image>,
+    image_2: Input<Image>,
+    image_3: Input<Image>,
+    image_4: Input<Image>,
+}
+
+/// Brings the service [`Vision`] out of pictures that a vision master has written, in the place of that master: so vision
+/// modules run on a recording, and see in each cycle what they saw then.
+pub struct VisionPlayer;
+
+/// State of [`VisionPlayer`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct VisionPlayerState {
+    #[serde(skip)]
+    cameras: Option<Arc<Cameras>>,
+    /// What is shown of each camera.
+    #[serde(skip)]
+    shown: Vec<Shown>,
+}
+
+#[derive(Default)]
+struct Shown {
+    writer: Option<Writer>,
+    /// The number of the newest picture.
+    picture: u64,
+}
+
+#[module(stage = SensorAcquire)]
+impl Module for VisionPlayer {
+    type Io = VisionPlayerIo;
+    type Params = ();
+    type State = VisionPlayerState;
+
+    fn tick(state: &mut VisionPlayerState, io: &VisionPlayerIo, _: &(), _: &Tick) -> Outcome {
+        if !io.vision.is_provided() {
+            state.cameras = None;
+        }
+        let cameras = Arc::clone(state.cameras.get_or_insert_with(|| {
+            let cameras = Arc::new(Cameras::default());
+            io.vision.provide(Vision::new(&cameras), Arc::clone(&cameras));
+            state.shown = (0..CAMERAS).map(|_| Shown::default()).collect();
+            cameras
+        }));
+        let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
+        for (number, (told, shown)) in io.cameras.cameras.iter().zip(&mut state.shown).enumerate() {
+            // They were opened then, so they can be now.
+            if let Ok(camera) = cameras.camera(told.camera.as_str()) {
+                shown.show(camera, told, images.get(number).copied());
+            }
+        }
+        Outcome::Ok
+    }
+}
+
+impl Shown {
+    /// Shows what is told of a camera, with the image of its newest picture.
+    fn show(&mut self, camera: &Camera, told: &CameraState, image: Option<&Input<Image>>) {
+        if !told.problem.as_str().is_empty() {
+            return camera.fail(&mut told.problem.as_str().to_owned());
+        }
+        // No other one than the newest is ever written there.
+        let image = image.filter(|image| image.stamp().sequence > 0 && image.stamp().time >= told.came);
+        let result = match image {
+            _ if self.picture == told.picture => return camera.work(),
+            Some(image) => self.write(camera, told, image),
+            None => Err(format!("picture {} of the camera `{}` is not recorded", told.picture, told.camera)),
+        };
+        match result {
+            Ok(()) => camera.work(),
+            Err(mut problem) => camera.fail(&mut problem),
+        }
+    }
+
+    fn write(&mut self, camera: &Camera, told: &CameraState, image: &Image) -> Result<(), String> {
+        let channel = camera.channel(image.data.len());
+        let writer = match &mut self.writer {
+            Some(writer) => writer,
+            none => none.insert(channel.writer().map_err(|error| error.to_string())?),
+        };
+        if image.data.len() > writer.capacity() {
+            let (size, room) = (image.data.len(), writer.capacity());
+            return Err(format!(
+                "picture {} of the camera `{}` has {size} bytes, and its first one had {room}",
+                told.picture, told.camera
+            ));
+        }
+        // It has the number that it had then.
+        writer.skip(told.picture.saturating_sub(writer.last().sequence + 1));
+        crate::vision_master::write(writer, image.data.len(), told.taken, |own| copy(image, own));
+        self.picture = told.picture;
+        Ok(())
+    }
+}

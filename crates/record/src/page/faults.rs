@@ -1,0 +1,81 @@
+//! What went wrong, each thing once.
+
+use std::collections::BTreeMap;
+
+use super::table::{Table, seconds};
+
+/// More are not kept.
+const MOST: usize = 10_000;
+
+/// What is counted again within this time is the same thing that goes on, nanoseconds.
+const GOES_ON: u64 = 1_000_000_000;
+
+/// Faults in the order of their times. What happened to several modules at once is one thing, and so is what goes on: a robot that is
+/// stopped is not told of for each module and in each cycle.
+#[derive(Debug, Default)]
+pub(super) struct Faults {
+    all: Vec<Fault>,
+    /// The places of those that are counted and may go on, by who and what.
+    counted: BTreeMap<(String, String), usize>,
+}
+
+#[derive(Debug)]
+struct Fault {
+    from: u64,
+    until: u64,
+    who: String,
+    what: String,
+    /// Of what is counted, how many there were, and how many until then in all.
+    count: Option<(f64, f64)>,
+}
+
+impl Faults {
+    /// Something that happened to a module.
+    pub fn note(&mut self, time: u64, who: &str, what: String) {
+        self.push(Fault { from: time, until: time, who: who.into(), what, count: None });
+    }
+
+    /// Something that happened so many times more, and so many in all.
+    pub fn count(&mut self, time: u64, who: &str, what: &str, more: f64, all: f64) {
+        let key = (who.to_owned(), what.to_owned());
+        let open = self.counted.get(&key).and_then(|at| self.all.get_mut(*at));
+        match open.filter(|own| time.saturating_sub(own.until) <= GOES_ON) {
+            Some(own) => {
+                let before = own.count.map_or(0.0, |(more, _)| more);
+                (own.until, own.count) = (time, Some((before + more, all)));
+            }
+            None => {
+                self.counted.insert(key, self.all.len());
+                let (who, what) = (who.into(), what.into());
+                self.push(Fault { from: time, until: time, who, what, count: Some((more, all)) });
+            }
+        }
+    }
+
+    fn push(&mut self, fault: Fault) {
+        if self.all.len() < MOST {
+            self.all.push(fault);
+        }
+    }
+
+    pub fn table(&self) -> Table {
+        let mut table = Table::new("faults", &["#from/s", "#until/s", "*who", "what"]);
+        let mut rows: Vec<(&Fault, String, Vec<&str>)> = Vec::new();
+        let mut places = BTreeMap::new();
+        for own in &self.all {
+            let what = match own.count {
+                Some((more, all)) => format!("{}: {more} more, {all} in all", own.what),
+                None => own.what.clone(),
+            };
+            let place = *places.entry((own.from, own.until, what.clone())).or_insert(rows.len());
+            match rows.get_mut(place).filter(|(.., who)| !who.contains(&own.who.as_str())) {
+                Some((.., who)) => who.push(&own.who),
+                None => rows.push((own, what, vec![&own.who])),
+            }
+        }
+        for (own, what, who) in rows {
+            table.row([seconds(own.from), seconds(own.until), who.join(", "), what]);
+        }
+        table
+    }
+}

@@ -1,0 +1,265 @@
+//! The frames in which robots tell what they know, and the transforms between them, as ROS's REP-105 has them.
+
+use std::collections::BTreeSet;
+
+use slate_blackboard::interface::Interface;
+use slate_interfaces::Transform;
+use slate_module::math::{cos, sin};
+
+use super::{CdrWriter, Definition, Error, SEPARATOR, standard};
+use crate::bag::Value;
+use crate::page::Followed;
+
+const MAP: &str = "map";
+const ODOMETRY: &str = "odom";
+const BASE: &str = "base_link";
+
+/// The frames of the robots of an agent.
+///
+/// One robot has `odom` and `base_link`; of several, each has its own: `r1/odom` and `r1/base_link`. What belongs to none of several
+/// is told in `map`, which they have in common.
+#[derive(Clone, Debug)]
+pub struct Frames {
+    robots: Vec<Robot>,
+    /// What modules tell themselves since it was taken, and which frames they have ever told of.
+    moving: Vec<FrameTransform>,
+    fixed: Vec<FrameTransform>,
+    told: BTreeSet<String>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Robot {
+    /// Empty for the only one.
+    name: String,
+    base: String,
+    odom: String,
+    /// The topic that tells where it is in the map, and what was told last.
+    pose: Option<String>,
+    place: Option<Place>,
+    /// The same of its odometry.
+    odometry: Option<String>,
+    moved: Option<Place>,
+    /// Since when only its place in the map is known.
+    waits_since: Option<u64>,
+}
+
+/// For so long it is waited for odometry before a robot is told of without, nanoseconds.
+const WAIT: u64 = 1_000_000_000;
+
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    time: u64,
+    pose: [f64; 3],
+    is_new: bool,
+}
+
+/// Where a frame is in its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameTransform {
+    /// When, nanoseconds.
+    pub time: u64,
+    /// The frame in which it is told.
+    pub parent: String,
+    /// The frame of which it is told.
+    pub child: String,
+    /// x, y and z, metres.
+    pub translation: [f64; 3],
+    /// A unit quaternion: x, y, z and w.
+    pub rotation: [f64; 4],
+}
+
+impl Robot {
+    fn new(name: &str, pose: Option<String>) -> Self {
+        Self {
+            name: name.into(),
+            base: joined(name, BASE),
+            odom: joined(name, ODOMETRY),
+            pose,
+            ..Self::default()
+        }
+    }
+}
+
+fn joined(robot: &str, frame: &str) -> String {
+    if robot.is_empty() { frame.into() } else { format!("{robot}/{frame}") }
+}
+
+impl Frames {
+    /// Those of robots as a configuration names them, or else of those whose true places are among the topics; each topic is given with
+    /// the name of its type.
+    pub fn new<'a>(followed: &[Followed], topics: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> Self {
+        let truths = topics.clone().filter_map(|(topic, kind)| {
+            let path = topic.strip_suffix("/truth").filter(|_| kind == "slate_msgs/msg/Pose2")?;
+            Some((path.rsplit('/').next()?.to_owned(), topic.to_owned()))
+        });
+        let named = followed.iter().map(|robot| (robot.name.clone(), robot.pose.clone()));
+        let mut all: Vec<_> = if followed.is_empty() { truths.collect() } else { named.collect() };
+        all.sort();
+        all.dedup_by(|one, other| one.0 == other.0);
+        let robots = match all.len() {
+            0 | 1 => vec![Robot::new("", all.pop().map(|(_, pose)| pose))],
+            _ => all.into_iter().map(|(name, pose)| Robot::new(&name, Some(pose))).collect(),
+        };
+        let mut frames = Self { robots, moving: Vec::new(), fixed: Vec::new(), told: BTreeSet::new() };
+        for (topic, _) in topics.filter(|(_, kind)| *kind == "slate_msgs/msg/Odometry") {
+            let Some(robot) = frames.owner(topic).and_then(|at| frames.robots.get_mut(at)) else { continue };
+            // That beside the place goes before others.
+            let folder = |topic: &str| topic.rsplit_once('/').map(|(folder, _)| folder.to_owned());
+            let beside = |topic: &str| robot.pose.as_deref().and_then(folder) == folder(topic);
+            let rank = |topic: &str| (!beside(topic), topic.to_owned());
+            if robot.odometry.as_deref().is_none_or(|known| rank(topic) < rank(known)) {
+                robot.odometry = Some(topic.into());
+            }
+        }
+        frames
+    }
+
+    /// Has a topic tell where the robot is that it belongs to.
+    ///
+    /// # Errors
+    /// When it belongs to none of them.
+    pub fn locate(&mut self, topic: &str) -> Result<(), String> {
+        let owner = self.owner(topic);
+        let Some(robot) = owner.and_then(|at| self.robots.get_mut(at)) else {
+            let names: Vec<_> = self.robots.iter().map(|robot| robot.name.as_str()).collect();
+            return Err(format!("its topic `{topic}` names none of its robots: {}", names.join(", ")));
+        };
+        robot.pose = Some(topic.into());
+        Ok(())
+    }
+
+    /// The robot that a topic belongs to: of several, the first that it names.
+    fn owner(&self, topic: &str) -> Option<usize> {
+        let place = |part: &str| self.robots.iter().position(|robot| robot.name == part);
+        if self.robots.len() > 1 { topic.split('/').find_map(place) } else { Some(0) }
+    }
+
+    /// The frame in which a topic's values are told that do not say their own.
+    pub fn of(&self, topic: &str) -> &str {
+        let robot = self.owner(topic).and_then(|at| self.robots.get(at));
+        robot.map_or(MAP, |robot| &robot.base)
+    }
+
+    /// The topics that places of robots come from, in a map or by odometry.
+    pub fn sources(&self) -> impl Iterator<Item = &str> {
+        self.robots.iter().flat_map(|robot| [robot.pose.as_deref(), robot.odometry.as_deref()]).flatten()
+    }
+
+    /// Whether it is known of a robot where it is in the map.
+    pub fn has_places(&self) -> bool {
+        self.robots.iter().any(|robot| robot.pose.is_some())
+    }
+
+    /// Takes the place that a topic tells.
+    pub fn note(&mut self, topic: &str, time: u64, pose: [f64; 3]) {
+        let place = Place { time, pose, is_new: true };
+        for robot in &mut self.robots {
+            if robot.pose.as_deref() == Some(topic) {
+                robot.place = Some(place);
+            }
+            if robot.odometry.as_deref() == Some(topic) {
+                robot.moved = Some(place);
+            }
+        }
+    }
+
+    /// Takes a [`Transform`] that a module tells itself.
+    pub fn note_transform(&mut self, topic: &str, time: u64, told: &Value) {
+        let robot = self.owner(topic).and_then(|at| self.robots.get(at)).map_or("", |robot| &robot.name);
+        let frame = |field: &str| own_frame(robot, &told.text(field).unwrap_or_default()).concat();
+        let numbers = |group: &str, field: &str| told.number(&format!("{group}/{field}")).unwrap_or_default();
+        let transform = FrameTransform {
+            time,
+            parent: frame("parent"),
+            child: frame("child"),
+            translation: ["x", "y", "z"].map(|field| numbers("translation", field)),
+            rotation: ["x", "y", "z", "w"].map(|field| numbers("rotation", field)),
+        };
+        self.told.insert(transform.child.clone());
+        let is_fixed = told.number("fixed").is_some_and(|fixed| fixed != 0.0);
+        if is_fixed { &mut self.fixed } else { &mut self.moving }.push(transform);
+    }
+
+    /// The transforms that have become known since the last time: those that move, and fixed ones. A frame has one parent: that
+    /// which a module tells, or else the one of REP-105.
+    pub fn take(&mut self) -> (Vec<FrameTransform>, Vec<FrameTransform>) {
+        let (mut moving, fixed) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.fixed));
+        for robot in &mut self.robots {
+            let mut tell = |place: &Place, parent: &str, child: &str, pose: [f64; 3]| {
+                if !self.told.contains(child) {
+                    moving.push(in_plane(place.time, parent, child, pose));
+                }
+            };
+            if let Some(moved) = robot.moved.as_mut().filter(|moved| moved.is_new) {
+                tell(moved, &robot.odom, &robot.base, moved.pose);
+                moved.is_new = false;
+            }
+            let Some(place) = robot.place.as_mut().filter(|place| place.is_new) else { continue };
+            let since = *robot.waits_since.get_or_insert(place.time);
+            if robot.odometry.is_some() && robot.moved.is_none() {
+                if place.time.saturating_sub(since) < WAIT {
+                    continue;
+                }
+                robot.odometry = None;
+            }
+            match &robot.moved {
+                Some(moved) => tell(place, MAP, &robot.odom, origin(place.pose, moved.pose)),
+                None => tell(place, MAP, &robot.base, place.pose),
+            }
+            place.is_new = false;
+        }
+        (moving, fixed)
+    }
+}
+
+/// The parts of a frame's name, as a robot's module calls it: the map is the same for all, and what names its robot is taken as it is.
+pub(super) fn own_frame<'a>(robot: &'a str, name: &'a str) -> [&'a str; 3] {
+    let is_whole = robot.is_empty() || name == MAP || name.contains('/') || name.is_empty();
+    if is_whole { ["", "", name] } else { [robot, "/", name] }
+}
+
+/// Where odometry began in the map, of a robot that is there by the one and there by the other.
+fn origin([x, y, theta]: [f64; 3], [along, across, turned]: [f64; 3]) -> [f64; 3] {
+    let turn = theta - turned;
+    let (sine, cosine) = (sin(turn), cos(turn));
+    [x - (cosine * along - sine * across), y - (sine * along + cosine * across), turn]
+}
+
+fn in_plane(time: u64, parent: &str, child: &str, [x, y, theta]: [f64; 3]) -> FrameTransform {
+    FrameTransform {
+        time,
+        parent: parent.into(),
+        child: child.into(),
+        translation: [x, y, 0.0],
+        rotation: [0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0)],
+    }
+}
+
+/// The definition of `tf2_msgs/msg/TFMessage`.
+pub fn transforms_definition() -> Definition {
+    let one = standard(Transform::DESCRIPTOR).map(|standard| standard.definition().text.clone());
+    let text = format!(
+        "geometry_msgs/TransformStamped[] transforms\n{SEPARATOR}\nMSG: geometry_msgs/TransformStamped\n{}",
+        one.unwrap_or_default()
+    );
+    Definition { name: "tf2_msgs/msg/TFMessage".into(), text }
+}
+
+/// Appends transforms as such a message.
+///
+/// # Errors
+/// When they are more than a message can have.
+pub fn encode_transforms(transforms: &[FrameTransform], out: &mut Vec<u8>) -> Result<(), Error> {
+    let mut writer = CdrWriter::new(out);
+    writer.length(super::cdr::wire_length(transforms.len())?);
+    for FrameTransform { time, parent, child, translation, rotation } in transforms {
+        writer.length((time / 1_000_000_000) as u32);
+        writer.length((time % 1_000_000_000) as u32);
+        writer.text(parent)?;
+        writer.text(child)?;
+        for number in translation.iter().chain(rotation) {
+            writer.numbers(&number.to_ne_bytes(), 8);
+        }
+    }
+    Ok(())
+}
