@@ -129,22 +129,23 @@ impl Line {
     }
 }
 
-/// So many bytes in words, if there are no more. They go from word to word, as what is written byte by byte and then read
-/// as a whole has to wait for the writes.
+/// So many bytes in words, if there are no more. Each is read by itself: what is copied piece by piece and then read as a
+/// whole has to wait until it is written.
 #[inline]
 fn words(bytes: &[u8]) -> Option<[u64; WORDS]> {
-    let mut words = [0; WORDS];
-    let (whole, rest) = bytes.as_chunks();
-    if whole.len() + usize::from(!rest.is_empty()) > WORDS {
-        return None;
-    }
-    for (word, bytes) in words.iter_mut().zip(whole) {
-        *word = u64::from_le_bytes(*bytes);
-    }
-    if !rest.is_empty() {
-        words[whole.len()] = rest.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
-    }
-    Some(words)
+    let word = |place: usize| match bytes.get(place * 8..) {
+        Some(rest) => match rest.first_chunk() {
+            Some(whole) => u64::from_le_bytes(*whole),
+            None => partial(rest),
+        },
+        None => 0,
+    };
+    (bytes.len() <= WORDS * size_of::<u64>()).then(|| std::array::from_fn(word))
+}
+
+/// The word of fewer than eight bytes.
+fn partial(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte))
 }
 
 /// The end of a thread that writes values.
@@ -168,15 +169,9 @@ impl Inlet {
     #[inline]
     pub fn push<const PARTS: usize>(&mut self, head: Head, parts: [&[u8]; PARTS]) -> bool {
         match Line::small(head, parts) {
-            Some(line) => self.push_line(line),
+            Some(line) => self.lines.push(line).is_ok(),
             None => self.push_large(head, &parts),
         }
-    }
-
-    #[inline]
-    fn push_line(&mut self, line: Line) -> bool {
-        // In place: pushing it alone would copy it once more.
-        self.lines.write_chunk_uninit(1).is_ok_and(|place| place.fill_from_iter([line]) == 1)
     }
 
     /// One that is too large for a line. Its bytes come first, so that whoever finds the line finds them.
@@ -186,7 +181,7 @@ impl Inlet {
         }
         // As there is room, and nobody else puts anything in.
         let all = parts.iter().all(|part| self.bytes.push_entire_slice(part).is_ok());
-        all && self.push_line(Line::large(head))
+        all && self.lines.push(Line::large(head)).is_ok()
     }
 }
 
