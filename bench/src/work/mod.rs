@@ -12,6 +12,7 @@ pub mod replay;
 pub mod routes;
 pub mod scale;
 pub mod scripts;
+pub mod sessions;
 pub mod simulator;
 pub mod wakeup;
 
