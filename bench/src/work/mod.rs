@@ -4,6 +4,7 @@ pub mod agents;
 pub mod caterpillar;
 pub mod iceoryx;
 pub mod latest_value;
+pub mod least;
 pub mod modules;
 pub mod process;
 pub mod queue;
