@@ -86,7 +86,7 @@ fn build(
     let target = bench.join("target/minimal").join(folder);
     let cargo = |words: &[&str]| -> Result<Duration, String> {
         let mut cargo = Command::new("cargo");
-        cargo.args(words).arg("--locked").arg("--manifest-path").arg(source.join("Cargo.toml"));
+        cargo.args(words).arg("--manifest-path").arg(source.join("Cargo.toml"));
         let start = Instant::now();
         let output = cargo.env("CARGO_TARGET_DIR", &target).output();
         let output = output.map_err(|error| format!("`cargo` does not start: {error}"))?;
