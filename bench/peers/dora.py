@@ -1,5 +1,6 @@
 """A message of dora from one process to another, one at a time: `dora.py reader FILE`, `dora.py writer SIZE COUNT`, as its
-daemon starts them. The reader writes the nanoseconds that each took into the file."""
+daemon starts them. The reader writes the nanoseconds that each took into the file. `dora.py idle FILE` does nothing when it is
+called, and writes a line when that was for the first time."""
 
 import struct
 import sys
@@ -42,7 +43,20 @@ def write(node, size, count):
                 sys.exit(f"the reader does not answer: {event}")
 
 
+def idle(node, file):
+    with open(file, "w") as called:
+        calls = 0
+        while (event := node.next()) is not None and event["type"] != "STOP":
+            if event["type"] == "INPUT":
+                calls += 1
+                if calls == 1:
+                    called.write("called\n")
+                    called.flush()
+
+
 if sys.argv[1] == "reader":
     read(Node(), sys.argv[2])
+elif sys.argv[1] == "idle":
+    idle(Node(), sys.argv[2])
 else:
     write(Node(), int(sys.argv[2]), int(sys.argv[3]))

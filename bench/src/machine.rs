@@ -91,6 +91,19 @@ pub fn now() -> u64 {
     }
 }
 
+/// Seconds of the processor that a process has used.
+pub fn processor_time(process: u32) -> f64 {
+    // SAFETY: the clock's number and the time live during the calls.
+    unsafe {
+        let mut clock: libc::clockid_t = 0;
+        let mut time: libc::timespec = std::mem::zeroed();
+        if libc::clock_getcpuclockid(process as libc::pid_t, &raw mut clock) == 0 {
+            libc::clock_gettime(clock, &raw mut time);
+        }
+        time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+    }
+}
+
 /// Sleeps while the word is that number.
 pub fn futex_wait(word: &AtomicU32, expected: u32) {
     let none = std::ptr::null::<libc::timespec>();

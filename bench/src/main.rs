@@ -10,6 +10,7 @@ mod work;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 
 use measure::Effort;
 use table::Table;
@@ -73,15 +74,22 @@ fn measure(arguments: &[String]) -> ExitCode {
             return ExitCode::from(2);
         }
     };
+    let start = Instant::now();
     let mut table = Table { run: machine::describe(), ..Table::default() };
     let command = format!("cargo run --release --manifest-path bench/Cargo.toml -- {}", arguments.join(" "));
     table.run.push(format!("Command: `{command}`"));
     table.run.iter().for_each(|line| println!("{line}"));
     machine::measure(wanted.effort, &mut table);
-    for (_, work) in &wanted.works {
+    let mut times = vec![("machine", start.elapsed())];
+    for (name, work) in &wanted.works {
+        let start = Instant::now();
         work(wanted.effort, &mut table);
         machine::unpin();
+        times.push((*name, start.elapsed()));
     }
+    let times: Vec<_> =
+        times.iter().map(|(name, took)| format!("{name} {:.1} s", took.as_secs_f64())).collect();
+    println!("took {:.1} s: {}", start.elapsed().as_secs_f64(), times.join(", "));
     match write(&wanted.out, &table) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

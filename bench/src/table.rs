@@ -80,7 +80,19 @@ impl Table {
 
     /// Adds a figure, and says it at once.
     pub fn figure(&mut self, work: &str, what: impl Into<String>, value: f64, unit: &'static str) {
-        let (work, what, provenance) = (work.to_owned(), what.into(), crate::machine::provenance());
+        self.figure_from(work, what, value, unit, &crate::machine::provenance());
+    }
+
+    /// Adds a figure that was measured at another time, and says it at once.
+    pub fn figure_from(
+        &mut self,
+        work: &str,
+        what: impl Into<String>,
+        value: f64,
+        unit: &'static str,
+        provenance: &str,
+    ) {
+        let (work, what, provenance) = (work.to_owned(), what.into(), provenance.to_owned());
         println!("{work}: {what}: {} {unit}", number(value));
         self.figures.push(Figure { work, what, value, unit, provenance });
     }

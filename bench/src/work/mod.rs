@@ -4,6 +4,7 @@ pub mod agents;
 pub mod caterpillar;
 pub mod iceoryx;
 pub mod latest_value;
+pub mod least;
 pub mod modules;
 pub mod process;
 pub mod queue;
@@ -12,6 +13,7 @@ pub mod replay;
 pub mod routes;
 pub mod scale;
 pub mod scripts;
+pub mod sessions;
 pub mod simulator;
 pub mod wakeup;
 

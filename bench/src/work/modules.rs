@@ -3,14 +3,20 @@
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::{Agent, Control, Mode, Options};
+use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+use zenoh::sample::Sample;
 
 use super::agents;
 use super::process::Blob;
 use super::scripts::{ALL, Script, script};
+use super::sessions::session;
 use crate::machine::now;
 use crate::measure::{Contest, Effort, Samples};
 use crate::table::{Role, Table};
@@ -19,11 +25,16 @@ const WORK: &str = "modules of one process";
 
 const SIZES: [usize; 2] = [64, 1 << 20];
 
+/// From one value to the next, as long as a cycle of Slate.
+const PAUSE: Duration = Duration::from_millis(1);
+
 /// Bytes of the values of this line.
 static SIZE: AtomicUsize = AtomicUsize::new(0);
 
 /// How long values took.
 static TIMES: Mutex<Vec<u64>> = Mutex::new(Vec::new());
+
+const ZENOH: &str = "zenoh in one session, by its queue";
 
 /// Peers that are no crates, in turns and in threads.
 static SCRIPTS: [Script; 2] = [
@@ -41,6 +52,14 @@ pub fn run(effort: Effort, table: &mut Table) {
         for size in SIZES {
             let mut contest = Contest::new(WORK, format!("{size} B, {how}"));
             contest.with("Slate", Role::Slate, move |samples| slate(mode, size, count, samples));
+            if mode == Mode::Staged {
+                contest.with(ZENOH, Role::Peer, move |samples| zenoh_in_turns(size, count, samples));
+                contest.with("zenoh in one session, in its callback", Role::Lesser, move |samples| {
+                    zenoh_in_callback(size, count, samples);
+                });
+            } else {
+                contest.with(ZENOH, Role::Peer, move |samples| zenoh_in_threads(size, count, samples));
+            }
             peer.join(&mut contest, WORK, size, effort, table);
             contest.run(effort, table);
         }
@@ -120,4 +139,56 @@ fn end(samples: &mut Samples) {
     if let Ok(times) = TIMES.lock() {
         times.iter().for_each(|took| samples.add(*took));
     }
+}
+
+/// Notes how long ago a value was handed over.
+fn note(sample: &Sample) {
+    let bytes = sample.payload().to_bytes();
+    let sent = bytes.first_chunk().map_or(0, |first| u64::from_ne_bytes(*first));
+    let took = now().saturating_sub(sent);
+    if let Ok(mut times) = TIMES.lock() {
+        times.push(took);
+    }
+}
+
+/// Writes values into a session, one each millisecond, and lets somebody look at each.
+fn zenoh_writes(session: &zenoh::Session, size: usize, count: usize, mut then: impl FnMut()) {
+    let publisher = session.declare_publisher("value").congestion_control(CongestionControl::Block);
+    let publisher = publisher.express(true).wait().expect("the key is right");
+    for _ in 0..count {
+        thread::sleep(PAUSE);
+        // Zenoh takes the memory as it is, and gives it to who reads.
+        let mut bytes = vec![7; size];
+        bytes[..8].copy_from_slice(&now().to_ne_bytes());
+        publisher.put(bytes).wait().expect("the session is open");
+        then();
+    }
+}
+
+fn zenoh_in_turns(size: usize, count: usize, samples: &mut Samples) {
+    begin(count);
+    let session = session(None);
+    let values = session.declare_subscriber("value").wait().expect("the key is right");
+    zenoh_writes(&session, size, count, || values.try_iter().for_each(|sample| note(&sample)));
+    end(samples);
+}
+
+fn zenoh_in_callback(size: usize, count: usize, samples: &mut Samples) {
+    begin(count);
+    let session = session(None);
+    let values = session.declare_subscriber("value").callback(|sample| note(&sample));
+    let _values = values.wait().expect("the key is right");
+    zenoh_writes(&session, size, count, || ());
+    end(samples);
+}
+
+fn zenoh_in_threads(size: usize, count: usize, samples: &mut Samples) {
+    begin(count);
+    let session = session(None);
+    let values = session.declare_subscriber("value").wait().expect("the key is right");
+    thread::scope(|scope| {
+        scope.spawn(|| values.iter().take(count).for_each(|sample| note(&sample)));
+        zenoh_writes(&session, size, count, || ());
+    });
+    end(samples);
 }

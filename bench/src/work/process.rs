@@ -23,6 +23,7 @@ use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
 use super::scripts::{ALL, Script, script};
+use super::sessions::session;
 use crate::machine::now;
 use crate::measure::{Contest, Effort, Samples, allocations};
 use crate::table::{Role, Table};
@@ -355,24 +356,10 @@ struct Zenoh {
     _session: zenoh::Session,
 }
 
-fn session(which: &str, place: &str) -> zenoh::Session {
-    let mut config = zenoh::Config::default();
-    let endpoint = format!("[\"tcp/127.0.0.1:{place}\"]");
-    let settings = [
-        ("mode", "\"peer\""),
-        ("scouting/multicast/enabled", "false"),
-        ("scouting/gossip/enabled", "false"),
-        ("listen/endpoints", "[]"),
-        (&format!("{which}/endpoints"), &endpoint),
-    ];
-    settings.iter().for_each(|(key, value)| config.insert_json5(key, value).expect("a setting of Zenoh"));
-    zenoh::open(config).wait().expect("it can listen or connect")
-}
-
 impl Zenoh {
     fn start(kind: &str, size: usize) -> Pair {
         let place = port().to_string();
-        let session = session("listen", &place);
+        let session = session(Some(("listen", &place)));
         let publisher = session.declare_publisher("value").congestion_control(CongestionControl::Block);
         let publisher = publisher.express(true).wait().expect("the key is right");
         let reader = Reader::start(kind, &place, size);
@@ -393,7 +380,7 @@ impl Sender for Zenoh {
 }
 
 fn read_zenoh(place: &str, in_callback: bool) {
-    let session = session("connect", place);
+    let session = session(Some(("connect", place)));
     let (wake, newest) = (Arc::new(Wake::new()), Arc::new(AtomicU64::new(0)));
     let (woken, written) = (Arc::clone(&wake), Arc::clone(&newest));
     let callback = move |sample: zenoh::sample::Sample| {

@@ -5,9 +5,10 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
+use cu29::prelude::{UnifiedLogType, UnifiedLoggerIOReader, UnifiedLoggerRead};
 use slate_record::bag::Reader;
 
-use super::caterpillar::MODULES;
+use super::caterpillar::{MODULES, copper_on};
 use super::record::Mcap;
 use crate::machine::pin;
 use crate::measure::{Contest, Effort, Samples};
@@ -27,11 +28,19 @@ pub fn run(effort: Effort, table: &mut Table) {
         (0..MODULES).for_each(|place| file.write(place, cycle, &cycle.to_le_bytes()));
     }
     drop(file);
+    let mut step = copper_on::start(folder.path()).expect("there is room for a log");
+    (0..cycles).for_each(|_| step());
+    // It is whole when the application is gone.
+    drop(step);
     let count = cycles * MODULES;
     let path = folder.path().join(FILE);
+    let log = folder.path().join(copper_on::FILE);
     let mut contest = Contest::new(WORK, "a number of a file, read back");
     contest.with("Slate, which reads only what it has checked", Role::Slate, |samples| {
         passes(effort, count, samples, || slate(&path));
+    });
+    contest.with("Copper (cu29), of its own log", Role::Lesser, |samples| {
+        passes(effort, cycles * (MODULES - 1), samples, || copper(&log));
     });
     contest.with("mcap crate alone, of a file in memory", Role::Floor, |samples| {
         passes(effort, count, samples, || crate_alone(&path));
@@ -55,6 +64,20 @@ fn slate(path: &Path) -> usize {
     while let Some(message) = reader.next_message().expect("the file is whole") {
         black_box(message.data);
         count += 1;
+    }
+    count
+}
+
+/// Reads what Copper's own tools do, a cycle at a time, in the types of the application. Its last task writes nothing.
+fn copper(path: &Path) -> usize {
+    let log = UnifiedLoggerRead::new(path).expect("the log is whole");
+    let mut cycles = UnifiedLoggerIOReader::new(log, UnifiedLogType::CopperList);
+    let mut count = 0;
+    while let Ok(cycle) =
+        bincode::decode_from_std_read::<copper_on::Cycle, _, _>(&mut cycles, bincode::config::standard())
+    {
+        black_box(cycle);
+        count += MODULES - 1;
     }
     count
 }

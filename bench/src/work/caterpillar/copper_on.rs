@@ -11,10 +11,16 @@ struct Caterpillar {}
 
 /// What steps it.
 pub fn start(folder: &Path) -> CuResult<impl FnMut()> {
-    let builder = Caterpillar::builder().with_log_path(folder.join("on.copper"), Some(LOG))?;
+    let builder = Caterpillar::builder().with_log_path(folder.join(FILE), Some(LOG))?;
     let mut app = builder.build()?.start()?;
     Ok(move || app.run_one_iteration().expect("its tasks make no mistakes"))
 }
+
+/// What its log has of a cycle.
+pub type Cycle = default::CuList;
+
+/// Its log.
+pub const FILE: &str = "on.copper";
 
 /// Bytes that the log grows by.
 const LOG: usize = 64 << 20;

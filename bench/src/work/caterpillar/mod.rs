@@ -5,7 +5,7 @@
 #[allow(missing_docs, reason = "what the macro makes has none")]
 mod copper_off;
 #[allow(missing_docs, reason = "what the macro makes has none")]
-mod copper_on;
+pub(super) mod copper_on;
 mod tasks;
 
 use std::path::Path;

@@ -1,5 +1,8 @@
-//! What is recorded, beside the crate that writes the same format: all that a value costs from the module that writes it until
+//! What is recorded, beside the crate that writes the same format and the log of Copper: all that a value costs from the module that writes it until
 //! the file has it, as in lockstep nobody goes on before there is room.
+
+#[allow(missing_docs, reason = "what the macro makes has none")]
+mod copper;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -16,7 +19,7 @@ use slate_runtime::recording::Recording;
 use slate_runtime::{Agent, Options, Rate, RecordedTimes};
 
 use super::agents;
-use super::caterpillar::{MODULES, Recorded};
+use super::caterpillar::{MODULES, Recorded, copper_on};
 use crate::machine::unpin;
 use crate::measure::{Contest, Effort, Samples};
 use crate::table::{Role, Table};
@@ -53,6 +56,13 @@ pub fn run(effort: Effort, table: &mut Table) {
     let images = effort.count(300);
     let mut contest = Contest::new("record", "an image of 0.92 MB");
     contest.with("Slate, with the cycle of its module", Role::Slate, move |samples| camera(images, samples));
+    contest.with("Copper (cu29), with the cycle of its task", Role::Lesser, move |samples| {
+        let folder = super::folder();
+        let mut step = copper::start(folder.path()).expect("there is room for a log");
+        for _ in 0..images / 10 {
+            samples.burst(10, |_| step());
+        }
+    });
     contest.with("mcap crate alone", Role::Floor, move |samples| {
         let folder = super::folder();
         let mut file = Mcap::create(folder.path(), 1);
@@ -72,6 +82,13 @@ pub fn run(effort: Effort, table: &mut Table) {
             samples.burst(100, |_| assert!(recorded.agent.step()));
         }
         recorded.end();
+    });
+    contest.with("Copper (cu29), with the cycle of the tasks", Role::Lesser, move |samples| {
+        let folder = super::folder();
+        let mut step = copper_on::start(folder.path()).expect("there is room for a log");
+        for _ in 0..cycles / 100 {
+            samples.burst(100, |_| step());
+        }
     });
     contest.with("mcap crate alone", Role::Floor, move |samples| {
         let folder = super::folder();
