@@ -192,8 +192,6 @@ impl Run {
         modules: &BTreeSet<String>,
     ) -> Written {
         let mut written = Written::new();
-        let order: Vec<&str> = self.stages.values().flat_map(|stage| stage.split_whitespace()).collect();
-        let place = |module: &str| order.iter().position(|own| *own == module);
         for (track, played) in reel.timeline.tracks.iter().zip(&mut reel.played) {
             let gate = configuration.actuators().iter().find(|own| is_within(&track.path, &own.name.value));
             // A gate is moved by those who command it.
@@ -206,16 +204,17 @@ impl Run {
                 writers
                     .extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
             }
-            if writers.iter().any(|writer| modules.contains(*writer)) {
+            let runs = writers.iter().any(|writer| modules.contains(*writer));
+            let writers: BTreeSet<String> = writers.into_iter().map(str::to_owned).collect();
+            if runs {
                 *played = None;
-                let writers = writers.into_iter().map(str::to_owned).collect();
                 written.insert(track.path.clone(), writers);
-                continue;
+            } else if let Some(played) = played {
+                played.writers = writers;
             }
-            let Some(last) = writers.iter().filter_map(|writer| place(writer)).max() else { continue };
-            let before = modules.iter().filter(|module| place(module).is_some_and(|own| own < last));
-            *played = Some(before.cloned().collect());
         }
+        let stages = self.stages.values().map(|stage| stage.split_whitespace().map(str::to_owned).collect());
+        reel.place(&stages.collect::<Vec<_>>(), modules);
         written
     }
 

@@ -182,6 +182,7 @@ impl Builder<'_, '_> {
                             None => port.stale_after,
                         },
                         triggers: self.triggers(m, p) && !is_converted,
+                        is_early: early,
                         writer: post.map(|post| post.health),
                         seen: (0, 0),
                         missed: 0,
