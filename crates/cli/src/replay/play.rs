@@ -155,6 +155,9 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
         }
         None => {}
     }
+    if !outcome.silent.is_empty() {
+        output::line(format_args!("{} wrote nothing, neither then nor now", outcome.silent.join(", ")));
+    }
     for (from, to) in &outcome.unheard {
         output::line(format_args!("not compared: messages of /{from} to /{to}"));
     }

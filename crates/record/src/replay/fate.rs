@@ -38,10 +38,12 @@ fn letters(
         Some(place) => place,
         None => {
             let form = Form::of(message, known)?;
-            mailboxes.push(Mailbox { path: path.into(), form, senders: 0 });
+            mailboxes.push(Mailbox { path: path.into(), form, senders: 0, from: BTreeMap::new() });
             mailboxes.len() - 1
         }
     };
+    let from = message.channel.metadata.get("from").map(|from| from.trim_start_matches('/').to_owned());
+    mailboxes[place].from.extend(from.map(|from| (sender, from)));
     Ok(Fate::Sent(place, sender))
 }
 

@@ -8,6 +8,7 @@ use slate_blackboard::message::{Receiver, Sender};
 use slate_blackboard::{Board, Carrier, Property, Stamp, interface::Descriptor};
 use slate_runtime::playback::{Playback, Played};
 
+use super::requests::Requests;
 use super::timeline::{Mailbox, Recorded, Timeline};
 use crate::bag::Error;
 
@@ -45,6 +46,10 @@ pub(super) struct Reel {
     pub next: usize,
     /// Values of this cycle that those who wrote them had not written yet.
     waiting: Vec<usize>,
+    /// What the modules that run asked of their agent.
+    pub requests: Requests,
+    /// The time of the cycle.
+    now: u64,
     /// Whether cycles are those of the recorded run; else they are on the grid of the period.
     pub has_cycles: bool,
     /// Whether a value was written in each of them; else there are also some on that grid between.
@@ -72,6 +77,8 @@ impl Reel {
             writers: Vec::new(),
             next: 0,
             waiting: Vec::new(),
+            requests: Requests::new(cycles.is_some()),
+            now: begin,
             has_cycles: cycles.is_some(),
             is_each_known: cycles.flatten() == Some(timeline.times.len() as u64),
             begin,
@@ -145,6 +152,7 @@ impl Reel {
     }
 
     fn write_to(&mut self, now: u64, before: Option<&str>) -> Result<(), Error> {
+        self.now = now;
         while self.next_time().is_some_and(|time| time <= now) {
             self.waiting.push(self.next);
             self.next += 1;
@@ -308,5 +316,11 @@ impl Playback for SharedReel {
         if reel.failure.is_none() {
             reel.failure = reel.write_to(now, before).err();
         }
+    }
+
+    fn answer(&mut self, module: &str, lines: &str) -> Option<Result<String, String>> {
+        let mut reel = self.get();
+        let now = reel.now;
+        reel.requests.answer(module, lines, now)
     }
 }

@@ -60,6 +60,8 @@ pub(super) struct Mailbox {
     pub form: Form,
     /// How many have sent to it.
     pub senders: u32,
+    /// By their numbers, the paths of what they sent by, as far as that is recorded.
+    pub from: BTreeMap<u32, String>,
 }
 
 /// A message that a module took.
@@ -195,7 +197,7 @@ impl Timeline {
                     timeline.entries.push(entry);
                 }
                 Fate::Sent(mailbox, sender) => {
-                    let Mailbox { path, form, senders } = &mut timeline.mailboxes[*mailbox];
+                    let Mailbox { path, form, senders, .. } = &mut timeline.mailboxes[*mailbox];
                     form.note(message.data).map_err(|error| {
                         let name = form.descriptor.name;
                         unfit(format!("a message to /{path} is no {name}: {error}"))

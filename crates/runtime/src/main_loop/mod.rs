@@ -25,7 +25,7 @@ mod watchdog;
 mod workers;
 
 use std::cell::UnsafeCell;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use slate_blackboard::Board;
@@ -236,6 +236,8 @@ pub(crate) struct Shared {
     pub after_tick: Arc<OnceLock<AfterTick>>,
     /// What records the agent.
     pub recording: Option<Arc<dyn Recording>>,
+    /// Whether a recording is played.
+    is_playing: AtomicBool,
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
@@ -319,6 +321,7 @@ impl Shared {
             shortest_timeout: AtomicU64::new(u64::MAX),
             after_tick: Arc::default(),
             recording,
+            is_playing: AtomicBool::new(false),
         }
     }
 
@@ -377,9 +380,23 @@ impl Shared {
     /// Lets a recording be played, from the next cycle on.
     pub fn play(&self, playback: Option<Box<dyn Playback>>) {
         self.take_token();
+        self.is_playing.store(playback.is_some(), Ordering::Relaxed);
         // SAFETY: the token was taken.
         unsafe { self.core() }.playback = playback;
         self.give_token_back();
+    }
+
+    /// What came of a module's request when the recording was made that is played, if it has that request.
+    pub fn recorded_answer(&self, module: &str, lines: &str) -> Option<Result<String, String>> {
+        if !self.is_playing.load(Ordering::Relaxed) {
+            return None;
+        }
+        self.take_token();
+        // SAFETY: the token was taken.
+        let playback = unsafe { self.core() }.playback.as_mut();
+        let answer = playback.and_then(|playback| playback.answer(module, lines));
+        self.give_token_back();
+        answer
     }
 
     /// Takes the token for a single cycle.

@@ -74,6 +74,10 @@ pub trait Playback: Send {
     /// without a module, all that was until the end of the cycle. So a module finds what it found, as those that are played have
     /// their places among those that run.
     fn write(&mut self, now: u64, before: Option<&str>);
+
+    /// What a module was answered when it asked for these changes of the configuration, between the last cycle and the next; nothing
+    /// when it did not, and the host has to make them. Those that were made then are made by who plays.
+    fn answer(&mut self, module: &str, lines: &str) -> Option<Result<String, String>>;
 }
 
 /// The interfaces that are known here, by their schemas: those of the agent itself, and those of the plugins' modules, as a

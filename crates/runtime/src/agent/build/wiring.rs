@@ -369,7 +369,8 @@ impl Builder<'_, '_> {
         };
         let property = self.property(&self.target_path(target))?;
         let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
-        let sender = self.granted(m, Wire::Port(p), &property, mailbox.sender())?;
+        let name = format!("{}/{}", self.name(m), self.port(m, p).name);
+        let sender = self.granted(m, Wire::Port(p), &property, mailbox.sender_of(&name))?;
         let receiver = match target {
             Target::Port(module, _) => self.name(module).to_owned(),
             Target::Absent(absent) => self.survey.absent[absent].module.clone(),
