@@ -88,6 +88,8 @@ pub(super) fn fate(
         path: path.into(),
         form,
         is_compared: says("repeats", "true") && says("access", "output"),
+        is_setting: says("access", "setting"),
+        is_on_loop: false,
         is_counted: true,
         last_sequence: 0,
         latest: 0,

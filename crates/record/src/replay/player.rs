@@ -80,7 +80,8 @@ impl Player {
         let known = interfaces(plugins, Some(&*full));
         let first = Timeline::first_time(path)?;
         let epoch = run.as_ref().map_or(first, Run::epoch);
-        let timeline = Timeline::read(path, epoch, &plan.choice, &known)?;
+        let is_on_loop = |path: &str| run.as_ref().is_some_and(|run| run.is_on_loop(path));
+        let timeline = Timeline::read(path, epoch, &plan.choice, &known, is_on_loop)?;
         let Some(span) = timeline.span() else {
             let mut why: Vec<_> =
                 timeline.left_out.iter().map(|(topic, why)| format!("{topic}: {why}")).collect();

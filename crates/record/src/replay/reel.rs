@@ -15,8 +15,10 @@ use crate::bag::Error;
 /// When a track is written in a cycle.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TrackPlace {
-    /// Those who write it.
+    /// Those who write it,
     pub writers: BTreeSet<String>,
+    /// and the module whose output it is, if it is one's.
+    pub module: Option<String>,
     /// The modules that run before it is written,
     late_for: BTreeSet<String>,
     /// and those whose stages come after that in which it is.
@@ -98,7 +100,7 @@ impl Reel {
             }
         }
         let place = |module: &str| places.get(module).copied();
-        for TrackPlace { writers, late_for, early_for } in self.played.iter_mut().flatten() {
+        for TrackPlace { writers, late_for, early_for, .. } in self.played.iter_mut().flatten() {
             let Some(last) = writers.iter().filter_map(|writer| place(writer)).max() else { continue };
             let those = |is_one: &dyn Fn((usize, usize)) -> bool| {
                 let those = modules.iter().filter(|module| place(module).is_some_and(is_one));
@@ -139,7 +141,7 @@ impl Reel {
 
     /// The time of the next value that is played.
     fn next_time(&self) -> Option<u64> {
-        self.timeline.time(self.next)
+        self.timeline.due(self.next)
     }
 
     /// What follows a time: the next cycle that is known of, or the next value.
@@ -159,7 +161,10 @@ impl Reel {
         }
         for place in std::mem::take(&mut self.waiting) {
             let track = self.timeline.track(place);
-            let is_late = |own: &TrackPlace| before.is_some_and(|module| own.late_for.contains(module));
+            let is_between = self.has_cycles && self.timeline.is_set_between(place);
+            let is_late = |own: &TrackPlace| {
+                before.is_some_and(|module| is_between || own.late_for.contains(module))
+            };
             if self.played.get(track).and_then(Option::as_ref).is_some_and(is_late) {
                 self.waiting.push(place);
             } else {
@@ -264,6 +269,7 @@ impl Playback for SharedReel {
                 doc: format!("Played from {} of a recording.", track.topic),
                 descriptor: track.form.descriptor,
                 capacity: track.form.capacity,
+                module: place.as_ref()?.module.clone(),
                 early_for: place.as_ref()?.early_for.clone(),
                 is_mailbox: false,
             })
@@ -273,6 +279,7 @@ impl Playback for SharedReel {
             doc: "Never written in the recorded run.".into(),
             descriptor,
             capacity: *capacity,
+            module: None,
             early_for: BTreeSet::new(),
             is_mailbox: false,
         });
@@ -281,6 +288,7 @@ impl Playback for SharedReel {
             doc: "Takes messages in the place of a module.".into(),
             descriptor,
             capacity: 0,
+            module: None,
             early_for: BTreeSet::new(),
             is_mailbox: true,
         });

@@ -210,7 +210,7 @@ impl Run {
                 *played = None;
                 written.insert(track.path.clone(), writers);
             } else if let Some(played) = played {
-                played.writers = writers;
+                (played.writers, played.module) = (writers, self.owner(&track.path).cloned());
             }
         }
         let stages = self.stages.values().map(|stage| stage.split_whitespace().map(str::to_owned).collect());
@@ -238,6 +238,13 @@ impl Run {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         self.modules.keys().filter(owns).max_by_key(|name| name.len())
+    }
+
+    /// Whether a property is written by the main loop, in lockstep: by a module that is on it.
+    pub(super) fn is_on_loop(&self, path: &str) -> bool {
+        let is_staged =
+            |owner: &String| self.stages.values().any(|stage| stage.split_whitespace().any(|own| own == owner));
+        self.is_lockstep() && self.owner(path).is_some_and(is_staged)
     }
 
     /// The agent.

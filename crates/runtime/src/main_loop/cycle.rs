@@ -181,7 +181,7 @@ fn time_of_next(shared: &Shared, last: Option<u64>) -> Option<u64> {
     }
     // SAFETY: this thread holds the token; a playback is watched as little as an observer, so it is not lost meanwhile.
     if let Some(playback) = unsafe { shared.core() }.playback.as_mut() {
-        let time = playback.next(last, planned);
+        let time = playback.playback.next(last, planned);
         return Some(last.map_or(time, |last| if time < last { last } else { time }));
     }
     match ask::<TimeRole, _>(shared, |source| source.next(last, planned)) {

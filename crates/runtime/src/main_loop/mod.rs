@@ -15,6 +15,7 @@ mod jobs;
 mod notices;
 mod pace;
 mod plan;
+mod playing;
 mod policy;
 mod schedule;
 mod seat;
@@ -35,7 +36,6 @@ use crate::aspects::SettingsControl;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
-use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::sharing::AfterTick;
 use crate::synchronization::{Emitter, Synchronization};
@@ -47,6 +47,7 @@ pub(crate) use gauges::{LoopState, Publication};
 pub(crate) use pace::Pace;
 pub use pace::Rate;
 pub(crate) use plan::Levels;
+pub(crate) use playing::{PlayedCondition, Playing};
 pub use policy::{LoopPolicy, Place, STAGE_LIMIT};
 pub(crate) use schedule::is_name as is_stage_name;
 pub use schedule::{Schedule, ScheduleError, ScheduledStage};
@@ -138,7 +139,7 @@ pub(crate) struct Core {
     takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
     /// What plays a recording, if anything does.
-    playback: Option<Box<dyn Playback>>,
+    playback: Option<Playing>,
     /// Those of them that did not return.
     absent: Vec<Absent>,
     /// Where the loop stands, for the thread that takes the token over.
@@ -378,7 +379,7 @@ impl Shared {
     }
 
     /// Lets a recording be played, from the next cycle on.
-    pub fn play(&self, playback: Option<Box<dyn Playback>>) {
+    pub fn play(&self, playback: Option<Playing>) {
         self.take_token();
         self.is_playing.store(playback.is_some(), Ordering::Relaxed);
         // SAFETY: the token was taken.
@@ -394,7 +395,7 @@ impl Shared {
         self.take_token();
         // SAFETY: the token was taken.
         let playback = unsafe { self.core() }.playback.as_mut();
-        let answer = playback.and_then(|playback| playback.answer(module, lines));
+        let answer = playback.and_then(|own| own.playback.answer(module, lines));
         self.give_token_back();
         answer
     }

@@ -32,6 +32,8 @@ pub struct Played {
     pub descriptor: &'static Descriptor,
     /// Room in the tail, for interfaces with one.
     pub capacity: usize,
+    /// The module that wrote it, if one did: whether it was well then, readers see.
+    pub module: Option<String>,
     /// The modules whose stages come after that in which it was written: with `previous` they read what was there when the cycle
     /// began.
     pub early_for: BTreeSet<String>,

@@ -99,11 +99,8 @@ impl Builder<'_, '_> {
             Target::Absent(absent) => Some(self.survey.absent[absent].module.clone()),
             // Whether its values come is known like the condition of a module.
             Target::Remote(remote) => Some(self.survey.remote[remote].path.to_string()),
-            Target::Port(..)
-            | Target::Command(_)
-            | Target::Implied(..)
-            | Target::Host(_)
-            | Target::Played(_) => None,
+            Target::Played(played) => self.survey.played[played].module.clone(),
+            Target::Port(..) | Target::Command(_) | Target::Implied(..) | Target::Host(_) => None,
         };
         Some((property, writer))
     }
