@@ -256,6 +256,7 @@ impl Player {
             }
             drop(reel);
             outcome.unheard = self.unheard.clone();
+            outcome.has_threads = self.run.as_ref().is_some_and(Run::has_threads);
             outcome.note_unseen(&self.plan.modules, &self.written, self.is_whole);
             let begin = self.bounds.0 - self.span.0;
             outcome.fresh_from = (begin > 0).then_some(begin);

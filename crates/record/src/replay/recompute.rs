@@ -62,6 +62,9 @@ pub struct Recomputation {
     pub silent: Vec<String>,
     /// By what the modules send messages that were not compared, as not all ran who send there; and where to.
     pub unheard: BTreeMap<String, String>,
+    /// Whether modules of the recorded run had threads of their own: nothing says which values their ticks saw, nor how many there
+    /// were in what is one cycle here, so that what differs may be only that.
+    pub has_threads: bool,
     /// Where the modules began with fresh state, whatever they remembered then: nanoseconds after the first value. Nothing when that
     /// was the beginning.
     pub fresh_from: Option<u64>,

@@ -242,9 +242,16 @@ impl Run {
 
     /// Whether a property is written by the main loop, in lockstep: by a module that is on it.
     pub(super) fn is_on_loop(&self, path: &str) -> bool {
-        let is_staged =
-            |owner: &String| self.stages.values().any(|stage| stage.split_whitespace().any(|own| own == owner));
-        self.is_lockstep() && self.owner(path).is_some_and(is_staged)
+        self.is_lockstep() && self.owner(path).is_some_and(|owner| self.is_staged(owner))
+    }
+
+    fn is_staged(&self, module: &str) -> bool {
+        self.stages.values().any(|stage| stage.split_whitespace().any(|own| own == module))
+    }
+
+    /// Whether modules had threads of their own, so that nothing says which values a tick saw.
+    pub(super) fn has_threads(&self) -> bool {
+        !self.is_lockstep() && self.modules.keys().any(|module| !self.is_staged(module))
     }
 
     /// The agent.
@@ -375,8 +382,17 @@ impl Run {
         if self.about("clock") != "lockstep" {
             return Some("the run was not in lockstep: on the wall clock no two runs are the same".into());
         }
+        if let Some(begins) = self.late_begin() {
+            return Some(format!(
+                "{begins}: what modules remembered then is not in it; `slate try MODULE --bag FILE --partial` lets one run on it"
+            ));
+        }
         if !self.is_first() || self.about("from_cycle") != "0" {
-            return Some("the recording does not begin with the run".into());
+            return Some(
+                "the recording was begun while the agent was there, and may have less than the run wrote: that of the run itself \
+                 (`record.enabled`) has all; `slate try MODULE --bag FILE` lets one module run on this one"
+                    .into(),
+            );
         }
         if self.drops || self.end("dropped").is_some_and(|dropped| dropped != "0") {
             return Some("values were dropped while it was recorded".into());
