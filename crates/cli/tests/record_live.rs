@@ -88,7 +88,10 @@ fn a_recording_of_a_running_agent_begins_with_what_holds_and_misses_nothing_from
     let output = running.call(&["replay", "--verify", "all.mcap"]);
     let said = text(&output.stdout);
     assert!(said.contains("not covered: the recording begins after cycle "), "{said}");
-    assert!(said.contains("and not with it: what modules remembered then is not in it; `slate try"), "{said}");
+    assert!(
+        said.contains("and not with it: what modules remembered then is not in it; `slate try"),
+        "{said}"
+    );
     running.fails(5, &["record", "stop"], &["nothing is recorded", "slate record start"]);
 }
 

@@ -228,7 +228,10 @@ fn of_threads_what_a_module_sends_alone_is_named_and_not_compared() {
     assert!(!said.contains("difference") && !said.contains("times before that"), "{said}");
     // Its ticks there are not those here, so that another value is no verdict on it.
     let said = printed(&folder, 2, &["try", "r2/execute", "--bag", "here/run.mcap"]);
-    assert!(said.contains("first difference at ") && said.contains("which values a tick saw is not recorded"), "{said}");
+    assert!(
+        said.contains("first difference at ") && said.contains("which values a tick saw is not recorded"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use slate_runtime::recording::Change;
 use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
+use slate_runtime::recording::Change;
 use slate_runtime::{Agent, Rate};
 
 use super::changes::make_until;
