@@ -115,11 +115,11 @@ impl Player {
     ) -> Result<(), PlayError> {
         let (until, place) = self.due(turn);
         let due = self.changes.iter().filter(|(after, _)| *after <= until);
-        let orders = due.filter_map(|(_, change)| match change {
+        let mut orders = due.filter_map(|(_, change)| match change {
             Change::Order { stages } => Some(stages),
             _ => None,
         });
-        if let Some(stages) = orders.last() {
+        if let Some(stages) = orders.next_back() {
             let stages: Vec<_> = stages.iter().map(|(_, modules)| modules.clone()).collect();
             self.reel.get().place(&stages, &self.plan.modules);
         }

@@ -131,10 +131,10 @@ impl Player {
         let mut changes = VecDeque::new();
         for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
             match played(change) {
-                Change::Asked { module, lines, answer } => {
-                    if plan.modules.contains(&module) && time >= bounds.0 {
-                        reel.requests.add(time, module, lines, answer);
-                    }
+                Change::Asked { module, lines, answer }
+                    if plan.modules.contains(&module) && time >= bounds.0 =>
+                {
+                    reel.requests.add(time, module, lines, answer);
                 }
                 change if concerns(&change, &plan.modules, &codes) => {
                     changes.push_back((if is_lockstep { cycle } else { time }, change));

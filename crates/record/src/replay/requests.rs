@@ -22,6 +22,8 @@ pub(super) struct Requests {
     pub askers: BTreeSet<String>,
     /// Whether requests of one time belong together.
     has_times: bool,
+    /// Those that are not recorded: when, and what was asked for.
+    extra: Vec<(u64, String)>,
     found: Recomputed,
     first: Option<Difference>,
 }
@@ -58,10 +60,7 @@ impl Requests {
                 self.found.different += 1;
                 self.differs(now, request.lines, lines.into());
             }
-            None => {
-                self.found.only_recomputed += 1;
-                self.differs(now, NONE.into(), lines.into());
-            }
+            None => self.extra.push((now, lines.into())),
         }
         None
     }
@@ -70,6 +69,13 @@ impl Requests {
     pub fn outcome(&mut self, end: u64) -> Option<(Recomputed, Option<Difference>)> {
         let left = std::mem::take(&mut self.open).into_values().flatten();
         left.filter(|request| request.time <= end).for_each(|request| self.miss(&request));
+        // What was asked for in the last cycle nobody may have answered any more.
+        for (time, lines) in std::mem::take(&mut self.extra) {
+            if time < end {
+                self.found.only_recomputed += 1;
+                self.differs(time, NONE.into(), lines);
+            }
+        }
         let is_there = !self.askers.is_empty();
         is_there.then(|| (self.found.clone(), self.first.clone()))
     }
