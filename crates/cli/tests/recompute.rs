@@ -122,7 +122,14 @@ fn every_module_of_a_robot_that_maps_is_the_same() {
 /// A module changes links and parameters of others while they run.
 #[test]
 fn every_module_of_a_robot_that_adapts_is_the_same() {
-    check(&record("adaptation", "adaptation", &[], 180, &[]));
+    let path = record("adaptation", "adaptation", &[], 180, &[]);
+    check(&path);
+    // Also when it runs beside those that it changes.
+    let outcome =
+        recompute(&path, &["r2_manager/execute", "r2_manager/planner", "r2/planner", "r2/range_monitor"]);
+    assert_eq!(outcome.first, None);
+    let requests = outcome.properties.iter().find(|own| own.url == "/record/change").unwrap();
+    assert_eq!((requests.same, requests.is_same()), (1, true));
 }
 
 /// What is linked otherwise while the robot runs, switched on, and set.
