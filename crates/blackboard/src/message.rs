@@ -41,6 +41,8 @@ pub struct Mailbox {
 #[derive(Debug)]
 struct Desk {
     senders: Vec<bool>,
+    /// Who has had each place of a sender, or has it.
+    names: Vec<String>,
     receiver: bool,
     /// How many messages were collected, left by the last receiver.
     sequence: u64,
@@ -128,11 +130,13 @@ impl Mailbox {
             before: AtomicU64::new(0),
             content: Guarded::new(Content { data: vec![0; words].into_boxed_slice(), items: 0, time: 0 }),
         };
-        let desk = Desk { senders: vec![false; usize::from(senders)], receiver: false, sequence: 0 };
+        let count = usize::from(senders);
+        let (senders, names) = (vec![false; count], vec![String::new(); count]);
+        let desk = Desk { senders, names, receiver: false, sequence: 0 };
         Arc::new(Self {
             shape,
             slots_per_sender,
-            slots: (0..usize::from(senders) * slots_per_sender).map(|_| slot()).collect(),
+            slots: (0..count * slots_per_sender).map(|_| slot()).collect(),
             head: AtomicU64::new(0),
             desk: Mutex::new(desk),
             tap: Tapped::default(),
@@ -158,12 +162,30 @@ impl Mailbox {
     /// # Errors
     /// When all are taken.
     pub fn sender(self: &Arc<Self>) -> Result<Sender, HandlesSpent> {
+        self.sender_of("")
+    }
+
+    /// A sender of that name, which has the place that it had before. As long as there are others, nobody else gets that.
+    ///
+    /// # Errors
+    /// When all are taken.
+    pub fn sender_of(self: &Arc<Self>, name: &str) -> Result<Sender, HandlesSpent> {
         let mut desk = self.desk();
-        let place =
-            desk.senders.iter().position(|taken| !taken).ok_or(HandlesSpent { limit: desk.senders.len() })?;
+        let free = |is_meant: &dyn Fn(&str) -> bool| {
+            let mut places = desk.senders.iter().zip(&desk.names);
+            places.position(|(taken, own)| !taken && is_meant(own))
+        };
+        let place = free(&|own| own == name).or_else(|| free(&str::is_empty)).or_else(|| free(&|_| true));
+        let place = place.ok_or(HandlesSpent { limit: desk.senders.len() })?;
         desk.senders[place] = true;
+        desk.names[place] = name.to_owned();
         let numbers = vec![0; self.slots_per_sender];
         Ok(Sender { mailbox: Arc::clone(self), place, numbers, sent: 0, hint: 0 })
+    }
+
+    /// The name of the sender that has that place, or has had it; empty for one without a name.
+    pub fn sender_name(&self, sender: u32) -> String {
+        self.desk().names.get(sender as usize).cloned().unwrap_or_default()
     }
 
     /// The receiver; messages sent before it came wait for it.

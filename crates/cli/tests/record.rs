@@ -372,8 +372,15 @@ fn done_again(name: &str, commands: &[&[&str]]) {
     let output = running.finish();
     assert!(matches!(output.status.code(), Some(0 | 1)), "{output:?}");
     let file = std::fs::read(running.folder().join("here/run.mcap")).unwrap();
+    // Another order of the modules follows from what was done.
+    let is_done = |message: &Message<'_>| {
+        let schema = message.channel.schema.as_ref().unwrap();
+        let schema = Schema::parse(&schema.name, std::str::from_utf8(&schema.data).unwrap()).unwrap();
+        let change = schema.decode(&message.data).unwrap();
+        change.get("action").and_then(|action| action.as_str()) != Some("order")
+    };
     let changes = messages(&file).into_iter().filter(|message| message.channel.topic == "/record/change");
-    assert_eq!(changes.count(), commands.len());
+    assert_eq!(changes.filter(is_done).count(), commands.len());
     let (said, code) = verify(running.folder(), "here/run.mcap");
     assert!(said.starts_with("identical, "), "{said}");
     assert_eq!(code, Some(0));

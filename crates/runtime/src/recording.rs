@@ -15,8 +15,8 @@ pub use history::{History, HistoryWish, Left, TakeValue};
 /// Records an agent. It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write
 /// them.
 pub trait Recording: Taps {
-    /// The agent was changed by somebody outside of it, and not by one of its modules: between its cycle of that number and
-    /// the next one if it is in lockstep.
+    /// The agent was changed, by somebody outside of it or for one of its modules: between its cycle of that number and the next
+    /// one if it is in lockstep.
     fn changed(&self, cycle: u64, time: u64, change: &Change);
 
     /// Waits until what it was told of changes is where it outlives this process, but not for long: who has asked for a change
@@ -208,6 +208,29 @@ pub enum Change {
     Arm {
         /// Its name.
         actuator: Option<String>,
+    },
+    /// A module had a setting changed. Who makes the run again has it from the module.
+    Own {
+        /// The module.
+        module: String,
+        /// As of a setting.
+        path: String,
+        /// As of a setting.
+        value: Option<String>,
+    },
+    /// What came of a request of a module, whose changes are told before it.
+    Asked {
+        /// The module.
+        module: String,
+        /// The changes that it asked for, a line each.
+        lines: String,
+        /// What it was answered: what has changed, or why nothing has.
+        answer: Result<String, String>,
+    },
+    /// The modules of the main loop have another order from now on.
+    Order {
+        /// Those of each stage, in the order in which they run.
+        stages: Vec<(String, Vec<String>)>,
     },
     /// Something that can't be made again from a recording.
     Other {

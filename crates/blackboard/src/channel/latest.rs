@@ -146,11 +146,11 @@ impl Latest {
     #[inline]
     pub fn hold(&mut self) {
         if self.is_loose && !cfg!(feature = "mutant-turns") {
-            // It is in the ring, as nothing was written since; else this is a newer one.
+            // It is in the ring, as nothing was written since; else this is a newer one, which is news as long as nobody has
+            // looked at it.
             let tail = self.channel.published();
             let held = (tail > 0).then(|| self.channel.pool.pin(self.channel.cell(tail)));
             self.replace(held);
-            self.sequence = held.map_or(0, Held::sequence);
         }
     }
 

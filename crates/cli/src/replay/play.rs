@@ -90,7 +90,9 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
             "misses": player.misses(),
             "properties": outcome.as_ref().map(|outcome| &outcome.properties),
             "unseen": outcome.as_ref().map(|outcome| &outcome.unseen),
+            "silent": outcome.as_ref().map(|outcome| &outcome.silent),
             "unheard": outcome.as_ref().map(|outcome| &outcome.unheard),
+            "has_threads": outcome.as_ref().map(|outcome| outcome.has_threads),
             "fresh_from": outcome.as_ref().and_then(|outcome| outcome.fresh_from),
             "first": outcome.as_ref().and_then(|outcome| outcome.first.as_ref()).map(|own| first(own, "recomputed")),
         })),
@@ -112,12 +114,12 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
 }
 
 /// 0 when what was recomputed is what is recorded, 1 when it is not, and 2 when that says nothing, as the modules had not all
-/// that they had then, or nothing of them is recorded.
+/// that they had then, ran on threads, or nothing of them is recorded.
 pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
     match outcome.first {
         None if outcome.has_compared() => 0,
         None => 2,
-        Some(_) if misses.is_empty() && outcome.fresh_from.is_none() => 1,
+        Some(_) if misses.is_empty() && outcome.fresh_from.is_none() && !outcome.has_threads => 1,
         Some(_) => 2,
     }
 }
@@ -140,6 +142,12 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
     match &outcome.first {
         Some(first) => {
             output::line(first);
+            if outcome.has_threads {
+                output::line(
+                    "modules of this run had threads of their own: which values a tick saw is not recorded, and may be all that \
+                     differs",
+                );
+            }
             if let Some(fresh) = &fresh {
                 output::line(format_args!(
                     "the modules began {fresh}: what they remembered then is not recorded, and may be all that differs"
@@ -154,6 +162,9 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
             output::line(format_args!("identical{fresh}{from}{but}"));
         }
         None => {}
+    }
+    if !outcome.silent.is_empty() {
+        output::line(format_args!("{} wrote nothing, neither then nor now", outcome.silent.join(", ")));
     }
     for (from, to) in &outcome.unheard {
         output::line(format_args!("not compared: messages of /{from} to /{to}"));

@@ -147,7 +147,9 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             "properties": outcome.properties,
             "values": values,
             "unseen": if *is_recorded { &outcome.unseen[..] } else { &[] },
+            "silent": if *is_recorded { &outcome.silent[..] } else { &[] },
             "unheard": outcome.unheard,
+            "has_threads": outcome.has_threads,
             "fresh_from": outcome.fresh_from,
             "first": outcome.first.as_ref().filter(|_| *is_recorded).map(|own| play::first(own, "recomputed")),
         }));

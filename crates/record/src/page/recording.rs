@@ -277,7 +277,13 @@ impl Recording {
         let library =
             || if plugin.is_empty() { format!("library {file}") } else { format!("plugin {plugin}") };
         let from = |done: &str| if file.is_empty() { done.to_owned() } else { format!("{done} from {file}") };
+        if action == "order" || action == "ask" {
+            // What came of it are changes of its own.
+            return;
+        }
+        let by = if action == "own" { plugin.as_str() } else { "from outside" }.to_owned();
         let (what, after) = match action.as_str() {
+            "own" => (setting, after),
             "load" => (library(), from("loaded")),
             "unload" => (library(), "unloaded".into()),
             "arm" => ("arm".into(), if is_set { text("value") } else { "all actuators".into() }),
@@ -287,7 +293,7 @@ impl Recording {
             // A stop with its reason, and a reset.
             action => (action.to_owned(), if is_set { text("value") } else { "done".into() }),
         };
-        self.changes.row([seconds(time), format!("from outside: {what}"), String::new(), after]);
+        self.changes.row([seconds(time), format!("{by}: {what}"), String::new(), after]);
     }
 
     /// A parameter or a switch that has another value than before.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use slate_blackboard::channel::Tap;
 use slate_blackboard::interface::Descriptor;
-use slate_blackboard::message::Message;
+use slate_blackboard::message::{Mailbox, Message};
 use slate_blackboard::{Access, Carrier, Property, Stamp, Watch, Watchers};
 
 use super::hub::Hub;
@@ -28,13 +28,15 @@ pub(crate) struct Channel {
     watchers: Watchers,
     watch: Arc<Mutex<Option<Watch>>>,
     repeats: bool,
+    /// What knows who sends messages.
+    mailbox: Option<Arc<Mailbox>>,
 }
 
 impl Channel {
     pub fn of(property: &Property) -> Self {
-        let shape = match property.carrier() {
-            Carrier::Channel(channel) => channel.shape(),
-            Carrier::Mailbox(mailbox) => mailbox.shape(),
+        let (shape, mailbox) = match property.carrier() {
+            Carrier::Channel(channel) => (channel.shape(), None),
+            Carrier::Mailbox(mailbox) => (mailbox.shape(), Some(Arc::clone(mailbox))),
         };
         Self {
             path: property.path().into(),
@@ -46,7 +48,13 @@ impl Channel {
             watchers: property.watchers(),
             watch: Arc::default(),
             repeats: repeats(property.path()),
+            mailbox,
         }
+    }
+
+    /// The path of what a sender of a mailbox sends by, if it is a module's.
+    pub fn sender_name(&self, sender: u32) -> Option<String> {
+        Some(self.mailbox.as_ref()?.sender_name(sender)).filter(|name| !name.is_empty())
     }
 
     /// Watches the property, or no longer.

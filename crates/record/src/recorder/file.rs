@@ -124,6 +124,8 @@ impl File {
             ("offered_qos_profiles".to_owned(), String::new()),
         ]);
         metadata.extend(sender.map(|sender| ("sender".to_owned(), sender.to_string())));
+        let from = sender.and_then(|sender| channel.sender_name(sender));
+        metadata.extend(from.map(|from| ("from".to_owned(), format!("/{from}"))));
         let topic = format!("/{}", channel.path);
         let ros::Definition { name, text } = ros::definition(channel.descriptor);
         self.define(&name, &text, &topic, metadata)

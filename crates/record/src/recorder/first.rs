@@ -8,7 +8,7 @@ use slate_runtime::recording::configuration;
 
 use super::flight::{Captured, Past};
 use super::host::Host;
-use super::run::{CONFIGURATION, Preface};
+use super::run::{CONFIGURATION, Preface, told_stages};
 
 /// What stands at the beginning of a file with the last seconds. What was changed within them is told among them.
 pub(super) fn preface(host: &Host, composer: &Composer, captured: &Captured) -> Preface {
@@ -34,6 +34,10 @@ pub(super) fn preface(host: &Host, composer: &Composer, captured: &Captured) -> 
 /// As it was at the beginning, but for settings that were changed since; nothing when that is no configuration.
 fn changed(first: &Preface, past: &Past) -> Option<Preface> {
     let mut preface = first.clone();
+    if let Some(order) = past.stages.clone() {
+        let stages = preface.metadata.iter_mut().filter(|(name, _)| *name == "stages");
+        stages.for_each(|(_, stages)| *stages = told_stages(order.clone()));
+    }
     if past.settings.is_empty() {
         return Some(preface);
     }

@@ -40,6 +40,8 @@ pub(super) struct Past {
     pub is_there: bool,
     /// What the settings were changed to that were changed since the beginning; nothing for what the files say.
     pub settings: BTreeMap<String, Option<String>>,
+    /// The order of the modules, where it was another one at the beginning.
+    pub stages: Option<Vec<(String, Vec<String>)>>,
     /// Whether there is other code than at the beginning.
     pub has_new_code: bool,
 }
@@ -202,7 +204,10 @@ impl Past {
     /// Takes a change in that is no longer among what is there.
     fn note(&mut self, message: &[u8]) {
         match read_change(message) {
-            Some((_, Change::Setting { path, value })) => drop(self.settings.insert(path, value)),
+            Some((_, Change::Setting { path, value } | Change::Own { path, value, .. })) => {
+                self.settings.insert(path, value);
+            }
+            Some((_, Change::Order { stages })) => self.stages = Some(stages),
             Some((_, Change::Reload { .. } | Change::Load { .. } | Change::Unload { .. })) => {
                 self.has_new_code = true;
             }

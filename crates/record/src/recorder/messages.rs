@@ -43,7 +43,7 @@ uint32 nanosec
 ",
 };
 
-/// What was changed from outside of the agent.
+/// What was changed of the agent.
 pub(crate) const CHANGE: Topic = Topic {
     id: OTHERS + 1,
     name: "/record/change",
@@ -55,13 +55,16 @@ uint64 cycle
 string setting
 # Whether it was given a value; else it is as the files say it.
 bool has_value
-# As TOML; or why there was a stop, which actuator was armed, or what was done that can't be made again.
+# As TOML; or why there was a stop, which actuator was armed, or what was done that can't be made again; or what a module asked for,
+# or the modules of each stage, a line each.
 string value
-# A plugin that was reloaded, loaded or unloaded, the library, and a hash over that.
+# A plugin that was reloaded, loaded or unloaded, the library, and a hash over that; or a module, what it was answered, and whether
+# that was a refusal.
 string plugin
 string file
 uint64 hash
-# What was done if it is no setting and no reload: load, unload, stop, reset, arm.
+# What was done if it is no setting and no reload: load, unload, stop, reset, arm; own (a setting that a module had changed), ask,
+# order.
 string action
 ",
 };
@@ -122,6 +125,22 @@ pub(super) fn change(cycle: u64, change: &Change) -> Vec<u8> {
         Change::Stop { reason } => (told.action, told.value) = (STOP, Some(reason.clone())),
         Change::Reset => told.action = RESET,
         Change::Arm { actuator } => (told.action, told.value) = (ARM, actuator.clone()),
+        Change::Own { module, path, value } => {
+            (told.action, told.plugin) = (OWN, module.clone());
+            (told.path, told.value) = (path.clone(), value.clone());
+        }
+        Change::Asked { module, lines, answer } => {
+            (told.action, told.plugin, told.value) = (ASK, module.clone(), Some(lines.clone()));
+            (told.hash, told.file) = match answer {
+                Ok(text) => (0, text.clone()),
+                Err(reason) => (1, reason.clone()),
+            };
+        }
+        Change::Order { stages } => {
+            let line = |(stage, modules): &(String, Vec<String>)| format!("{stage} {}", modules.join(" "));
+            let lines: Vec<_> = stages.iter().map(line).collect();
+            (told.action, told.value) = (ORDER, Some(lines.join("\n")));
+        }
         Change::Other { what } => told.value = Some(what.clone()),
     }
     message.text(&told.path);
@@ -150,6 +169,9 @@ const UNLOAD: &str = "unload";
 const STOP: &str = "stop";
 const RESET: &str = "reset";
 const ARM: &str = "arm";
+const OWN: &str = "own";
+const ASK: &str = "ask";
+const ORDER: &str = "order";
 
 /// The cycle and the change of a message.
 pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
@@ -168,6 +190,19 @@ pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
         (STOP, ..) => Change::Stop { reason: value.unwrap_or_default() },
         (RESET, ..) => Change::Reset,
         (ARM, ..) => Change::Arm { actuator: value },
+        (OWN, ..) => Change::Own { module: plugin, path, value },
+        (ASK, ..) => {
+            let answer = if hash == 0 { Ok(file) } else { Err(file) };
+            Change::Asked { module: plugin, lines: value.unwrap_or_default(), answer }
+        }
+        (ORDER, ..) => {
+            let value = value.unwrap_or_default();
+            let stages = value.lines().map(|line| {
+                let (stage, modules) = line.split_once(' ').unwrap_or((line, ""));
+                (stage.to_owned(), modules.split_whitespace().map(str::to_owned).collect())
+            });
+            Change::Order { stages: stages.collect() }
+        }
         ("", false, _) => Change::Setting { path, value },
         ("", _, false) => Change::Reload { plugin, file: file.into(), hash },
         ("", ..) => Change::Other { what: value.unwrap_or_default() },

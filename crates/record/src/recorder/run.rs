@@ -41,18 +41,13 @@ impl Preface {
             .into_iter()
             .map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
         let modules = composer.modules().into_iter().map(|module| (module.name, module.kind));
-        let stages = composer
-            .order()
-            .into_iter()
-            .enumerate()
-            .map(|(place, (stage, modules))| (format!("{place:02} {stage}"), modules.join(" ")));
         let links = composer.links().into_iter().map(|link| (link.to, link.from));
         let metadata = vec![
             ("run", run),
             ("plugins", plugins.collect()),
             ("memories", host.memories.clone()),
             ("modules", modules.collect()),
-            ("stages", stages.collect()),
+            ("stages", told_stages(composer.order())),
             ("links", links.collect()),
         ];
         let text = composer.configuration_text();
@@ -61,4 +56,10 @@ impl Preface {
         let attachments = std::iter::once(own).chain(others).collect();
         Self { epoch: host.epoch, metadata, attachments }
     }
+}
+
+/// The modules of each stage, in the order in which they run.
+pub(super) fn told_stages(order: Vec<(String, Vec<String>)>) -> BTreeMap<String, String> {
+    let stages = order.into_iter().enumerate();
+    stages.map(|(place, (stage, modules))| (format!("{place:02} {stage}"), modules.join(" "))).collect()
 }

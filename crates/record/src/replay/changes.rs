@@ -1,4 +1,4 @@
-//! Changes that were made from outside while a run was recorded, made again.
+//! Changes that were made while a run was recorded, made again.
 
 use std::collections::{BTreeSet, VecDeque};
 
@@ -107,7 +107,17 @@ fn make(agent: &Agent, change: &Change) -> Result<(), String> {
         Change::Arm { actuator: Some(name) } => {
             composer.arm_one(name).map(drop).ok_or_else(|| format!("no actuator is called `{name}`"))
         }
+        // A module makes them itself, or they follow from others.
+        Change::Own { .. } | Change::Asked { .. } | Change::Order { .. } => Ok(()),
         Change::Other { what } => Err(what.clone()),
+    }
+}
+
+/// A change as it is made for modules that run without the one that has made it.
+pub(super) fn played(change: Change) -> Change {
+    match change {
+        Change::Own { path, value, .. } => Change::Setting { path, value },
+        other => other,
     }
 }
 
@@ -115,6 +125,7 @@ fn make(agent: &Agent, change: &Change) -> Result<(), String> {
 pub(super) fn concerns(change: &Change, modules: &BTreeSet<String>, plugins: &BTreeSet<String>) -> bool {
     let path = match change {
         Change::Setting { path, .. } => path,
+        Change::Order { .. } => return true,
         Change::Reload { plugin: name, .. } | Change::Load { name, .. } | Change::Unload { name } => {
             return plugins.contains(name);
         }

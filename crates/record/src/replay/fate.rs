@@ -38,10 +38,12 @@ fn letters(
         Some(place) => place,
         None => {
             let form = Form::of(message, known)?;
-            mailboxes.push(Mailbox { path: path.into(), form, senders: 0 });
+            mailboxes.push(Mailbox { path: path.into(), form, senders: 0, from: BTreeMap::new() });
             mailboxes.len() - 1
         }
     };
+    let from = message.channel.metadata.get("from").map(|from| from.trim_start_matches('/').to_owned());
+    mailboxes[place].from.extend(from.map(|from| (sender, from)));
     Ok(Fate::Sent(place, sender))
 }
 
@@ -86,6 +88,8 @@ pub(super) fn fate(
         path: path.into(),
         form,
         is_compared: says("repeats", "true") && says("access", "output"),
+        is_setting: says("access", "setting"),
+        is_on_loop: false,
         is_counted: true,
         last_sequence: 0,
         latest: 0,

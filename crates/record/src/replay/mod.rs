@@ -22,6 +22,7 @@ mod play;
 mod player;
 mod recompute;
 mod reel;
+mod requests;
 mod run;
 mod timeline;
 

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
+use slate_runtime::recording::Change;
 use slate_runtime::{Agent, Rate};
 
 use super::changes::make_until;
@@ -113,6 +114,15 @@ impl Player {
         look: &mut impl FnMut(&mut Agent),
     ) -> Result<(), PlayError> {
         let (until, place) = self.due(turn);
+        let due = self.changes.iter().filter(|(after, _)| *after <= until);
+        let mut orders = due.filter_map(|(_, change)| match change {
+            Change::Order { stages } => Some(stages),
+            _ => None,
+        });
+        if let Some(stages) = orders.next_back() {
+            let stages: Vec<_> = stages.iter().map(|(_, modules)| modules.clone()).collect();
+            self.reel.get().place(&stages, &self.plan.modules);
+        }
         while let Err(reason) = make_until(agent, &mut self.changes, until, &place) {
             self.misses.push(reason);
         }

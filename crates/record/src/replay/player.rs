@@ -12,7 +12,7 @@ use slate_runtime::playback::{Playback, PlaybackControl, excerpt, interfaces};
 use slate_runtime::plugin::load;
 use slate_runtime::recording::{Change, Recording, configuration};
 
-use super::changes::concerns;
+use super::changes::{concerns, played};
 use super::coverage::some;
 use super::lacks::Lacks;
 use super::orders::{Counter, Orders, orders};
@@ -49,6 +49,8 @@ pub struct Player {
     pub(super) witness: Option<Witness>,
     /// What is recorded of the modules that run.
     written: Written,
+    /// Whether everything that was written is recorded and played.
+    is_whole: bool,
     /// By what they send messages that are not compared, and where to.
     unheard: BTreeMap<String, String>,
     /// How many cycles the recorded run had made where it begins.
@@ -78,7 +80,8 @@ impl Player {
         let known = interfaces(plugins, Some(&*full));
         let first = Timeline::first_time(path)?;
         let epoch = run.as_ref().map_or(first, Run::epoch);
-        let timeline = Timeline::read(path, epoch, &plan.choice, &known)?;
+        let is_on_loop = |path: &str| run.as_ref().is_some_and(|run| run.is_on_loop(path));
+        let timeline = Timeline::read(path, epoch, &plan.choice, &known, is_on_loop)?;
         let Some(span) = timeline.span() else {
             let mut why: Vec<_> =
                 timeline.left_out.iter().map(|(topic, why)| format!("{topic}: {why}")).collect();
@@ -116,15 +119,29 @@ impl Player {
             let mailboxes = &reel.timeline.mailboxes;
             let has_messages =
                 |path: &str| knows && (is_whole || mailboxes.iter().any(|mailbox| mailbox.path == path));
-            excerpt(&full, plugins, &plan.modules, &recorded, has_messages).map_err(unfit)?
+            let knows_senders = |path: &str| {
+                let own = mailboxes.iter().filter(|mailbox| mailbox.path == path);
+                own.flat_map(|own| (0..own.senders).map(|sender| own.from.contains_key(&sender))).all(|is| is)
+            };
+            excerpt(&full, plugins, &plan.modules, &recorded, has_messages, knows_senders).map_err(unfit)?
         };
-        let mut misses = excerpt.misses;
+        let mut misses = excerpt.misses.clone();
         let begins = bounds.0 == span.0;
         let codes = codes(plugins, &full, &plan);
-        let of_modules = |(_, _, change): &(u64, u64, Change)| concerns(change, &plan.modules, &codes);
-        let changes = reel.timeline.changes.drain(..).filter(of_modules);
-        let changes: VecDeque<_> =
-            changes.map(|(cycle, time, change)| (if is_lockstep { cycle } else { time }, change)).collect();
+        let mut changes = VecDeque::new();
+        for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
+            match played(change) {
+                Change::Asked { module, lines, answer }
+                    if plan.modules.contains(&module) && time >= bounds.0 =>
+                {
+                    reel.requests.add(time, module, lines, answer);
+                }
+                change if concerns(&change, &plan.modules, &codes) => {
+                    changes.push_back((if is_lockstep { cycle } else { time }, change));
+                }
+                _ => {}
+            }
+        }
         // Cycles are counted from the beginning of the run.
         let before = run.as_ref().map_or(0, |run| run.cycles_before(span.0, full.period().value));
         let skipped = before + reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
@@ -147,14 +164,15 @@ impl Player {
                  same with --partial"
             )));
         }
-        (reel.silent, reel.inboxes, reel.deaf) = (excerpt.silent, excerpt.inboxes, excerpt.deaf.clone());
-        let mut deaf = excerpt.deaf;
+        (reel.silent, reel.inboxes, reel.deaf) =
+            (excerpt.silent.clone(), excerpt.inboxes.clone(), excerpt.deaf.clone());
+        let mut deaf = excerpt.deaf.clone();
         if !is_lockstep {
             // Modules on threads of their own answer each other many times in what is one cycle here, so that a sender alone sends
             // something else.
             deaf.clear();
         }
-        let text = excerpt.text;
+        let text = excerpt.text.clone();
         let (mut written, mut mailboxes) = (Written::new(), Written::new());
         if let Some(run) = &run {
             written = run.replace(&mut reel, &full, &plan.modules);
@@ -169,11 +187,11 @@ impl Player {
         }
         let is_known = !is_lockstep || begins || reel.is_each_known;
         let changes = if is_known { changes } else { VecDeque::new() };
-        let mut unheard = excerpt.outboxes;
+        let mut unheard = excerpt.outboxes.clone();
         unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
         let reel = SharedReel::new(reel);
         let witness = (!plan.modules.is_empty())
-            .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf, excerpt.stand_ins));
+            .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf, &excerpt));
         let (counter, orders) = orders(&reel);
         Ok(Self {
             file: path.into(),
@@ -192,6 +210,7 @@ impl Player {
             period: (!is_lockstep).then(|| full.period().value),
             witness,
             written,
+            is_whole,
             unheard,
             skipped,
         })
@@ -231,8 +250,15 @@ impl Player {
         let end = self.reached;
         let mut outcome = self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?;
         if let Some(outcome) = &mut outcome {
-            outcome.note_unseen(&self.plan.modules, &self.written);
+            let mut reel = self.reel.get();
+            if let Some((requests, first)) = reel.requests.outcome(end) {
+                self.written.insert(requests.url[1..].to_owned(), reel.requests.askers.clone());
+                outcome.add(requests, first);
+            }
+            drop(reel);
             outcome.unheard = self.unheard.clone();
+            outcome.has_threads = self.run.as_ref().is_some_and(Run::has_threads);
+            outcome.note_unseen(&self.plan.modules, &self.written, self.is_whole);
             let begin = self.bounds.0 - self.span.0;
             outcome.fresh_from = (begin > 0).then_some(begin);
         }

@@ -9,6 +9,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::Message;
 use slate_blackboard::{Access, Property, Stamp, Taps, is_within};
 use slate_runtime::configuration::Record;
+use slate_runtime::playback::Excerpt;
 use slate_runtime::recording::{Change, Recording};
 
 use super::difference::{self, Difference};
@@ -58,8 +59,13 @@ pub struct Recomputation {
     pub first: Option<Difference>,
     /// Modules of which there was nothing to compare, as they send messages alone, or nothing that they write is recorded.
     pub unseen: Vec<String>,
+    /// Modules that wrote nothing, neither then nor now.
+    pub silent: Vec<String>,
     /// By what the modules send messages that were not compared, as not all ran who send there; and where to.
     pub unheard: BTreeMap<String, String>,
+    /// Whether modules of the recorded run had threads of their own: nothing says which values their ticks saw, nor how many there
+    /// were in what is one cycle here, so that what differs may be only that.
+    pub has_threads: bool,
     /// Where the modules began with fresh state, whatever they remembered then: nanoseconds after the first value. Nothing when that
     /// was the beginning.
     pub fresh_from: Option<u64>,
@@ -68,11 +74,24 @@ pub struct Recomputation {
 impl Recomputation {
     /// Whether anything was compared that the modules themselves write.
     pub fn has_compared(&self) -> bool {
-        self.properties.iter().any(Recomputed::is_computed)
+        self.properties.iter().any(Recomputed::is_computed) || !self.silent.is_empty()
+    }
+
+    /// Takes in what compares beside properties, and where that differs first.
+    pub(super) fn add(&mut self, own: Recomputed, first: Option<Difference>) {
+        let place = self.properties.partition_point(|other| other.url < own.url);
+        self.properties.insert(place, own);
+        if let Some(first) = first
+            && self.first.as_ref().is_none_or(|other| first.time < other.time)
+        {
+            self.first = Some(first);
+        }
     }
 
     /// Those of the modules of which nothing was compared.
-    pub(super) fn note_unseen(&mut self, modules: &BTreeSet<String>, written: &Written) {
+    ///
+    /// Where all was recorded and compared, of those there is nothing.
+    pub(super) fn note_unseen(&mut self, modules: &BTreeSet<String>, written: &Written, is_whole: bool) {
         let is_seen = |module: &&String| {
             let writes = |own: &Recomputed| {
                 let path = own.url.trim_start_matches('/');
@@ -81,7 +100,10 @@ impl Recomputation {
             };
             self.properties.iter().any(|own| own.is_computed() && writes(own))
         };
-        self.unseen = modules.iter().filter(|module| !is_seen(module)).cloned().collect();
+        let unseen = modules.iter().filter(|module| !is_seen(module)).cloned();
+        let is_silent =
+            |module: &String| is_whole && !self.unheard.keys().any(|from| is_within(from, module));
+        (self.silent, self.unseen) = unseen.partition(is_silent);
     }
 }
 
@@ -123,15 +145,15 @@ struct Comparer {
 
 impl Witness {
     /// `thin` are properties of which not every value is recorded; on the wall clock nothing says which those are that are there.
-    /// `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders run. `stand_ins` are
-    /// modules that the recorded agent did not have, so that nothing of them is compared.
+    /// `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders run. Nothing is compared
+    /// of the modules of the `excerpt` that the recorded agent did not have.
     pub fn new(
         reel: &SharedReel,
         is_whole: bool,
         thin: BTreeSet<String>,
         mailboxes: impl Iterator<Item = String>,
         deaf: BTreeMap<String, &'static Descriptor>,
-        stand_ins: BTreeSet<String>,
+        excerpt: &Excerpt,
     ) -> Self {
         let mut tracks = BTreeMap::new();
         let own = reel.get();
@@ -153,8 +175,13 @@ impl Witness {
         for (place, letter) in
             own.timeline.letters.iter().enumerate().filter(|(_, letter)| letter.sent >= own.begin)
         {
-            let mailbox = sent.get_mut(&own.timeline.mailboxes[letter.mailbox].path);
-            mailbox.into_iter().for_each(|places| places.push_back(place));
+            let mailbox = &own.timeline.mailboxes[letter.mailbox];
+            let from = mailbox.from.get(&letter.sender);
+            if from.is_none_or(|from| excerpt.outboxes.contains_key(from))
+                && let Some(places) = sent.get_mut(&mailbox.path)
+            {
+                places.push_back(place);
+            }
         }
         let played = own.timeline.tracks.iter().zip(&own.played).filter(|(_, played)| played.is_some());
         let comparer = Comparer {
@@ -176,7 +203,7 @@ impl Witness {
         drop(own);
         let hub = Hub::new(Record::default().buffer);
         hub.want(0, Box::new(|_| true));
-        Self { hub, drain: Drain::default(), stand_ins, comparer }
+        Self { hub, drain: Drain::default(), stand_ins: excerpt.stand_ins.clone(), comparer }
     }
 
     /// What an agent is loaded with whose values are seen.

@@ -8,14 +8,28 @@ use slate_blackboard::message::{Receiver, Sender};
 use slate_blackboard::{Board, Carrier, Property, Stamp, interface::Descriptor};
 use slate_runtime::playback::{Playback, Played};
 
+use super::requests::Requests;
 use super::timeline::{Mailbox, Recorded, Timeline};
 use crate::bag::Error;
+
+/// When a track is written in a cycle.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TrackPlace {
+    /// Those who write it,
+    pub writers: BTreeSet<String>,
+    /// and the module whose output it is, if it is one's.
+    pub module: Option<String>,
+    /// The modules that run before it is written,
+    late_for: BTreeSet<String>,
+    /// and those whose stages come after that in which it is.
+    early_for: BTreeSet<String>,
+}
 
 /// A recording on its way into an agent.
 pub(super) struct Reel {
     pub timeline: Timeline,
-    /// What is played: for each track, the modules that ran before it was written; nothing for one that is not.
-    pub played: Vec<Option<BTreeSet<String>>>,
+    /// What is played, by track: its place among the modules that run; nothing for one that is not.
+    pub played: Vec<Option<TrackPlace>>,
     /// What modules are linked to and is never written.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// The mailboxes that what was taken is sent to again.
@@ -32,6 +46,12 @@ pub(super) struct Reel {
     writers: Vec<Option<(Arc<Property>, Writer)>>,
     /// The next value.
     pub next: usize,
+    /// Values of this cycle that those who wrote them had not written yet.
+    waiting: Vec<usize>,
+    /// What the modules that run asked of their agent.
+    pub requests: Requests,
+    /// The time of the cycle.
+    now: u64,
     /// Whether cycles are those of the recorded run; else they are on the grid of the period.
     pub has_cycles: bool,
     /// Whether a value was written in each of them; else there are also some on that grid between.
@@ -47,7 +67,7 @@ pub(super) struct Reel {
 impl Reel {
     /// `cycles` is nothing for a run that was not in lockstep, and how many it had, if that is known, for one that was.
     pub fn new(timeline: Timeline, cycles: Option<Option<u64>>, begin: u64) -> Self {
-        let played = timeline.tracks.iter().map(|_| Some(BTreeSet::new())).collect();
+        let played = timeline.tracks.iter().map(|_| Some(TrackPlace::default())).collect();
         Self {
             played,
             next_letter: timeline.letters.partition_point(|letter| letter.time < begin),
@@ -58,12 +78,36 @@ impl Reel {
             silent: Vec::new(),
             writers: Vec::new(),
             next: 0,
+            waiting: Vec::new(),
+            requests: Requests::new(cycles.is_some()),
+            now: begin,
             has_cycles: cycles.is_some(),
             is_each_known: cycles.flatten() == Some(timeline.times.len() as u64),
             begin,
             values: 0,
             failure: None,
             timeline,
+        }
+    }
+
+    /// Gives what is played its places among those modules, in the order in which all of them ran, stage by stage.
+    pub fn place(&mut self, stages: &[Vec<String>], modules: &BTreeSet<String>) {
+        let mut places: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+        for (stage, names) in stages.iter().enumerate() {
+            for name in names {
+                let count = places.len();
+                places.entry(name).or_insert((stage, count));
+            }
+        }
+        let place = |module: &str| places.get(module).copied();
+        for TrackPlace { writers, late_for, early_for, .. } in self.played.iter_mut().flatten() {
+            let Some(last) = writers.iter().filter_map(|writer| place(writer)).max() else { continue };
+            let those = |is_one: &dyn Fn((usize, usize)) -> bool| {
+                let those = modules.iter().filter(|module| place(module).is_some_and(is_one));
+                those.cloned().collect()
+            };
+            *late_for = those(&|own| own < last);
+            *early_for = those(&|own| own.0 > last.0);
         }
     }
 
@@ -75,6 +119,7 @@ impl Reel {
     /// Goes on from a time: each property has the last value that it had then.
     pub fn jump(&mut self, time: u64) -> Result<(), Error> {
         self.next = self.timeline.after(time);
+        self.waiting.clear();
         self.next_letter = self.timeline.letters.partition_point(|letter| letter.time < time);
         for track in 0..self.writers.len() {
             let Some((property, writer)) = &mut self.writers[track] else { continue };
@@ -96,7 +141,7 @@ impl Reel {
 
     /// The time of the next value that is played.
     fn next_time(&self) -> Option<u64> {
-        self.timeline.time(self.next)
+        self.timeline.due(self.next)
     }
 
     /// What follows a time: the next cycle that is known of, or the next value.
@@ -108,20 +153,22 @@ impl Reel {
         }
     }
 
-    fn write_to(&mut self, now: u64) -> Result<(), Error> {
+    fn write_to(&mut self, now: u64, before: Option<&str>) -> Result<(), Error> {
+        self.now = now;
         while self.next_time().is_some_and(|time| time <= now) {
-            let place = self.next;
+            self.waiting.push(self.next);
             self.next += 1;
+        }
+        for place in std::mem::take(&mut self.waiting) {
             let track = self.timeline.track(place);
-            let Some((_, writer)) = self.writers.get_mut(track).and_then(Option::as_mut) else { continue };
-            let Recorded { bytes, items, sequence, time } = self.timeline.value(place)?;
-            let missed = sequence.saturating_sub(writer.last().sequence + 1);
-            if missed > 0 {
-                writer.skip(missed);
+            let is_between = self.has_cycles && self.timeline.is_set_between(place);
+            let is_late =
+                |own: &TrackPlace| before.is_some_and(|module| is_between || own.late_for.contains(module));
+            if self.played.get(track).and_then(Option::as_ref).is_some_and(is_late) {
+                self.waiting.push(place);
+            } else {
+                self.write_value(place, track)?;
             }
-            // Nobody holds a playback up: those who must see every value do so in lockstep.
-            let _ = writer.write(&bytes, items, time);
-            self.values += 1;
         }
         while let Some(letter) = self.timeline.letters.get(self.next_letter).filter(|own| own.time <= now) {
             let (sent, mailbox, sender) = (letter.sent, letter.mailbox, letter.sender as usize);
@@ -133,6 +180,19 @@ impl Reel {
             // A module that takes them no more, as it is switched off, leaves no room for them.
             let _ = sender.send(&bytes, items, sent);
         }
+        Ok(())
+    }
+
+    fn write_value(&mut self, place: usize, track: usize) -> Result<(), Error> {
+        let Some((_, writer)) = self.writers.get_mut(track).and_then(Option::as_mut) else { return Ok(()) };
+        let Recorded { bytes, items, sequence, time } = self.timeline.value(place)?;
+        let missed = sequence.saturating_sub(writer.last().sequence + 1);
+        if missed > 0 {
+            writer.skip(missed);
+        }
+        // Nobody holds a playback up: those who must see every value do so in lockstep.
+        let _ = writer.write(&bytes, items, time);
+        self.values += 1;
         Ok(())
     }
 
@@ -202,13 +262,14 @@ impl SharedReel {
 impl Playback for SharedReel {
     fn properties(&self) -> Vec<Played> {
         let reel = self.get();
-        let tracks = reel.timeline.tracks.iter().zip(&reel.played).filter_map(|(track, late_for)| {
+        let tracks = reel.timeline.tracks.iter().zip(&reel.played).filter_map(|(track, place)| {
             Some(Played {
                 path: track.path.clone(),
                 doc: format!("Played from {} of a recording.", track.topic),
                 descriptor: track.form.descriptor,
                 capacity: track.form.capacity,
-                late_for: late_for.clone()?,
+                module: place.as_ref()?.module.clone(),
+                early_for: place.as_ref()?.early_for.clone(),
                 is_mailbox: false,
             })
         });
@@ -217,7 +278,8 @@ impl Playback for SharedReel {
             doc: "Never written in the recorded run.".into(),
             descriptor,
             capacity: *capacity,
-            late_for: BTreeSet::new(),
+            module: None,
+            early_for: BTreeSet::new(),
             is_mailbox: false,
         });
         let deaf = reel.deaf.iter().map(|(path, descriptor)| Played {
@@ -225,7 +287,8 @@ impl Playback for SharedReel {
             doc: "Takes messages in the place of a module.".into(),
             descriptor,
             capacity: 0,
-            late_for: BTreeSet::new(),
+            module: None,
+            early_for: BTreeSet::new(),
             is_mailbox: true,
         });
         tracks.chain(silent).chain(deaf).collect()
@@ -255,10 +318,16 @@ impl Playback for SharedReel {
         }
     }
 
-    fn write(&mut self, now: u64) {
+    fn write(&mut self, now: u64, before: Option<&str>) {
         let mut reel = self.get();
         if reel.failure.is_none() {
-            reel.failure = reel.write_to(now).err();
+            reel.failure = reel.write_to(now, before).err();
         }
+    }
+
+    fn answer(&mut self, module: &str, lines: &str) -> Option<Result<String, String>> {
+        let mut reel = self.get();
+        let now = reel.now;
+        reel.requests.answer(module, lines, now)
     }
 }

@@ -195,8 +195,6 @@ impl Run {
         modules: &BTreeSet<String>,
     ) -> Written {
         let mut written = Written::new();
-        let order: Vec<&str> = self.stages.values().flat_map(|stage| stage.split_whitespace()).collect();
-        let place = |module: &str| order.iter().position(|own| *own == module);
         for (track, played) in reel.timeline.tracks.iter().zip(&mut reel.played) {
             let gate = configuration.actuators().iter().find(|own| is_within(&track.path, &own.name.value));
             // A gate is moved by those who command it.
@@ -209,16 +207,17 @@ impl Run {
                 writers
                     .extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
             }
-            if writers.iter().any(|writer| modules.contains(*writer)) {
+            let runs = writers.iter().any(|writer| modules.contains(*writer));
+            let writers: BTreeSet<String> = writers.into_iter().map(str::to_owned).collect();
+            if runs {
                 *played = None;
-                let writers = writers.into_iter().map(str::to_owned).collect();
                 written.insert(track.path.clone(), writers);
-                continue;
+            } else if let Some(played) = played {
+                (played.writers, played.module) = (writers, self.owner(&track.path).cloned());
             }
-            let Some(last) = writers.iter().filter_map(|writer| place(writer)).max() else { continue };
-            let before = modules.iter().filter(|module| place(module).is_some_and(|own| own < last));
-            *played = Some(before.cloned().collect());
         }
+        let stages = self.stages.values().map(|stage| stage.split_whitespace().map(str::to_owned).collect());
+        reel.place(&stages.collect::<Vec<_>>(), modules);
         written
     }
 
@@ -247,6 +246,20 @@ impl Run {
     /// Whether it is of the last seconds, which were kept in memory.
     pub(super) fn is_flight(&self) -> bool {
         self.is_flight
+    }
+
+    /// Whether a property is written by the main loop, in lockstep: by a module that is on it.
+    pub(super) fn is_on_loop(&self, path: &str) -> bool {
+        self.is_lockstep() && self.owner(path).is_some_and(|owner| self.is_staged(owner))
+    }
+
+    fn is_staged(&self, module: &str) -> bool {
+        self.stages.values().any(|stage| stage.split_whitespace().any(|own| own == module))
+    }
+
+    /// Whether modules had threads of their own, so that nothing says which values a tick saw.
+    pub(super) fn has_threads(&self) -> bool {
+        !self.is_lockstep() && self.modules.keys().any(|module| !self.is_staged(module))
     }
 
     /// The agent.
@@ -377,8 +390,17 @@ impl Run {
         if self.about("clock") != "lockstep" {
             return Some("the run was not in lockstep: on the wall clock no two runs are the same".into());
         }
+        if let Some(begins) = self.late_begin() {
+            return Some(format!(
+                "{begins}: what modules remembered then is not in it; `slate try MODULE --bag FILE --partial` lets one run on it"
+            ));
+        }
         if !self.is_first() || self.about("from_cycle") != "0" {
-            return Some("the recording does not begin with the run".into());
+            return Some(
+                "the recording was begun while the agent was there, and may have less than the run wrote: that of the run itself \
+                 (`record.enabled`) has all; `slate try MODULE --bag FILE` lets one module run on this one"
+                    .into(),
+            );
         }
         if self.drops || self.end("dropped").is_some_and(|dropped| dropped != "0") {
             return Some("values were dropped while it was recorded".into());

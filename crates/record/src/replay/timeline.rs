@@ -42,6 +42,10 @@ pub(super) struct Track {
     pub form: Form,
     /// Whether a run of the same writes the same values.
     pub is_compared: bool,
+    /// Whether tools set it, and the configuration.
+    pub is_setting: bool,
+    /// Whether it is written on the loop of a run in lockstep.
+    pub is_on_loop: bool,
     /// Whether the numbers of the recording count its values.
     pub is_counted: bool,
     pub last_sequence: u64,
@@ -60,6 +64,8 @@ pub(super) struct Mailbox {
     pub form: Form,
     /// How many have sent to it.
     pub senders: u32,
+    /// By their numbers, the paths of what they sent by, as far as that is recorded.
+    pub from: BTreeMap<u32, String>,
 }
 
 /// A message that a module took.
@@ -74,9 +80,12 @@ pub(super) struct Letter {
     spot: Spot,
 }
 
-/// A value, and when it is played: when it was written, but not before the one before it.
+/// A value.
 struct Moment {
+    /// Its time, but not before that of the one before it.
     time: u64,
+    /// When it is played.
+    due: u64,
     track: u16,
     /// Of its record.
     checksum: u32,
@@ -130,13 +139,16 @@ impl Timeline {
         said.map_or_else(|| Ok(reader.next_message()?.map_or(0, |message| message.log_time)), Ok)
     }
 
-    /// Reads all of a recording; it is whole, and each of its values is one of its type.
+    /// Reads all of a recording; it is whole, and each of its values is one of its type. `is_on_loop` says of which properties the
+    /// values stand in the order in which they were written, all of them: some have the time of what was before.
     pub fn read(
         path: &Path,
         epoch: Epoch,
         choice: &Choice,
         known: &BTreeMap<u64, &'static Descriptor>,
+        is_on_loop: impl Fn(&str) -> bool,
     ) -> Result<Self, Error> {
+        let mut on_loop = 0;
         let mut timeline = Self {
             reader: Reader::open(path)?,
             tracks: Vec::new(),
@@ -163,6 +175,11 @@ impl Timeline {
                 let is_chosen = is_chosen(&message.channel.topic);
                 let (tracks, mailboxes) = (&mut timeline.tracks, &mut timeline.mailboxes);
                 let fate = fate(tracks, mailboxes, &message, is_chosen, choice, known);
+                if let Ok(Fate::Played(track)) = &fate {
+                    let own = &mut tracks[*track];
+                    own.is_on_loop =
+                        own.is_compared && is_on_loop(message.channel.topic.trim_start_matches('/'));
+                }
                 let fate = fate.unwrap_or_else(|why| {
                     timeline.left_out.extend(why.map(|why| (message.channel.topic.clone(), why)));
                     Fate::LeftOut
@@ -191,11 +208,15 @@ impl Timeline {
                     // Their places are given when they are in order.
                     own.values.push(0);
                     let time = own.latest;
-                    let entry = Moment { time, track: *track as u16, checksum, spot };
+                    if own.is_on_loop {
+                        on_loop = on_loop.max(time);
+                    }
+                    let due = if own.is_on_loop { on_loop } else { time };
+                    let entry = Moment { time, due, track: *track as u16, checksum, spot };
                     timeline.entries.push(entry);
                 }
                 Fate::Sent(mailbox, sender) => {
-                    let Mailbox { path, form, senders } = &mut timeline.mailboxes[*mailbox];
+                    let Mailbox { path, form, senders, .. } = &mut timeline.mailboxes[*mailbox];
                     form.note(message.data).map_err(|error| {
                         let name = form.descriptor.name;
                         unfit(format!("a message to /{path} is no {name}: {error}"))
@@ -251,7 +272,7 @@ impl Timeline {
 
     fn sort(&mut self) {
         // Values of one time stay in the order of the file.
-        self.entries.sort_by_key(|entry| entry.time);
+        self.entries.sort_by_key(|entry| entry.due);
         self.times.sort_unstable();
         self.times.dedup();
         self.letters.sort_by_key(|letter| (letter.time, letter.mailbox, letter.sequence));
@@ -269,8 +290,19 @@ impl Timeline {
     }
 
     /// When a value is played.
+    pub fn due(&self, place: usize) -> Option<u64> {
+        self.entries.get(place).map(|entry| entry.due)
+    }
+
+    /// The time of a value.
     pub fn time(&self, place: usize) -> Option<u64> {
         self.entries.get(place).map(|entry| entry.time)
+    }
+
+    /// Whether a value was set between the cycle of its time and the next, and not before all cycles.
+    pub fn is_set_between(&self, place: usize) -> bool {
+        let track = self.tracks.get(self.track(place)).filter(|track| track.is_setting);
+        track.is_some_and(|track| track.values.first() != Some(&(place as u32)))
     }
 
     /// Whose value it is.
@@ -285,7 +317,7 @@ impl Timeline {
 
     /// The place of the first value after a time.
     pub fn after(&self, time: u64) -> usize {
-        self.entries.partition_point(|entry| entry.time <= time)
+        self.entries.partition_point(|entry| entry.due <= time)
     }
 
     /// The place of a track's value of that number, from 0.

@@ -4,6 +4,7 @@
 mod files;
 mod flight;
 mod orders;
+mod places;
 mod playback;
 mod recompute;
 mod repaired;

@@ -134,6 +134,34 @@ impl Module for Gatherer {
     }
 }
 
+/// What it sees, and says.
+#[ports]
+pub struct SeenIo {
+    number: Input<Number>,
+    other: Input<Number>,
+    seen: Output<Number>,
+}
+
+/// Says which values it sees, whether they are new to it, and whether who writes them is well.
+pub struct Seen;
+
+#[module(stage = Think, on = number)]
+impl Module for Seen {
+    type Io = SeenIo;
+    type Params = ();
+    type State = f64;
+
+    fn tick(state: &mut f64, io: &SeenIo, _: &(), _: &Tick) -> Outcome {
+        for input in [&io.number, &io.other] {
+            let flags = [input.is_new(), input.is_stale(), input.has_writer()];
+            let flags = flags.iter().fold(0.0, |sum, flag| sum * 2.0 + f64::from(u8::from(*flag)));
+            *state = *state * 0.875 + input.stamp().sequence as f64 + flags * 0.125;
+        }
+        io.seen.set(Number { value: *state });
+        Outcome::Ok
+    }
+}
+
 pub fn plugins() -> Vec<Plugin> {
     vec![Plugin::new(
         "test",
@@ -142,6 +170,7 @@ pub fn plugins() -> Vec<Plugin> {
             Plugin::linked::<Sum>(),
             Plugin::linked::<Scale>(),
             Plugin::linked::<Gatherer>(),
+            Plugin::linked::<Seen>(),
         ]
         .iter()
         .flat_map(Plugin::kinds)

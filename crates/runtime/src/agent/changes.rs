@@ -1,6 +1,6 @@
 //! Changes of the configuration that modules ask for, and how changes are told.
 
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::time::Duration;
 
 use toml_edit::Key;
@@ -23,10 +23,24 @@ impl Composer {
         for line in set {
             changes.push(crate::configuration::parse_change(line)?);
         }
-        let changes = by_module(|| self.commit(|| database.propose_instead(&taken_back, &changes)))?;
+        let changes = by_module(module, || self.commit(|| database.propose_instead(&taken_back, &changes)))?;
         self.say_changes(&format!("{module} has changed"), &changes);
         let changed: Vec<_> = changes.iter().map(|change| self.told(change)).collect();
         Ok(changed.join(", "))
+    }
+
+    /// What came of such a request when the recording was made that is played, if one is and it has that request.
+    pub(crate) fn recorded_answer(&self, module: &str, lines: &str) -> Option<Result<String, String>> {
+        self.shared.recorded_answer(module, lines)
+    }
+
+    /// Tells what records the agent what came of such a request.
+    pub(crate) fn tell_asked(&self, module: &str, lines: &str, answer: &Result<String, String>) {
+        if let Some(recording) = &self.shared.recording {
+            let (module, lines, answer) = (module.to_owned(), lines.to_owned(), answer.clone());
+            let change = Recorded::Asked { module, lines, answer };
+            recording.changed(self.shared.cycles(), self.now(), &change);
+        }
     }
 
     /// Tells who reads the log later why the robot is another one from here on.
@@ -56,24 +70,24 @@ impl Composer {
 const PATIENCE: Duration = Duration::from_secs(1);
 
 thread_local! {
-    /// Whether this thread makes a change that a module has asked for.
-    static BY_MODULE: Cell<bool> = const { Cell::new(false) };
+    /// The module that has asked for the change that this thread makes, if one has.
+    static BY_MODULE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
 /// Makes a change that a module has asked for: who makes the run again has it from the module.
-fn by_module<R>(change: impl FnOnce() -> R) -> R {
-    let before = BY_MODULE.replace(true);
+fn by_module<R>(module: &str, change: impl FnOnce() -> R) -> R {
+    let before = BY_MODULE.replace(Some(module.to_owned()));
     let result = change();
-    BY_MODULE.set(before);
+    BY_MODULE.replace(before);
     result
 }
 
 impl Composer {
     /// Makes a change that a module has asked for, but at a moment that depends on the wall clock: what records the agent is
     /// told that the run can't be made again.
-    pub(crate) fn make_for_module<R>(&self, what: &str, make: impl FnOnce() -> R) -> R {
+    pub(crate) fn make_for_module<R>(&self, module: &str, what: &str, make: impl FnOnce() -> R) -> R {
         self.tell_recording(what);
-        by_module(make)
+        by_module(module, make)
     }
 
     /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
@@ -93,19 +107,30 @@ impl Composer {
         changes: Vec<Recorded>,
         make: impl FnOnce() -> Result<R, E>,
     ) -> Result<R, E> {
-        let recording = self.shared.recording.as_ref().filter(|_| !BY_MODULE.get());
-        let Some(recording) = recording else { return make() };
-        let (cycle, result) = match self.shared.lockstep {
+        let Some(recording) = &self.shared.recording else { return make() };
+        let module = BY_MODULE.with_borrow(Option::clone);
+        let before = self.shared.order();
+        let (cycle, result) = match self.shared.lockstep && module.is_none() {
             true => self.shared.between_two(patience, make),
             false => (None, make()),
         };
         let (now, cycles) = (self.now(), self.shared.cycles());
-        if result.is_err() {
-            self.tell_recording("a change that failed");
-        } else if self.shared.lockstep && cycle.is_none() {
-            self.tell_recording("a change in the middle of a cycle");
-        } else {
-            changes.iter().for_each(|change| recording.changed(cycle.unwrap_or(cycles), now, change));
+        let tell = |change: &Recorded| recording.changed(cycle.unwrap_or(cycles), now, change);
+        match module {
+            // The loop makes it itself in lockstep, and is between two cycles. Of a failure only the module is told.
+            Some(module) => {
+                let settings = changes.into_iter().filter(|_| result.is_ok());
+                settings.filter_map(|change| change.of(&module)).for_each(|change| tell(&change));
+            }
+            None if result.is_err() => self.tell_recording("a change that failed"),
+            None if self.shared.lockstep && cycle.is_none() => {
+                self.tell_recording("a change in the middle of a cycle");
+            }
+            None => changes.iter().for_each(tell),
+        }
+        let stages = self.shared.order();
+        if stages != before {
+            tell(&Recorded::Order { stages });
         }
         result
     }
@@ -123,6 +148,14 @@ impl Composer {
             let change = Recorded::Other { what: what.into() };
             recording.changed(self.shared.cycles(), self.now(), &change);
         }
+    }
+}
+
+impl Recorded {
+    /// The change of a setting, as one that a module has asked for.
+    fn of(self, module: &str) -> Option<Self> {
+        let Self::Setting { path, value } = self else { return None };
+        Some(Self::Own { module: module.into(), path, value })
     }
 }
 

@@ -279,7 +279,7 @@ impl Agent {
         memories
             .check(configuration, &restored, |module| composer.composition().present.contains_key(module))?;
         if let Some(playback) = options.playback {
-            playing::begin(playback, &played, configuration, &shared)?;
+            playing::begin(playback, &played, configuration, &composer, &shared)?;
         }
         // Only now, as a configuration that is refused leaves no file behind.
         shared.logger.configure(configuration)?;

@@ -1,13 +1,16 @@
 //! An agent in which a recording is played.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slate_blackboard::channel::Budget;
+use slate_blackboard::interface::Interface;
 
 use super::{Agent, Composer};
 use crate::configuration::{Configuration, Diagnostic, Report};
-use crate::main_loop::{Rate, Shared};
+use crate::main_loop::{PlayedCondition, Playing, Rate, Shared};
 use crate::playback::{Playback, PlaybackControl, Played};
+use crate::runner::ModuleState;
 
 /// Readers of what no module is linked to from the start.
 const READERS: Budget = Budget { latest: 16, queues: 4, window: 16 };
@@ -20,6 +23,7 @@ pub(super) fn begin(
     mut playback: Box<dyn Playback>,
     played: &[Played],
     configuration: &Configuration,
+    composer: &Composer,
     shared: &Shared,
 ) -> Result<(), Report> {
     let mut properties = Vec::new();
@@ -38,12 +42,33 @@ pub(super) fn begin(
             Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), Some(help)))
         })?);
     }
+    let conditions = conditions(played, composer, shared);
     playback.begin(&properties, &shared.board).map_err(|message| {
         let name = configuration.agent_name();
         Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), None))
     })?;
-    shared.play(Some(playback));
+    shared.play(Some(Playing { playback, conditions }));
     Ok(())
+}
+
+/// How the modules are that are played: as their states say, and well before those say anything.
+fn conditions(played: &[Played], composer: &Composer, shared: &Shared) -> Vec<PlayedCondition> {
+    let modules: BTreeSet<&String> = played.iter().filter_map(|played| played.module.as_ref()).collect();
+    let mut composition = composer.composition();
+    let mut conditions = Vec::new();
+    for module in modules {
+        if composition.present.contains_key(module) {
+            continue;
+        }
+        let health = composition.ground.post(module).health;
+        health.begin();
+        let state = shared.board.get(&format!("{module}/state")).map(|(state, _)| state);
+        let state = state.filter(|state| state.descriptor().hash == ModuleState::DESCRIPTOR.hash);
+        // Without a reader nothing is told of it.
+        let reader = state.and_then(|state| state.channel()?.latest().ok());
+        conditions.extend(reader.map(|state| PlayedCondition { state, health }));
+    }
+    conditions
 }
 
 impl Agent {

@@ -59,14 +59,14 @@ impl PluginControl {
     fn requests(self: &Arc<Self>) -> Option<Sender<Request>> {
         let mut requests = locked(&self.requests);
         if requests.is_none() {
-            let (sender, receiver) = channel();
+            let (sender, receiver) = channel::<Request>();
             let control = Arc::downgrade(self);
             let work = move || {
                 for request in receiver {
                     let composer = control.upgrade().and_then(|control| control.composer.get()?.upgrade());
                     let answer = composer.map_or(Err("the agent ends".into()), |composer| {
                         let what = "a change of plugins that a module asked for";
-                        composer.make_for_module(what, || carry_out(&composer, &request))
+                        composer.make_for_module(&request.module, what, || carry_out(&composer, &request))
                     });
                     // Who asked may be gone.
                     let _ = request.answers.send((request.number, answer));

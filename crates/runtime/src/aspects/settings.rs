@@ -67,7 +67,12 @@ impl SettingsControl {
         for request in requests {
             let composer = self.composer.get().and_then(WeakComposer::upgrade);
             let answer = composer.map_or(Err("the agent ends".into()), |composer| {
-                composer.change_for(&request.module, &request.lines).map_err(|report| report.to_string())
+                let Request { module, lines, .. } = &request;
+                let answer = composer.recorded_answer(module, lines).unwrap_or_else(|| {
+                    composer.change_for(module, lines).map_err(|report| report.to_string())
+                });
+                composer.tell_asked(module, lines, &answer);
+                answer
             });
             // Who asked may be gone.
             let _ = request.answers.send((request.number, answer));

@@ -181,7 +181,7 @@ fn time_of_next(shared: &Shared, last: Option<u64>) -> Option<u64> {
     }
     // SAFETY: this thread holds the token; a playback is watched as little as an observer, so it is not lost meanwhile.
     if let Some(playback) = unsafe { shared.core() }.playback.as_mut() {
-        let time = playback.next(last, planned);
+        let time = playback.playback.next(last, planned);
         return Some(last.map_or(time, |last| if time < last { last } else { time }));
     }
     match ask::<TimeRole, _>(shared, |source| source.next(last, planned)) {
@@ -214,10 +214,6 @@ fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
     for seat in core.plan.early.iter().filter(|seat| seat.is_idle()) {
         // SAFETY: the seat is idle, and those of the plan belong to who has the token.
         unsafe { seat.runner() }.pin_early();
-    }
-    // What is of the last cycle is pinned, and what is of this one is there before its modules run.
-    if let Some(playback) = core.playback.as_mut() {
-        playback.write(time);
     }
     if let Some(start) = shared.cycle_start.as_ref().filter(|start| start.is_wanted()) {
         start.emit();
@@ -353,7 +349,7 @@ fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
         core.position.helped = false;
         core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
     }
-    let Core { plan, position, workers, .. } = core;
+    let Core { plan, position, workers, playback, .. } = core;
     if position.seat >= position.end {
         return Next::StageOver;
     }
@@ -362,8 +358,12 @@ fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
         return Next::StageOver;
     }
     let first = position.seat;
+    if let Some(playback) = playback {
+        playback.write(turn.now, Some(&plan.seats[first].name));
+    }
     let level = || &plan.seats[first..plan.ends[first]];
-    let (count, call) = if workers.are_there() && workers.pay(level()) {
+    // Between those of a level there may be modules that are played.
+    let (count, call) = if workers.are_there() && playback.is_none() && workers.pay(level()) {
         position.helped = true;
         workers.give(level(), turn.now, turn.nominal)
     } else {
@@ -402,6 +402,9 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     // SAFETY: this thread holds the token, and no step is left in this cycle.
     let core = unsafe { shared.core() };
     core.position.inside = false;
+    if let Some(playback) = core.playback.as_mut() {
+        playback.write(turn.now, None);
+    }
     for actuator in &core.actuators {
         actuator.expire(turn.now, core.digest.as_mut());
     }

@@ -15,6 +15,7 @@ mod jobs;
 mod notices;
 mod pace;
 mod plan;
+mod playing;
 mod policy;
 mod schedule;
 mod seat;
@@ -25,7 +26,7 @@ mod watchdog;
 mod workers;
 
 use std::cell::UnsafeCell;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use slate_blackboard::Board;
@@ -35,7 +36,6 @@ use crate::aspects::SettingsControl;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
-use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::sharing::AfterTick;
 use crate::synchronization::{Emitter, Synchronization};
@@ -47,6 +47,7 @@ pub(crate) use gauges::{LoopState, Publication};
 pub(crate) use pace::Pace;
 pub use pace::Rate;
 pub(crate) use plan::Levels;
+pub(crate) use playing::{PlayedCondition, Playing};
 pub use policy::{LoopPolicy, Place, STAGE_LIMIT};
 pub(crate) use schedule::is_name as is_stage_name;
 pub use schedule::{Schedule, ScheduleError, ScheduledStage};
@@ -138,7 +139,7 @@ pub(crate) struct Core {
     takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
     /// What plays a recording, if anything does.
-    playback: Option<Box<dyn Playback>>,
+    playback: Option<Playing>,
     /// Those of them that did not return.
     absent: Vec<Absent>,
     /// Where the loop stands, for the thread that takes the token over.
@@ -236,6 +237,8 @@ pub(crate) struct Shared {
     pub after_tick: Arc<OnceLock<AfterTick>>,
     /// What records the agent.
     pub recording: Option<Arc<dyn Recording>>,
+    /// Whether a recording is played.
+    is_playing: AtomicBool,
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
@@ -319,6 +322,7 @@ impl Shared {
             shortest_timeout: AtomicU64::new(u64::MAX),
             after_tick: Arc::default(),
             recording,
+            is_playing: AtomicBool::new(false),
         }
     }
 
@@ -375,11 +379,25 @@ impl Shared {
     }
 
     /// Lets a recording be played, from the next cycle on.
-    pub fn play(&self, playback: Option<Box<dyn Playback>>) {
+    pub fn play(&self, playback: Option<Playing>) {
         self.take_token();
+        self.is_playing.store(playback.is_some(), Ordering::Relaxed);
         // SAFETY: the token was taken.
         unsafe { self.core() }.playback = playback;
         self.give_token_back();
+    }
+
+    /// What came of a module's request when the recording was made that is played, if it has that request.
+    pub fn recorded_answer(&self, module: &str, lines: &str) -> Option<Result<String, String>> {
+        if !self.is_playing.load(Ordering::Relaxed) {
+            return None;
+        }
+        self.take_token();
+        // SAFETY: the token was taken.
+        let playback = unsafe { self.core() }.playback.as_mut();
+        let answer = playback.and_then(|own| own.playback.answer(module, lines));
+        self.give_token_back();
+        answer
     }
 
     /// Takes the token for a single cycle.

@@ -25,7 +25,7 @@ pub struct Excerpt {
     pub inboxes: BTreeSet<String>,
     /// What the modules send messages by, each with where to.
     pub outboxes: BTreeMap<String, String>,
-    /// Mailboxes of modules that do not stay, where all who send to them do and what was taken is recorded.
+    /// Mailboxes of modules that do not stay, to which others send that do, where what was taken is recorded, and of whom.
     pub deaf: BTreeMap<String, &'static Descriptor>,
     /// Modules that are added, as they give those that stay the services of modules that do not.
     pub stand_ins: BTreeSet<String>,
@@ -36,7 +36,8 @@ pub struct Excerpt {
 }
 
 /// Leaves nothing of a configuration but those modules: their links to others lead to what is `recorded`, at the paths
-/// where it was. Gates stay that one of the modules commands. `has_messages` says of which inboxes all messages are recorded.
+/// where it was. Gates stay that one of the modules commands. `has_messages` says of which inboxes all messages are recorded, and
+/// `knows_senders` of which also who has sent each.
 ///
 /// # Errors
 /// What is no module, or can't be left alone.
@@ -46,6 +47,7 @@ pub fn excerpt(
     modules: &BTreeSet<String>,
     recorded: &BTreeSet<String>,
     has_messages: impl Fn(&str) -> bool,
+    knows_senders: impl Fn(&str) -> bool,
 ) -> Result<Excerpt, String> {
     let names: Vec<&str> = configuration.modules().iter().map(|module| module.name.value.as_str()).collect();
     for module in modules {
@@ -66,6 +68,7 @@ pub fn excerpt(
         modules,
         recorded,
         has_messages: &has_messages,
+        knows_senders: &knows_senders,
         descriptions: descriptions(plugins, configuration),
         result: Excerpt::default(),
     };
@@ -81,6 +84,7 @@ struct Cutter<'a> {
     modules: &'a BTreeSet<String>,
     recorded: &'a BTreeSet<String>,
     has_messages: &'a dyn Fn(&str) -> bool,
+    knows_senders: &'a dyn Fn(&str) -> bool,
     descriptions: BTreeMap<String, Description>,
     result: Excerpt,
 }
@@ -240,8 +244,9 @@ impl Cutter<'_> {
         }
         if sends {
             let all_stay = self.senders(&path).iter().all(|sender| self.modules.contains(*sender));
+            let is_known = (all_stay || (self.knows_senders)(&path)) && (self.has_messages)(&path);
             let interface = self.port(to).map(|(own, port)| own.ports[port].descriptor);
-            return match interface.filter(|_| all_stay && (self.has_messages)(&path)) {
+            return match interface.filter(|_| is_known) {
                 Some(interface) => {
                     self.result.deaf.insert(path.clone(), interface);
                     Source::Path(format!("/{path}"))

@@ -33,8 +33,11 @@ pub struct Played {
     pub descriptor: &'static Descriptor,
     /// Room in the tail, for interfaces with one.
     pub capacity: usize,
-    /// The modules that ran before it was written in a cycle: they see the value of the cycle before.
-    pub late_for: BTreeSet<String>,
+    /// The module that wrote it, if one did: whether it was well then, readers see.
+    pub module: Option<String>,
+    /// The modules whose stages come after that in which it was written: with `previous` they read what was there when the cycle
+    /// began.
+    pub early_for: BTreeSet<String>,
     /// Whether it is a mailbox instead: modules send to it, and who plays takes what they send.
     pub is_mailbox: bool,
 }
@@ -70,8 +73,14 @@ pub trait Playback: Send {
     /// The time of the next cycle, as a [`TimeSource`](crate::TimeSource) says it.
     fn next(&mut self, last: Option<u64>, planned: u64) -> u64;
 
-    /// Writes and sends what was written and taken until that time, before the modules of a cycle run.
-    fn write(&mut self, now: u64);
+    /// Writes and sends what was written and taken before that module had its turn in the cycle of that time, which it has next;
+    /// without a module, all that was until the end of the cycle. So a module finds what it found, as those that are played have
+    /// their places among those that run.
+    fn write(&mut self, now: u64, before: Option<&str>);
+
+    /// What a module was answered when it asked for these changes of the configuration, between the last cycle and the next; nothing
+    /// when it did not, and the host has to make them. Those that were made then are made by who plays.
+    fn answer(&mut self, module: &str, lines: &str) -> Option<Result<String, String>>;
 }
 
 /// The interfaces that are known here, by their schemas: those of the agent itself, and those of the plugins' modules, as a

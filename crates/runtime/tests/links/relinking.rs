@@ -275,3 +275,31 @@ plugin = "counter"
     stopper.stop();
     run.join().unwrap().unwrap();
 }
+
+/// It reads what is written after its turn, which is news to it in the next cycle, whatever is linked in between.
+#[test]
+fn others_are_linked_otherwise_and_a_module_is_woken_as_before() {
+    let text = "[modules.a]\nplugin = \"counter\"\n[modules.b]\nplugin = \"dice\"\n[modules.front]\nplugin = \"relay\"\n\
+                stage = \"PreLoop\"\n[modules.relay]\n[links]\n\"front/input\" = \"a/number\"\n\"relay/input\" = \"a/number\"\n";
+    let mut agent = lockstep(text);
+    steps(&mut agent, 5);
+    assert_eq!(agent.counts("front").unwrap().0, 4);
+    link(&agent, "relay/input", "b/number");
+    steps(&mut agent, 1);
+    assert_eq!((agent.counts("front").unwrap().0, number(&agent, "front/output/value")), (5, 6.0));
+}
+
+#[test]
+fn what_is_of_the_last_cycle_wakes_when_it_is_seen_and_once() {
+    let text = "[modules.a]\nplugin = \"counter\"\n[modules.relay]\nstage = \"Think\"\n[links]\n\
+                \"relay/input\" = { from = \"a/number\", previous = true }\n";
+    let mut agent = lockstep(text);
+    steps(&mut agent, 1);
+    assert_eq!(agent.counts("relay").unwrap().0, 0, "there was nothing in the last cycle");
+    steps(&mut agent, 4);
+    assert_eq!((agent.counts("relay").unwrap().0, number(&agent, "relay/output/value")), (4, 5.0));
+    agent.database().unwrap().set(&[("modules.a.enabled", "false")]).unwrap();
+    steps(&mut agent, 3);
+    // The last number, and the safe value.
+    assert_eq!(agent.counts("relay").unwrap().0, 6);
+}

@@ -99,11 +99,8 @@ impl Builder<'_, '_> {
             Target::Absent(absent) => Some(self.survey.absent[absent].module.clone()),
             // Whether its values come is known like the condition of a module.
             Target::Remote(remote) => Some(self.survey.remote[remote].path.to_string()),
-            Target::Port(..)
-            | Target::Command(_)
-            | Target::Implied(..)
-            | Target::Host(_)
-            | Target::Played(_) => None,
+            Target::Played(played) => self.survey.played[played].module.clone(),
+            Target::Port(..) | Target::Command(_) | Target::Implied(..) | Target::Host(_) => None,
         };
         Some((property, writer))
     }
@@ -182,6 +179,7 @@ impl Builder<'_, '_> {
                             None => port.stale_after,
                         },
                         triggers: self.triggers(m, p) && !is_converted,
+                        is_early: early,
                         writer: post.map(|post| post.health),
                         seen: (0, 0),
                         missed: 0,
@@ -368,7 +366,8 @@ impl Builder<'_, '_> {
         };
         let property = self.property(&self.target_path(target))?;
         let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
-        let sender = self.granted(m, Wire::Port(p), &property, mailbox.sender())?;
+        let name = format!("{}/{}", self.name(m), self.port(m, p).name);
+        let sender = self.granted(m, Wire::Port(p), &property, mailbox.sender_of(&name))?;
         let receiver = match target {
             Target::Port(module, _) => self.name(module).to_owned(),
             Target::Absent(absent) => self.survey.absent[absent].module.clone(),

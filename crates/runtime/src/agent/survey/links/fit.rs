@@ -228,9 +228,9 @@ pub(super) fn fit<'a>(
         }
     };
     let delayed = match target {
-        // All that is played of a cycle is written before its modules run.
+        // What is played is written in the place of its module, which may be before this one's.
         Target::Played(played) => {
-            link.previous || survey.played[played].late_for.contains(&surveyed.module.name.value)
+            link.previous && survey.played[played].early_for.contains(&surveyed.module.name.value)
         }
         _ => link.previous && is_earlier(configuration, survey, target, surveyed.stage),
     };

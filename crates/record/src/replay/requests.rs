@@ -1,0 +1,96 @@
+//! What modules asked of their agent, and what they were answered.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use super::difference::Difference;
+use super::recompute::Recomputed;
+use crate::recorder::CHANGE;
+
+/// A request that is recorded.
+struct Request {
+    time: u64,
+    lines: String,
+    answer: Result<String, String>,
+}
+
+/// Answers the modules that run as they were answered then.
+#[derive(Default)]
+pub(super) struct Requests {
+    /// Those that are to come, by module.
+    open: BTreeMap<String, VecDeque<Request>>,
+    /// The modules that have asked for something, then or now.
+    pub askers: BTreeSet<String>,
+    /// Whether requests of one time belong together.
+    has_times: bool,
+    /// Those that are not recorded: when, and what was asked for.
+    extra: Vec<(u64, String)>,
+    found: Recomputed,
+    first: Option<Difference>,
+}
+
+impl Requests {
+    pub fn new(has_times: bool) -> Self {
+        let found = Recomputed { url: CHANGE.name.into(), ..Recomputed::default() };
+        Self { has_times, found, ..Self::default() }
+    }
+
+    /// One that is recorded; they come in their order.
+    pub fn add(&mut self, time: u64, module: String, lines: String, answer: Result<String, String>) {
+        self.askers.insert(module.clone());
+        self.open.entry(module).or_default().push_back(Request { time, lines, answer });
+    }
+
+    /// What a module was answered that asks now; nothing when it asked for something else then.
+    pub fn answer(&mut self, module: &str, lines: &str, now: u64) -> Option<Result<String, String>> {
+        self.askers.insert(module.into());
+        let has_times = self.has_times;
+        let open = self.open.entry(module.into()).or_default();
+        let mut missed = Vec::new();
+        while let Some(request) = open.pop_front_if(|request| has_times && request.time < now) {
+            missed.push(request);
+        }
+        let request = open.pop_front_if(|request| !has_times || request.time == now);
+        missed.into_iter().for_each(|request| self.miss(&request));
+        match request {
+            Some(request) if request.lines == lines => {
+                self.found.same += 1;
+                return Some(request.answer);
+            }
+            Some(request) => {
+                self.found.different += 1;
+                self.differs(now, request.lines, lines.into());
+            }
+            None => self.extra.push((now, lines.into())),
+        }
+        None
+    }
+
+    /// How they compare, when all was played until that time, and the first that differs; nothing when there was none.
+    pub fn outcome(&mut self, end: u64) -> Option<(Recomputed, Option<Difference>)> {
+        let left = std::mem::take(&mut self.open).into_values().flatten();
+        left.filter(|request| request.time <= end).for_each(|request| self.miss(&request));
+        // What was asked for in the last cycle nobody may have answered any more.
+        for (time, lines) in std::mem::take(&mut self.extra) {
+            if time < end {
+                self.found.only_recomputed += 1;
+                self.differs(time, NONE.into(), lines);
+            }
+        }
+        let is_there = !self.askers.is_empty();
+        is_there.then(|| (self.found.clone(), self.first.clone()))
+    }
+
+    fn miss(&mut self, request: &Request) {
+        self.found.only_recorded += 1;
+        self.differs(request.time, request.lines.clone(), NONE.into());
+    }
+
+    fn differs(&mut self, time: u64, recorded: String, replayed: String) {
+        if self.first.as_ref().is_none_or(|first| time < first.time) {
+            let url = CHANGE.name.into();
+            self.first = Some(Difference { time, url, field: String::new(), recorded, replayed });
+        }
+    }
+}
+
+const NONE: &str = "no such request";

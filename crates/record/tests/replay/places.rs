@@ -1,0 +1,83 @@
+//! Modules that run on a recording have their places among those that are played.
+
+use slate_record::replay::Plan;
+
+use crate::support::{file, play, record};
+
+/// Each but the source runs when there is something new, and says what it saw of it: one stands before the source, two beside each
+/// other, and one behind them that reads the last cycle.
+const ROBOT: &str = r#"
+[agent]
+name = "robot"
+[loop]
+period = "10ms"
+[log.targets]
+console = false
+[modules.source]
+[modules.before]
+plugin = "seen"
+stage = "PreLoop"
+[modules.x]
+plugin = "seen"
+[modules.y]
+plugin = "seen"
+[modules.behind]
+plugin = "seen"
+stage = "Act"
+[links]
+"before/number" = "x/seen"
+"before/other" = "source/number"
+"x/number" = "source/number"
+"x/other" = "y/seen"
+"y/number" = "source/number"
+"behind/number" = { from = "source/number", previous = true }
+"behind/other" = "before/seen"
+[record]
+enabled = true
+"#;
+
+const MODULES: [&str; 5] = ["source", "before", "x", "y", "behind"];
+
+fn is_the_same(path: &std::path::Path) {
+    let all = MODULES.iter().flat_map(|one| MODULES.iter().map(move |other| [*one, *other]));
+    for modules in all {
+        let plan = Plan { modules: modules.iter().map(|name| (*name).into()).collect(), ..Plan::default() };
+        let (_, outcome, player) = play(path, plan);
+        let outcome = outcome.unwrap();
+        assert_eq!(outcome.first, None, "{modules:?}: {outcome:?}");
+        assert!(player.misses().is_empty() && outcome.unseen.is_empty(), "{modules:?}");
+        let count = |name: &str| {
+            let own = outcome.properties.iter().filter(|own| own.url.starts_with(&format!("/{name}/")));
+            own.map(|own| own.same).sum::<u64>()
+        };
+        assert!(modules.iter().all(|name| count(name) > 20), "{outcome:?}");
+    }
+}
+
+#[test]
+fn each_module_sees_what_it_saw_in_the_cycles_in_which_it_ran() {
+    let path = file("places.mcap");
+    record(&path, ROBOT, |_, _| {});
+    is_the_same(&path);
+}
+
+/// Also when the order of the modules becomes another one, and when one that they read is switched off.
+#[test]
+fn other_links_give_other_places_and_who_is_switched_off_is_not_well() {
+    let path = file("other-places.mcap");
+    record(&path, ROBOT, |agent, cycle| {
+        let changes: &[(&str, &str)] = match cycle {
+            5 => &[("links.\"x/other\"", "false")],
+            6 => &[("links.\"y/other\"", "\"x/seen\"")],
+            9 => &[("modules.source.enabled", "false")],
+            12 => &[("modules.source.enabled", "true")],
+            15 => &[("links.\"before/number\"", "\"y/seen\""), ("modules.source.params.step", "0.5")],
+            18 => &[("modules.y.enabled", "false")],
+            20 => &[("modules.y.enabled", "true")],
+            22 => &[("links.\"behind/other\"", "\"y/seen\"")],
+            _ => return,
+        };
+        drop(agent.database().unwrap().set(changes).unwrap());
+    });
+    is_the_same(&path);
+}
