@@ -293,13 +293,41 @@ visit(async () => {
   await browser.view(page, "drive");
   // A reflex has precedence over a person.
   await api("PUT", "/modules/r2/avoid_obstacle", { enabled: false });
-  await page.click("button:has-text('Take the controls')");
-  await page.waitForSelector(".drive[data-held=true]");
-  await page.keyboard.down("a");
-  await until("the wheels turn as the key says", async () => {
+  await until("it is armed again", async () => (await value(`${AGENT}/r2/wheels/gate`)).mode === "ARMED");
+  const turns = async () => {
     const { left, right } = await value(`${AGENT}/r2/wheels/command`);
     return left < 0 && right > 0 && Math.abs(left + right) < 1e-9 && (await value(`${AGENT}/r2/wheels/gate`)).priority === "TELEOPERATION";
+  };
+  // On a machine that stands still for half a second the page lets go, says so, and wants the key anew.
+  const press = async (key, what, holds) => {
+    await page.keyboard.down(key);
+    await until(what, async () => {
+      if (await holds()) return true;
+      if (await page.locator(".lapsed").count()) {
+        await page.keyboard.up(key);
+        await page.keyboard.down(key);
+      }
+      return false;
+    });
+  };
+  // A key counts from the moment on in which the page says that one has the controls.
+  await page.evaluate(() => {
+    window.keys = 0;
+    const key = () => dispatchEvent(new KeyboardEvent("keydown", { key: "a" }));
+    const eager = new MutationObserver(() => {
+      if (!document.querySelector(".drive[data-held=true]")) return;
+      eager.disconnect();
+      window.keys += 1;
+      key();
+    });
+    eager.observe(document.body, { subtree: true, childList: true, attributes: true });
   });
+  await page.click("button:has-text('Take the controls')");
+  await page.waitForSelector(".drive[data-held=true]");
+  await until("the key of the first moment counts", async () => (await turns()) || (await page.locator(".lapsed").count()) > 0);
+  assert((await page.evaluate(() => window.keys)) === 1, "no key came with the controls");
+  await page.evaluate(() => dispatchEvent(new KeyboardEvent("keyup", { key: "a" })));
+  await press("a", "the wheels turn as the key says", turns);
   await page.waitForTimeout(400);
   await browser.accessible(page, "the controls");
   await browser.picture(page, "drive");
@@ -318,8 +346,7 @@ visit(async () => {
   await until("it stands while nothing is held", stands);
   await stays("it drives by itself while a person has the controls");
   // Leaving the window lets go; what is still held then counts anew.
-  await page.keyboard.down("d");
-  await until("it turns again", async () => !(await stands()));
+  await press("d", "it turns again", async () => !(await stands()));
   await page.evaluate(() => dispatchEvent(new Event("blur")));
   await until("it stands without the window", stands);
   await stays("it drives without the window");

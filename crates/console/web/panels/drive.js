@@ -1,5 +1,5 @@
 // Driving by hand: by keys, a stick on the screen, or a gamepad; only as long as something is held.
-import { Empty, Field, html, number, Trouble, useAgent, useEffect, useReading, useRef, useResource, useState, word } from "/slate.js";
+import { Empty, Field, html, number, Trouble, useAgent, useEffect, useLayoutEffect, useReading, useRef, useResource, useState, word } from "/slate.js";
 import { lookLive } from "/live.js";
 import { Controls, LAPSE } from "/teleoperation.js";
 import { stop } from "/stop.js";
@@ -51,6 +51,7 @@ function Panel({ options, setOptions }) {
   const [position, setPosition] = useState([0, 0]);
   const [pad, setPad] = useState("");
   const [grips, setGrips] = useState(0);
+  const [isLapsed, setLapsed] = useState(false);
   const held = useRef(new Set());
   const actuator = actuators?.find(({ name }) => name === options.actuator) ?? actuators?.[0];
   const robot = actuator?.name.split("/")[0];
@@ -70,7 +71,10 @@ function Panel({ options, setOptions }) {
     if (!controls || controls.status.state !== "holds") return;
     const wanted = command(actuator.interface, place, limits, chassis);
     // Who drives sees the present.
-    if (place[0] || place[1]) lookLive();
+    if (place[0] || place[1]) {
+      lookLive();
+      setLapsed(false);
+    }
     if (wanted) controls.drive(wanted);
   };
   // Without a command another one would drive, such as the plan: whoever has the controls and holds nothing lets the robot stand.
@@ -92,7 +96,8 @@ function Panel({ options, setOptions }) {
   useEffect(() => () => controls?.leave(), [controls]);
 
   const isHeld = status?.state === "holds";
-  useEffect(() => {
+  // As soon as the page says that keys drive they do, and not only after it is drawn.
+  useLayoutEffect(() => {
     if (!isHeld) return undefined;
     const sum = () => go([...held.current].reduce(([ahead, left], key) => [ahead + KEYS[key][0], left + KEYS[key][1]], [0, 0]));
     const down = (event) => {
@@ -131,7 +136,7 @@ function Panel({ options, setOptions }) {
 
   // What was held while the page was frozen is let go.
   const lapses = status?.lapses ?? 0;
-  useEffect(letGo, [lapses]);
+  useEffect(() => (letGo(), setLapsed(lapses > 0)), [lapses]);
 
   // A gamepad is asked, as it says nothing by itself. It drives only while its lower left shoulder button is held.
   useEffect(() => {
@@ -165,6 +170,7 @@ function Panel({ options, setOptions }) {
     </div>
     ${status?.problem && html`<${Trouble} problem=${{ message: status.problem.detail, help: status.problem.help }} />`}
     ${status?.state === "gone" && html`<p class="trouble" role="alert">The controls are gone with the connection; take them again.</p>`}
+    ${isHeld && isLapsed && html`<p class="trouble lapsed" role="alert">What you held was let go, as for half a second this page stood still or the agent did not answer; hold it anew.</p>`}
     ${!isKnown && html`<p class="trouble">Commands of the kind ${actuator.interface} are not known here; use the API.</p>`}
     <div class="scroll drive" data-held=${isHeld}>
       <div class="drive-part"><${Stick} key=${lapses + grips} position=${position} move=${go} release=${letGo} />

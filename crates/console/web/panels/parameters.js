@@ -1,6 +1,6 @@
 // Parameters of modules: with ranges and units, taken back one by one, compared with the files, and saved into them.
 import { Dialog } from "/dialog.js";
-import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useReadings, useResource, useState } from "/slate.js";
+import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useReadings, useRef, useResource, useState } from "/slate.js";
 
 /** A decimal number, as people write it: with a comma or a point, a true minus, its unit behind it; nothing of what is none. */
 function numberOf(text, unit) {
@@ -113,7 +113,10 @@ function Panel({ options, setOptions }) {
   const known = useResource("/parameters", 10) ?? [];
   const told = useMemo(() => new Map(known.map((parameter) => [`${parameter.module} ${parameter.name}`, parameter])), [known]);
   const [text, setText] = useState("");
-  const [undone, setUndone] = useState([]);
+  // What can be undone, the last in the end; in the page as drawn it may be behind who is fast.
+  const undone = useRef([]);
+  const [undoable, setUndoable] = useState(0);
+  const turn = useRef(Promise.resolve());
   const [problem, setProblem] = useState(null);
   const [said, setSaid] = useState("");
   const [asks, setAsks] = useState(null);
@@ -124,7 +127,13 @@ function Panel({ options, setOptions }) {
   const isAllowed = agent?.role === "developer";
   const changed = new Map(differences.map((difference) => [difference.path.replaceAll('"', ""), difference]));
   const again = () => reload("/settings/differences", "/properties");
-  const attempt = async (work) => {
+  // One after the other, as two requests at once may arrive the wrong way round.
+  const attempt = (work) => {
+    const done = turn.current.then(() => tried(work));
+    turn.current = done.catch(() => {});
+    return done;
+  };
+  const tried = async (work) => {
     setProblem(null);
     setSaid("");
     try {
@@ -141,22 +150,22 @@ function Panel({ options, setOptions }) {
     const names = leaf.pointer.split("/").slice(1);
     const body = names.reduceRight((inner, name) => ({ [name]: inner }), value);
     attempt(() => patch(at(agent.name, path), body)).then((done) => {
-      if (done && !isUndo) setUndone((all) => [...all, { path, leaf, before, after: value }]);
+      if (done && !isUndo) setUndoable(undone.current.push({ path, leaf, before }));
     });
   };
   const undo = () => {
-    const last = undone.at(-1);
-    setUndone(undone.slice(0, -1));
-    set(last.path, last.leaf, undefined, true)(last.before);
+    const last = undone.current.pop();
+    setUndoable(undone.current.length);
+    if (last) set(last.path, last.leaf, undefined, true)(last.before);
   };
-  const revert = () => attempt(() => remove("/settings")).then((done) => done && (setUndone([]), setSaid("As the files say again")));
+  const revert = () => attempt(() => remove("/settings")).then((done) => done && ((undone.current = []), setUndoable(0), setSaid("As the files say again")));
   const save = () => attempt(() => post("/settings/save", {})).then((done) => done && setSaid(`Written: ${done.files.join(", ") || "nothing has changed"}`));
   // What the command line says is none of the files', and stays out of them.
   const own = differences.filter(({ path, origin }) => path.startsWith("modules.") && !origin?.startsWith("--"));
   return html`
     <div class="bar-of-tools">
       <input type="search" placeholder="Module or parameter" aria-label="Search for parameters" value=${text} onInput=${(event) => setText(event.target.value)} />
-      <button disabled=${!undone.length} onClick=${undo} title="Takes the last change back">Undo</button>
+      <button disabled=${!undoable} onClick=${undo} title="Takes the last change back">Undo</button>
       <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("revert")} title="Takes back all that is not saved, and shows it first">Revert${own.length ? ` ${own.length}` : ""}</button>
       <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("save")} title="Writes the changes into the files, with their comments kept, and shows them first">Save${own.length ? ` ${own.length}` : ""}</button>
       <span role="status" class="muted">${said}</span>
