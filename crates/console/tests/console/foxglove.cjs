@@ -28,6 +28,9 @@ const until = async (what, holds) => {
   process.exit(4);
 };
 
+// Whatever does not come is no reason to wait for ever.
+setTimeout(() => { console.error("not done within a minute"); process.exit(5); }, 60000).unref();
+
 async function main() {
   const { socket, client, seen } = open(operator);
   const info = await once(client, "serverInfo");
@@ -87,6 +90,10 @@ async function main() {
   await once(second.client, "serverInfo");
   const told = new Promise((resolve) => client.on("parameterValues", (event) => { if (event.parameters.some((p) => p.value === 2.5)) resolve(event); }));
   client.subscribeParameterUpdates(["/sensor/params/step"]);
+  // Two connections wait for nobody: once this one is answered, the change of the other comes after what it watches.
+  const watched = once(client, "parameterValues");
+  client.getParameters(["/sensor/params/step"], "watched");
+  await watched;
   second.client.setParameters([{ name: "/sensor/params/step", value: 2.5 }], "yes");
   result.told = (await told).parameters[0].name;
 

@@ -359,18 +359,22 @@ impl Drain {
             let is_over = outlet.is_abandoned();
             // Not more than is there now, so that the others get their turn.
             let mut budget = outlet.waiting();
-            while budget > 0
-                && let Some(head) = outlet.pop(&mut self.bytes)
-            {
-                budget -= 1;
-                found = true;
-                let index = head.id as usize;
-                if index >= self.channels.len() && head.id < OTHERS {
-                    let known = hub.channels();
-                    self.channels.extend(known[self.channels.len()..].iter().cloned());
+            while budget > 0 {
+                let channels = &mut self.channels;
+                let taken = outlet.take(budget, &mut self.bytes, |head, bytes| {
+                    let index = head.id as usize;
+                    if index >= channels.len() && head.id < OTHERS {
+                        let known = hub.channels();
+                        channels.extend(known[channels.len()..].iter().cloned());
+                    }
+                    let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
+                    sink.value(channels.get(index), head.id, head.items as usize, stamp, bytes);
+                });
+                if taken == 0 {
+                    break;
                 }
-                let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
-                sink.value(self.channels.get(index), head.id, head.items as usize, stamp, &self.bytes);
+                found = true;
+                budget -= taken;
             }
             if is_over && outlet.waiting() == 0 {
                 drop(self.rings.remove(place));

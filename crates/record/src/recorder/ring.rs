@@ -55,6 +55,9 @@ const WORDS: usize = 5;
 /// The length of a value whose bytes are in the ring beside.
 const BESIDE: u16 = u16::MAX;
 
+/// How many values are taken out at once.
+const BATCH: usize = 256;
+
 /// What one thread hands over: a line for each value, and beside them a ring for so many bytes of larger ones.
 pub(super) fn ring(capacity: usize) -> (Inlet, Outlet) {
     let (lines, lines_out) = RingBuffer::new(lines(capacity));
@@ -202,18 +205,28 @@ impl Outlet {
         self.lines.is_abandoned()
     }
 
-    /// Takes the next value out, into `bytes`.
-    pub fn pop(&mut self, bytes: &mut Vec<u8>) -> Option<Head> {
-        let line = self.lines.pop().ok()?;
-        let head = line.head();
-        if line.length == BESIDE {
-            // Never more than the ring has.
-            bytes.resize(head.length as usize, 0);
-            self.bytes.pop_entire_slice(bytes).ok()?;
-        } else {
+    /// Takes the next values out, not more than so many, through `bytes`; says how many. Their places are free once all are
+    /// taken: whoever waits for one place at a time has the cache lines of both ends go to and fro with each value.
+    pub fn take(&mut self, most: usize, bytes: &mut Vec<u8>, mut each: impl FnMut(Head, &[u8])) -> usize {
+        let count = self.lines.slots().min(most).min(BATCH);
+        let Ok(lines) = self.lines.read_chunk(count) else { return 0 };
+        let (first, rest) = lines.as_slices();
+        for line in first.iter().chain(rest) {
+            let head = line.head();
             bytes.clear();
-            bytes.extend(line.words.iter().flat_map(|word| word.to_le_bytes()).take(head.length as usize));
+            if line.length == BESIDE {
+                // They are there, as whoever wrote the line put them there before.
+                bytes.resize(head.length as usize, 0);
+                if self.bytes.pop_entire_slice(bytes).is_err() {
+                    continue;
+                }
+            } else {
+                line.words.iter().for_each(|word| bytes.extend_from_slice(&word.to_le_bytes()));
+                bytes.truncate(head.length as usize);
+            }
+            each(head, bytes);
         }
-        Some(head)
+        lines.commit_all();
+        count
     }
 }

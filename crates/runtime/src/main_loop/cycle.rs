@@ -6,7 +6,8 @@ use std::sync::atomic::Ordering;
 use super::guest::{Asked, PutAway, ask};
 use super::takeover::Choice;
 use super::{
-    Control, Core, Cycle, Flow, PolicyRole, STAGE_LIMIT, Seat, Shared, TakeoverRole, TimeRole, workers,
+    Control, Core, Cycle, Flow, Playing, PolicyRole, STAGE_LIMIT, Seat, Shared, TakeoverRole, TimeRole,
+    workers,
 };
 use crate::clock::monotonic;
 use crate::main_loop::policy::Place;
@@ -359,7 +360,7 @@ fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
     }
     let first = position.seat;
     if let Some(playback) = playback {
-        playback.write(turn.now, Some(&plan.seats[first].name));
+        write_before(playback, turn.now, &plan.seats[first].name);
     }
     let level = || &plan.seats[first..plan.ends[first]];
     // Between those of a level there may be modules that are played.
@@ -374,6 +375,12 @@ fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
         Some(call) => Next::Step(Arc::as_ptr(&plan.seats[first + count - 1]), call),
         None => Next::Nothing,
     }
+}
+
+/// What was recorded of who came before that module. Few loops play a recording, and no other pays for it.
+#[cold]
+fn write_before(playback: &mut Playing, now: u64, module: &str) {
+    playback.write(now, Some(module));
 }
 
 impl Core {

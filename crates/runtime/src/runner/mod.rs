@@ -231,10 +231,7 @@ impl Runner {
 
     /// Whether a port that triggers has something new.
     pub fn has_news(&self) -> bool {
-        // What is of the last cycle is news when it was taken, and not when it is written.
-        let is_new =
-            |(input, reader): (&InputPort, &Latest)| input.triggers && !input.is_early && reader.has_news();
-        self.inputs.iter().zip(&self.readers).any(is_new)
+        self.inputs.iter().zip(&self.readers).any(|(input, reader)| input.wakes && reader.has_news())
             || self.queues.iter().any(|queue| queue.triggers && !queue.is_early && queue.reader.waiting() > 0)
             || self.inboxes.iter().any(|inbox| inbox.triggers && inbox.receiver.has_messages())
             || self.has_conversions && (self.has_converted_news() || self.has_early_news())

@@ -51,8 +51,8 @@ pub(crate) struct InputPort {
     pub slot: u32,
     pub stale_after: Option<u64>,
     pub triggers: bool,
-    /// Whether its value is taken when a cycle begins, and not before the step.
-    pub is_early: bool,
+    /// Whether it triggers as soon as it is written: what is taken when a cycle begins is news then, and not before.
+    pub wakes: bool,
     /// The module that writes it, if one does.
     pub writer: Option<Arc<Health>>,
     /// Sequence and generation of the value that the last tick saw.

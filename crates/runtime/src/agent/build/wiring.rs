@@ -170,6 +170,7 @@ impl Builder<'_, '_> {
                     let stale = self.joint(m, wire).and_then(|joint| joint.link.stale.as_ref());
                     let is_converted = self.conversions(m, wire).next().is_some();
                     let path = format!("{}/{}", self.name(m), port.name);
+                    let triggers = self.triggers(m, p) && !is_converted;
                     let port = InputPort {
                         slot: p as u32,
                         stale_after: match stale {
@@ -178,8 +179,8 @@ impl Builder<'_, '_> {
                             None if is_converted => None,
                             None => port.stale_after,
                         },
-                        triggers: self.triggers(m, p) && !is_converted,
-                        is_early: early,
+                        triggers,
+                        wakes: triggers && !early,
                         writer: post.map(|post| post.health),
                         seen: (0, 0),
                         missed: 0,
