@@ -128,6 +128,7 @@ impl Player {
         let mut misses = excerpt.misses.clone();
         let begins = bounds.0 == span.0;
         let codes = codes(plugins, &full, &plan);
+        let gates = gates(&excerpt.text)?;
         let mut changes = VecDeque::new();
         for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
             match played(change) {
@@ -136,7 +137,7 @@ impl Player {
                 {
                     reel.requests.add(time, module, lines, answer);
                 }
-                change if concerns(&change, &plan.modules, &codes) => {
+                change if concerns(&change, &plan.modules, &codes, &gates) => {
                     changes.push_back((if is_lockstep { cycle } else { time }, change));
                 }
                 _ => {}
@@ -348,6 +349,12 @@ fn codes(plugins: &[Plugin], configuration: &Configuration, plan: &Plan) -> BTre
     };
     let names = plugins.iter().filter(has).map(|plugin| plugin.name().to_owned());
     names.filter(|name| !is_given(name)).collect()
+}
+
+/// The actuators that a configuration has.
+fn gates(text: &str) -> Result<BTreeSet<String>, Report> {
+    let database = configuration("the recording", text, Vec::new())?;
+    Ok(database.current().actuators().iter().map(|gate| gate.name.value.clone()).collect())
 }
 
 /// How many reasons are told.
