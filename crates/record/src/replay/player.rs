@@ -51,6 +51,8 @@ pub struct Player {
     written: Written,
     /// Whether everything that was written is recorded and played.
     is_whole: bool,
+    /// What was done then and can't be made again, in words.
+    unrepeated: Vec<String>,
     /// By what they send messages that are not compared, and where to.
     unheard: BTreeMap<String, String>,
     /// How many cycles the recorded run had made where it begins.
@@ -129,13 +131,17 @@ impl Player {
         let begins = bounds.0 == span.0;
         let codes = codes(plugins, &full, &plan);
         let gates = gates(&excerpt.text)?;
-        let mut changes = VecDeque::new();
+        let (mut changes, mut unrepeated) = (VecDeque::new(), Vec::new());
         for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
             match played(change) {
                 Change::Asked { module, lines, answer }
                     if plan.modules.contains(&module) && time >= bounds.0 =>
                 {
                     reel.requests.add(time, module, lines, answer);
+                }
+                // Before the first cycle is said how a recording came about, such as from a playback.
+                Change::Other { what } if cycle > 0 => {
+                    unrepeated.push(format!("at {:.3} s there was {what}", time as f64 * 1e-9));
                 }
                 change if concerns(&change, &plan.modules, &codes, &gates) => {
                     changes.push_back((if is_lockstep { cycle } else { time }, change));
@@ -212,6 +218,7 @@ impl Player {
             witness,
             written,
             is_whole,
+            unrepeated,
             unheard,
             skipped,
         })
@@ -258,6 +265,7 @@ impl Player {
             }
             drop(reel);
             outcome.unheard = self.unheard.clone();
+            outcome.unrepeated = self.unrepeated.clone();
             outcome.has_threads = self.run.as_ref().is_some_and(Run::has_threads);
             outcome.note_unseen(&self.plan.modules, &self.written, self.is_whole);
             let begin = self.bounds.0 - self.span.0;
