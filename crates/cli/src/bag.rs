@@ -77,19 +77,20 @@ pub enum BagVerb {
         json: bool,
     },
     /// Writes messages as tables, a CSV file for each topic, as a log of CARMEN, or as a recording with the messages of ROS 2.
+    #[command(group = clap::ArgGroup::new("form").args(["csv", "carmen", "ros"]).required(true))]
     Export {
         /// The file.
         file: PathBuf,
         /// Topics, or patterns such as `/r2/*`; all unless given.
         topics: Vec<String>,
         /// As tables of comma-separated values.
-        #[arg(long, required_unless_present_any = ["carmen", "ros"])]
+        #[arg(long)]
         csv: bool,
         /// As a log of CARMEN: sweeps of lasers and odometry.
-        #[arg(long, conflicts_with = "csv")]
+        #[arg(long)]
         carmen: bool,
         /// As MCAP with the messages that ROS 2 has, such as `sensor_msgs/msg/LaserScan`, where it has one.
-        #[arg(long, conflicts_with_all = ["csv", "carmen"])]
+        #[arg(long)]
         ros: bool,
         /// The topic that tells where a robot is in the map, in the place of the one that the recorded configuration names.
         #[arg(long, value_name = "TOPIC", requires = "ros")]

@@ -548,10 +548,16 @@ fn what_is_wrong_names_file_place_and_mend() {
         &["no number `/r2/range/beams`", "/r2/range/beams/0"],
     );
     fails(&folder, 2, &["plot", "run.mcap", "/r2/pose/frame"], &["/r2/pose/frame", "/r2/pose/x"]);
+    fails(
+        &folder,
+        2,
+        &["plot", "run.mcap", "/r2/range/range", "--from", "1000"],
+        &["nothing of `/r2/range/range` in the time that is asked for"],
+    );
     let to = ["filter", "run.mcap", "--out", "nowhere/x.mcap"];
     fails(&folder, 2, &to, &["nowhere/x.mcap` can't be written"]);
     fails(&folder, 2, &["filter", "run.mcap", "--topics", "/r9/**", "--out", "x.mcap"], &["/r9/**"]);
-    fails(&folder, 2, &["export", "run.mcap", "--out", "x.csv"], &["--csv"]);
+    fails(&folder, 2, &["export", "run.mcap", "--out", "x.csv"], &["--csv|--carmen|--ros"]);
     fails(&folder, 2, &["merge", "run.mcap", "--out", "x.mcap"], &["<FILES>"]);
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "something is left behind");
 }

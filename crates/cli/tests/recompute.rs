@@ -42,6 +42,21 @@ fn layers(sets: &[&str]) -> Layers {
 
 /// Records so many cycles of an example.
 fn record(example: &str, name: &str, sets: &[&str], cycles: u64, changes: Changes<'_>) -> PathBuf {
+    record_with(example, name, sets, cycles, |agent, cycle| {
+        for (_, changes) in changes.iter().filter(|(after, _)| *after == cycle) {
+            agent.database().unwrap().set(changes).unwrap();
+        }
+    })
+}
+
+/// The same; `between` is called before each cycle.
+fn record_with(
+    example: &str,
+    name: &str,
+    sets: &[&str],
+    cycles: u64,
+    between: impl Fn(&Agent, u64),
+) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("recompute");
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join(name).with_extension("mcap");
@@ -54,9 +69,7 @@ fn record(example: &str, name: &str, sets: &[&str], cycles: u64, changes: Change
     let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
     recorder.begin(&agent, &path);
     for cycle in 0..cycles {
-        for (_, changes) in changes.iter().filter(|(after, _)| *after == cycle) {
-            agent.database().unwrap().set(changes).unwrap();
-        }
+        between(&agent, cycle);
         assert!(agent.step());
     }
     assert_eq!(recorder.end(&mut agent).unwrap().dropped, 0);
@@ -146,4 +159,21 @@ fn every_module_is_the_same_after_other_links_switches_and_parameters() {
         (85, &[("links.\"r2/planner/situation\"", "\"r2/execute/status\"")]),
     ];
     check(&record("adaptation", "changes", &[], 110, changes));
+}
+
+/// Whoever commands a gate that was stopped has it stopped again, and let go on again.
+#[test]
+fn every_module_is_the_same_after_stops_of_the_actuators() {
+    let path = record_with("exp1", "stops", &[], 100, |agent, cycle| match cycle {
+        20 | 70 => agent.stop_actuators("a person"),
+        30 | 80 => agent.reset(),
+        40 => assert!(agent.arm()),
+        90 => assert_eq!(agent.composer().arm_one("r2/wheels"), Some(true)),
+        _ => {}
+    });
+    check(&path);
+    let outcome = recompute(&path, &["r2/planner", "r2/execute"]);
+    assert_eq!(outcome.first, None);
+    let gate = outcome.properties.iter().find(|own| own.url == "/r2/wheels/gate").unwrap();
+    assert!(gate.same > 100, "each cycle, and each stop: {gate:?}");
 }

@@ -420,6 +420,11 @@ fn what_can_not_be_made_again_is_not_covered() {
     let (said, code) = verify(running.folder(), "here/run.mcap");
     assert!(said.contains("not covered: after cycle") && said.contains("going on from a snapshot"), "{said}");
     assert_eq!(code, Some(2));
+    // Nor is it said of a module that it writes something else.
+    let tried = slate(running.folder(), &["try", "r2/execute", "--bag", "here/run.mcap"]);
+    let said = text(&tried.stdout);
+    assert!(said.contains("going on from a snapshot, which can't be made again, and may be all"), "{said}");
+    assert_eq!(tried.status.code(), Some(2));
 }
 
 /// The messages that can be read of a file that may end anywhere, and whether it is at its end.

@@ -3,6 +3,7 @@
 mod common;
 
 use common::{complaint, lockstep, number};
+use slate_runtime::Agent;
 
 const CHAIN: &str = r#"
 [modules.counter]
@@ -129,6 +130,24 @@ fn enabled_is_enforced() {
         -1.0,
         "a module that is switched off leaves safe values"
     );
+}
+
+/// It may have ticked long before, or never.
+#[test]
+fn what_a_switch_does_has_the_time_of_the_switch() {
+    let mut agent = lockstep("[modules.counter]\nevery = \"1s\"\nenabled = false\n");
+    let time = |agent: &Agent, path: &str| agent.board().read(path).unwrap().unwrap().1.time;
+    for on in [true, false] {
+        for _ in 0..10 {
+            agent.step();
+        }
+        agent.composer().enable("counter", on).unwrap();
+        agent.step();
+        let now = agent.now();
+        assert!(now > 0);
+        assert_eq!(time(&agent, "counter/state"), now, "{on}");
+        assert_eq!(time(&agent, "counter/number"), now, "a number, or the safe one");
+    }
 }
 
 #[test]

@@ -93,6 +93,7 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
             "silent": outcome.as_ref().map(|outcome| &outcome.silent),
             "unheard": outcome.as_ref().map(|outcome| &outcome.unheard),
             "has_threads": outcome.as_ref().map(|outcome| outcome.has_threads),
+            "unrepeated": outcome.as_ref().map(|outcome| &outcome.unrepeated),
             "fresh_from": outcome.as_ref().and_then(|outcome| outcome.fresh_from),
             "first": outcome.as_ref().and_then(|outcome| outcome.first.as_ref()).map(|own| first(own, "recomputed")),
         })),
@@ -114,12 +115,16 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
 }
 
 /// 0 when what was recomputed is what is recorded, 1 when it is not, and 2 when that says nothing, as the modules had not all
-/// that they had then, ran on threads, or nothing of them is recorded.
+/// that they had then, ran on threads, something was done that can't be made again, or nothing of them is recorded.
 pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
+    let is_all_as_then = misses.is_empty()
+        && outcome.unrepeated.is_empty()
+        && outcome.fresh_from.is_none()
+        && !outcome.has_threads;
     match outcome.first {
         None if outcome.has_compared() => 0,
         None => 2,
-        Some(_) if misses.is_empty() && outcome.fresh_from.is_none() && !outcome.has_threads => 1,
+        Some(_) if is_all_as_then => 1,
         Some(_) => 2,
     }
 }
@@ -147,6 +152,9 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
                     "modules of this run had threads of their own: which values a tick saw is not recorded, and may be all that \
                      differs",
                 );
+            }
+            for what in &outcome.unrepeated {
+                output::line(format_args!("{what}, which can't be made again, and may be all that differs"));
             }
             if let Some(fresh) = &fresh {
                 output::line(format_args!(

@@ -150,6 +150,7 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             "silent": if *is_recorded { &outcome.silent[..] } else { &[] },
             "unheard": outcome.unheard,
             "has_threads": outcome.has_threads,
+            "unrepeated": outcome.unrepeated,
             "fresh_from": outcome.fresh_from,
             "first": outcome.first.as_ref().filter(|_| *is_recorded).map(|own| play::first(own, "recomputed")),
         }));

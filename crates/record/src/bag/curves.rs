@@ -43,10 +43,22 @@ pub fn plot(
         Ok(true)
     })?;
     if let Some((curve, others)) = drawn.iter().zip(&others).find(|(curve, _)| curve.points.is_empty()) {
-        let mend = others
-            .clone()
-            .unwrap_or_else(|| "name a topic, as `slate bag info` lists them, and then a field".into());
-        let what = format!("it has no number `{}`; {mend}", curve.name);
+        let is_of = |topic: &str| {
+            curve.name.strip_prefix(topic).is_some_and(|way| way.starts_with('/') && way.len() > 1)
+        };
+        let what = match others {
+            None if selection.is_span() && reader.channels().any(|channel| is_of(&channel.topic)) => {
+                format!(
+                    "it has nothing of `{}` in the time that is asked for; `slate bag info` says how long it is",
+                    curve.name
+                )
+            }
+            None => format!(
+                "it has no number `{}`; name a topic, as `slate bag info` lists them, and then a field",
+                curve.name
+            ),
+            Some(others) => format!("it has no number `{}`; {others}", curve.name),
+        };
         return Err(Error::Unfit { path: path.into(), what });
     }
     let title = path.file_name().unwrap_or_default().to_string_lossy();

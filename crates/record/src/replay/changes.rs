@@ -121,14 +121,22 @@ pub(super) fn played(change: Change) -> Change {
     }
 }
 
-/// Whether a change was one of these modules, or of the code of one of these plugins.
-pub(super) fn concerns(change: &Change, modules: &BTreeSet<String>, plugins: &BTreeSet<String>) -> bool {
+/// Whether a change was one of these modules, of the code of one of these plugins, or of one of these gates.
+pub(super) fn concerns(
+    change: &Change,
+    modules: &BTreeSet<String>,
+    plugins: &BTreeSet<String>,
+    gates: &BTreeSet<String>,
+) -> bool {
     let path = match change {
         Change::Setting { path, .. } => path,
         Change::Order { .. } => return true,
         Change::Reload { plugin: name, .. } | Change::Load { name, .. } | Change::Unload { name } => {
             return plugins.contains(name);
         }
+        // What was sent to a gate and what came of it are compared, so it is stopped when it was.
+        Change::Stop { .. } | Change::Reset | Change::Arm { actuator: None } => return !gates.is_empty(),
+        Change::Arm { actuator: Some(name) } => return gates.contains(name),
         _ => return false,
     };
     let names = |module: &String| {

@@ -51,6 +51,8 @@ pub struct Player {
     written: Written,
     /// Whether everything that was written is recorded and played.
     is_whole: bool,
+    /// What was done then and can't be made again, in words.
+    unrepeated: Vec<String>,
     /// By what they send messages that are not compared, and where to.
     unheard: BTreeMap<String, String>,
     /// How many cycles the recorded run had made where it begins.
@@ -128,7 +130,8 @@ impl Player {
         let mut misses = excerpt.misses.clone();
         let begins = bounds.0 == span.0;
         let codes = codes(plugins, &full, &plan);
-        let mut changes = VecDeque::new();
+        let gates = gates(&excerpt.text)?;
+        let (mut changes, mut unrepeated) = (VecDeque::new(), Vec::new());
         for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
             match played(change) {
                 Change::Asked { module, lines, answer }
@@ -136,7 +139,11 @@ impl Player {
                 {
                     reel.requests.add(time, module, lines, answer);
                 }
-                change if concerns(&change, &plan.modules, &codes) => {
+                // Before the first cycle is said how a recording came about, such as from a playback.
+                Change::Other { what } if cycle > 0 => {
+                    unrepeated.push(format!("at {:.3} s there was {what}", time as f64 * 1e-9));
+                }
+                change if concerns(&change, &plan.modules, &codes, &gates) => {
                     changes.push_back((if is_lockstep { cycle } else { time }, change));
                 }
                 _ => {}
@@ -211,6 +218,7 @@ impl Player {
             witness,
             written,
             is_whole,
+            unrepeated,
             unheard,
             skipped,
         })
@@ -257,6 +265,7 @@ impl Player {
             }
             drop(reel);
             outcome.unheard = self.unheard.clone();
+            outcome.unrepeated = self.unrepeated.clone();
             outcome.has_threads = self.run.as_ref().is_some_and(Run::has_threads);
             outcome.note_unseen(&self.plan.modules, &self.written, self.is_whole);
             let begin = self.bounds.0 - self.span.0;
@@ -348,6 +357,12 @@ fn codes(plugins: &[Plugin], configuration: &Configuration, plan: &Plan) -> BTre
     };
     let names = plugins.iter().filter(has).map(|plugin| plugin.name().to_owned());
     names.filter(|name| !is_given(name)).collect()
+}
+
+/// The actuators that a configuration has.
+fn gates(text: &str) -> Result<BTreeSet<String>, Report> {
+    let database = configuration("the recording", text, Vec::new())?;
+    Ok(database.current().actuators().iter().map(|gate| gate.name.value.clone()).collect())
 }
 
 /// How many reasons are told.

@@ -66,6 +66,9 @@ pub struct Recomputation {
     /// Whether modules of the recorded run had threads of their own: nothing says which values their ticks saw, nor how many there
     /// were in what is one cycle here, so that what differs may be only that.
     pub has_threads: bool,
+    /// What was done while it was recorded and can't be made again, such as going on from a snapshot, in words: what differs may
+    /// be only that.
+    pub unrepeated: Vec<String>,
     /// Where the modules began with fresh state, whatever they remembered then: nanoseconds after the first value. Nothing when that
     /// was the beginning.
     pub fresh_from: Option<u64>,

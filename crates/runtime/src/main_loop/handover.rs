@@ -48,7 +48,7 @@ impl Shared {
             {
                 // Its policy may give it no turn, in which it would see that it was switched off.
                 // SAFETY: the seat is idle, and belongs to who has the token.
-                unsafe { seat.runner() }.is_enabled();
+                unsafe { seat.runner() }.is_enabled(self.clock.now());
             }
             guest.code.settle(course.planned)
         });

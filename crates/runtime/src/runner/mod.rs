@@ -201,7 +201,7 @@ impl Runner {
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
     #[inline]
     pub fn is_due(&mut self, now: u64) -> bool {
-        let is_up = self.is_as_before() || self.look_whether_enabled() && self.is_up(now);
+        let is_up = self.is_as_before() || self.look_whether_enabled(now) && self.is_up(now);
         if !is_up {
             return false;
         }
@@ -237,10 +237,10 @@ impl Runner {
             || self.has_conversions && (self.has_converted_news() || self.has_early_news())
     }
 
-    /// Whether the module may run: `enabled` is enforced here.
+    /// Whether the module may run at `now`: `enabled` is enforced here.
     #[inline]
-    pub fn is_enabled(&mut self) -> bool {
-        self.is_as_before() || self.look_whether_enabled()
+    pub fn is_enabled(&mut self, now: u64) -> bool {
+        self.is_as_before() || self.look_whether_enabled(now)
     }
 
     #[inline]
@@ -248,7 +248,7 @@ impl Runner {
         self.is_steady && self.settings_seen == Some(self.settings.count())
     }
 
-    fn look_whether_enabled(&mut self) -> bool {
+    fn look_whether_enabled(&mut self, now: u64) -> bool {
         // Two properties less to look at, which nearly never change.
         let settings = Some(self.settings.count());
         let changed = settings != self.settings_seen;
@@ -268,18 +268,18 @@ impl Runner {
         if !self.on || !served {
             let rest = if self.on { Condition::Waiting } else { Condition::Inactive };
             if condition.is_working() || condition == Condition::Failed {
-                self.set_condition(rest, self.last_tick);
-                self.publish_safe(self.last_tick);
+                self.set_condition(rest, now);
+                self.publish_safe(now);
                 // What others use of it may use what it misses now.
                 self.withdraw();
                 self.services.iter_mut().for_each(|service| service.abandon());
             } else if matches!(condition, Condition::Inactive | Condition::Waiting) {
-                self.set_condition(rest, self.last_tick);
+                self.set_condition(rest, now);
             }
             return false;
         }
         if matches!(condition, Condition::Inactive | Condition::Waiting) {
-            self.set_condition(Condition::Working, self.last_tick);
+            self.set_condition(Condition::Working, now);
         }
         let is_enabled = condition != Condition::Faulted && condition != Condition::Late;
         self.is_steady =

@@ -119,7 +119,8 @@ impl Request {
                 message.ok_or_else(|| "a message has no channel".into())
             }
             Some(2) => reader.call().map(Self::Call).ok_or_else(|| "a call of a service is cut off".into()),
-            kind => Err(format!("this can't be understood: bytes that begin with {kind:?}")),
+            Some(kind) => Err(format!("this can't be understood: bytes that begin with {kind}")),
+            None => Err("this can't be understood: a message without a byte".into()),
         }
     }
 }
