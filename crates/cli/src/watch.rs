@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::{Value, json};
+use slate::record::bag::seconds;
 use slate::runtime::remote::{Client, ClientError, Reading, Watched};
 
 use crate::condition::Condition;
@@ -210,16 +211,15 @@ fn show(options: &WatchOptions, line: &Line, reading: &Reading, missed: u64, wid
         columns(String::new(), value, &mut rows);
         let cells = rows.iter().map(|[_, cell]| cell.as_str());
         let cells = cells.map(quoted).collect::<Vec<_>>().join(",");
-        let (seconds, rest) = (time / 1_000_000_000, time % 1_000_000_000);
-        return output::line(format_args!("{seconds}.{rest:09},{sequence},{cells}"));
+        return output::line(format_args!("{},{sequence},{cells}", seconds(*time)));
     }
-    let seconds = *time as f64 * 1e-9;
+    let time = *time as f64 * 1e-9;
     match width {
         Some(width) => {
             let url = &line.url;
-            output::line(format_args!("{seconds:12.3}  {url:width$}  {}", in_a_line(value)));
+            output::line(format_args!("{time:12.3}  {url:width$}  {}", in_a_line(value)));
         }
-        None => output::line(format_args!("{seconds:12.3}  {}", in_a_line(value))),
+        None => output::line(format_args!("{time:12.3}  {}", in_a_line(value))),
     }
 }
 
