@@ -1,4 +1,4 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use slate::blackboard::nearest_names;
@@ -113,6 +113,12 @@ pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, Failure> {
     Ok(Configuration::agents(path, &Options { host: host.map(Into::into), ..Options::default() })?)
 }
 
+/// The first file in a folder that may be a configuration.
+fn first_toml(folder: &Path) -> Option<PathBuf> {
+    let files = std::fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    files.filter(|path| path.extension().is_some_and(|end| end == "toml") && path.is_file()).min()
+}
+
 /// Finds an example by name, from any directory, or reads a configuration file, of whose agents `agent` is meant;
 /// `defaults` hold where nothing says otherwise.
 pub fn find(
@@ -136,6 +142,12 @@ pub fn find(
         return Ok(Application::new(name, example.read(options(sets))?));
     }
     let path = Path::new(name);
+    if path.is_dir() {
+        return Err(Failure::Folder { path: path.into(), inside: first_toml(path) });
+    }
+    if path.exists() && !path.is_file() {
+        return Err(Failure::Unseekable { path: path.into() });
+    }
     if !path.is_file() {
         let near = nearest_names(name, EXAMPLES.iter().map(|example| example.name));
         let all = EXAMPLES.map(|example| example.name).join(", ");

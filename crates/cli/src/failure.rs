@@ -45,6 +45,10 @@ pub enum Failure {
     Leading { option: String, near: Option<String>, verb: Option<String> },
     #[error("no example and no file is called `{name}`")]
     Unknown { name: String, help: String },
+    #[error("`{}` is a folder, and no configuration", .path.display())]
+    Folder { path: PathBuf, inside: Option<PathBuf> },
+    #[error("`{}` is a pipe or a device, and a configuration is read more than once", .path.display())]
+    Unseekable { path: PathBuf },
     #[error("the last seed of the batch is greater than {MAXIMUM_SEED}")]
     Seeds,
     #[error("{0}")]
@@ -336,6 +340,9 @@ impl Failure {
             }
             Self::NotStopped { .. } => "stop the robot by its own switch".into(),
             Self::Unknown { help, .. } => help.clone(),
+            Self::Folder { inside: Some(file), .. } => format!("name a file in it, such as `{}`", file.display()),
+            Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
+            Self::Unseekable { .. } => "write it into a file".into(),
             Self::Start(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Bag(slate::record::bag::Error::NoBag { .. }) => {
                 let names: Vec<_> =

@@ -95,7 +95,7 @@ fn parsed() -> Result<Arguments, Failure> {
     let words = words::with_agent_behind(words::of_stop(std::env::args_os().collect()));
     let is_said = |wanted: &str| words.iter().take_while(|word| *word != "--").any(|word| word == wanted);
     output::set_json(is_said("--json"));
-    let mut command = Arguments::command();
+    let mut command = words::with_negative_values(Arguments::command());
     let said = words.iter().zip(words.iter().skip(1).map(Some).chain([None])).find_map(|(word, next)| {
         match word.to_str()?.split_once('=') {
             Some(("--color", when)) => Some(when.to_owned()),

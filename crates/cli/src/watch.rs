@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use serde_json::json;
+use serde_json::{Value, json};
+use slate::record::bag::seconds;
 use slate::runtime::remote::{Client, ClientError, Reading, Watched};
 
 use crate::condition::Condition;
@@ -205,29 +206,42 @@ fn show(options: &WatchOptions, line: &Line, reading: &Reading, missed: u64, wid
         let text = json!({"schema": schema, "url": url, "sequence": sequence, "time": time, "missed": missed, "value": value});
         return output::json(&text);
     }
-    let seconds = *time as f64 * 1e-9;
     if options.csv {
         let mut rows = Vec::new();
-        flatten(String::new(), value, &mut rows);
+        columns(String::new(), value, &mut rows);
         let cells = rows.iter().map(|[_, cell]| cell.as_str());
         let cells = cells.map(quoted).collect::<Vec<_>>().join(",");
-        return output::line(format_args!("{seconds},{sequence},{cells}"));
+        return output::line(format_args!("{},{sequence},{cells}", seconds(*time)));
     }
+    let time = *time as f64 * 1e-9;
     match width {
         Some(width) => {
             let url = &line.url;
-            output::line(format_args!("{seconds:12.3}  {url:width$}  {}", in_a_line(value)));
+            output::line(format_args!("{time:12.3}  {url:width$}  {}", in_a_line(value)));
         }
-        None => output::line(format_args!("{seconds:12.3}  {}", in_a_line(value))),
+        None => output::line(format_args!("{time:12.3}  {}", in_a_line(value))),
     }
 }
 
 fn head(reading: &Reading) {
     let mut rows = Vec::new();
-    flatten(String::new(), &reading.value, &mut rows);
+    columns(String::new(), &reading.value, &mut rows);
     let names = rows.iter().map(|[name, _]| if name.is_empty() { "value" } else { name.as_str() });
     let names = names.map(quoted).collect::<Vec<_>>().join(",");
     output::line(format_args!("time,sequence,{names}"));
+}
+
+/// The cells of a value with the names of their columns. A list is one cell, as JSON: it is longer in one row than in the
+/// next, and all rows have the columns of the head.
+fn columns(path: String, value: &Value, rows: &mut Vec<[String; 2]>) {
+    match value {
+        Value::Object(fields) if !fields.is_empty() => {
+            let below = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}/{name}") };
+            fields.iter().for_each(|(name, value)| columns(below(name), value, rows));
+        }
+        Value::Array(_) => rows.push([path, value.to_string()]),
+        other => flatten(path, other, rows),
+    }
 }
 
 /// A cell, in quotes when it has what parts cells.

@@ -2,11 +2,22 @@
 
 use std::ffi::OsString;
 
-use clap::{Command, ValueEnum};
+use clap::{Arg, Command, ValueEnum};
 use slate::blackboard::nearest_names;
 
 use crate::failure::Failure;
 use crate::output::Colour;
+
+/// What stands behind an option is its value, also `-1`: the option says then what it expects, where `-1` was said to be
+/// an option that there is not.
+pub fn with_negative_values(command: Command) -> Command {
+    let is_for_a_value = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
+    let command = command.mut_args(|arg| match is_for_a_value(&arg) {
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    });
+    command.mut_subcommands(with_negative_values)
+}
 
 /// The options that may stand before a verb.
 const LEADING: [&str; 6] = ["--agent", "--color", "--help", "-h", "--version", "-V"];

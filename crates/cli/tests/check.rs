@@ -173,6 +173,18 @@ fn what_is_to_be_recorded_and_is_nowhere_is_a_warning() {
 }
 
 #[test]
+fn what_is_there_and_no_file_is_not_said_to_be_missing() {
+    let running = Running::new("check-folder");
+    let folder = running.folder().join("robot");
+    std::fs::create_dir(&folder).unwrap();
+    running.fails(2, &["check", "robot"], &["`robot` is a folder"]);
+    std::fs::write(folder.join("robot.toml"), "").unwrap();
+    running.fails(2, &["check", "robot"], &["`robot` is a folder", "robot/robot.toml"]);
+    running.fails(2, &["run", "/dev/null", "--headless"], &["`/dev/null` is a pipe or a device"]);
+    running.fails(2, &["check", "nothing.toml"], &["no file is called `nothing.toml`"]);
+}
+
+#[test]
 fn a_drawing_has_all_modules_and_links() {
     let mut running = Running::new("graph");
     let svg = running.done(&["graph", "exp3"]);
@@ -187,6 +199,12 @@ fn a_drawing_has_all_modules_and_links() {
     assert_eq!((edges, graph["edges"].as_array().unwrap().len()), (64, 64));
     let reflex = graph["edges"].as_array().unwrap().iter().find(|edge| edge["output"] == "reflex").unwrap();
     assert_eq!((&reflex["flow"], &reflex["input"]), (&"messages".into(), &"reflexes".into()), "{reflex}");
+
+    // A drawing of nothing is one, too.
+    let nothing = running.done(&["graph", "exp1", "--hide", "**"]);
+    let drawing = roxmltree::Document::parse(&nothing).unwrap();
+    let size = |side| drawing.root_element().attribute(side).and_then(|size| size.parse::<u32>().ok());
+    assert!(size("width") > Some(0) && size("height") > Some(0), "{nothing}");
 
     assert!(running.done(&["graph", "exp1", "--format", "mermaid"]).starts_with("flowchart LR"));
     assert!(running.done(&["graph", "exp1", "--format", "dot"]).starts_with("digraph"));

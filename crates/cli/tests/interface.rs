@@ -63,6 +63,27 @@ fn a_new_interface_has_no_gaps_and_a_later_version_is_compared_with_it() {
 }
 
 #[test]
+fn what_something_is_for_may_have_several_lines() {
+    let running = Running::new("interface-lines");
+    let said = running.done(&[
+        "interface",
+        "new",
+        "Battery",
+        "--doc",
+        "How full it is.\n\npub what: u8, // is no code",
+        "--field",
+        "charge:f64::From 0\nto 1.",
+    ]);
+    for line in
+        ["/// How full it is.", "///", "/// pub what: u8, // is no code", "    /// From 0", "    /// to 1."]
+    {
+        assert!(said.lines().any(|other| other == line), "{line}: {said}");
+    }
+    std::fs::write(running.folder().join("battery.rs"), &said).unwrap();
+    assert!(running.done(&["interface", "check", "battery.rs"]).starts_with("Battery: 8 bytes"));
+}
+
+#[test]
 fn what_is_no_field_or_type_is_refused() {
     let running = Running::new("interface-wrong");
     running.fails(2, &["interface", "new", "battery", "--field", "x:f64"], &["called as types are"]);
@@ -76,6 +97,13 @@ fn what_is_no_field_or_type_is_refused() {
         &["interface", "new", "Battery", "--field", "x:f64", "--field", "x:f64"],
         &["there are two fields `x`"],
     );
+    for unit in ["m\n", "m\"", "m\\"] {
+        running.fails(
+            2,
+            &["interface", "new", "Battery", "--field", &format!("x:f64:{unit}s")],
+            &["is no unit", "m/s"],
+        );
+    }
     running.fails(2, &["interface", "new", "Self", "--field", "x:f64"], &["`Self` is a word of Rust"]);
     running.fails(2, &["interface", "check", "nothing.rs"], &["nothing.rs"]);
     let write = |name: &str, text: &str| std::fs::write(running.folder().join(name), text).unwrap();

@@ -52,6 +52,15 @@ fn arguments_that_are_wrong_are_named() {
     refused("no_runs", &["batch", "exp1", "--runs", "0"], &["--runs", "0"]);
     refused("batch_example", &["batch", "exp9"], &["exp9", "exp1"]);
     refused("batch_seed", &["batch", "exp1", "--seed", "one"], &["one", "--seed"]);
+    // A negative number behind an option is its value, and no option.
+    refused("negative_seed", &["run", "exp1", "--seed", "-1"], &["'-1' for '--seed"]);
+    refused(
+        "negative_rate",
+        &["watch", "/x", "--max-hz", "-1"],
+        &["'-1' for '--max-hz", "a positive number"],
+    );
+    refused("negative_speed", &["teleop", "--speed", "-0.5"], &["'-0.5' for '--speed", "a positive number"]);
+    refused("negative_runs", &["batch", "exp1", "--runs", "-3"], &["'-3' for '--runs"]);
 }
 
 #[test]

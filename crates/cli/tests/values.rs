@@ -17,6 +17,21 @@ fn lines(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
+/// The cells of a row of a table.
+fn cells(row: &str) -> Vec<String> {
+    let (mut cells, mut is_quoted) = (vec![String::new()], false);
+    let mut letters = row.chars().peekable();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => cells.last_mut().unwrap().push('"'),
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => cells.push(String::new()),
+            letter => cells.last_mut().unwrap().push(letter),
+        }
+    }
+    cells
+}
+
 #[test]
 fn values_are_watched_as_they_come_and_only_those_that_are_meant() {
     let mut running = Running::new("watch");
@@ -39,6 +54,14 @@ fn values_are_watched_as_they_come_and_only_those_that_are_meant() {
         (Some("time,sequence,theta,x,y"), 3),
         "{table}"
     );
+
+    // All rows of a table have the columns of its head, however long the lists are; times are exact.
+    let table = running.done(&["watch", "/r2/execute/status", "-n", "15", "--csv"]);
+    let rows: Vec<_> = table.lines().map(cells).collect();
+    assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{table}");
+    let ended = rows[0].iter().position(|name| name == "ended").unwrap();
+    assert!(rows[1..].iter().all(|row| serde_json::from_str::<Vec<Value>>(&row[ended]).is_ok()), "{table}");
+    assert!(rows[1..].iter().all(|row| row[0].ends_with("0000000") && row[0].contains('.')), "{table}");
 
     // Once of each that a pattern is of.
     let states = lines(&running.done(&["watch", "/r2/*/timing", "--once", "--json"]));

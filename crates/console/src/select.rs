@@ -177,6 +177,14 @@ impl Reader<'_> {
         rest.is_some()
     }
 
+    /// Says what stands at this place in no path.
+    fn expected(&self, what: &str) -> String {
+        match self.rest {
+            "" => format!("{what} is expected at its end"),
+            rest => format!("{what} is expected at `{rest}`"),
+        }
+    }
+
     fn blanks(&mut self) {
         self.rest = self.rest.trim_start_matches([' ', '\t', '\n', '\r']);
     }
@@ -186,7 +194,7 @@ impl Reader<'_> {
         if !deep && !self.takes(".") {
             return match self.takes("[") {
                 true => Ok(Segment { deep: false, selectors: self.selectors()? }),
-                false => Err(format!("`.` or `[` is expected at `{}`", self.rest)),
+                false => Err(self.expected("`.` or `[`")),
             };
         }
         if deep && self.takes("[") {
@@ -201,7 +209,7 @@ impl Reader<'_> {
         let end = self.rest.find(|c| !is_name(c)).unwrap_or(self.rest.len());
         let (name, rest) = self.rest.split_at(end);
         if name.is_empty() || name.starts_with(|c: char| c.is_ascii_digit()) {
-            return Err(format!("a name is expected at `{}`", self.rest));
+            return Err(self.expected("a name"));
         }
         self.rest = rest;
         Ok(name.into())
@@ -217,7 +225,7 @@ impl Reader<'_> {
                 return Ok(selectors);
             }
             if !self.takes(",") {
-                return Err(format!("`]` or `,` is expected at `{}`", self.rest));
+                return Err(self.expected("`]` or `,`"));
             }
         }
     }
@@ -234,9 +242,7 @@ impl Reader<'_> {
         let start = self.number()?;
         self.blanks();
         if !self.takes(":") {
-            return start
-                .map(Selector::Index)
-                .ok_or(format!("a name or an index is expected at `{}`", self.rest));
+            return start.map(Selector::Index).ok_or_else(|| self.expected("a name or an index"));
         }
         self.blanks();
         let end = self.number()?;

@@ -4,8 +4,8 @@ import { clock, isPast, useReading } from "/live.js";
 import { time, word } from "/format.js";
 import { usePlayback, useProperties } from "/store.js";
 import { toggleTheme } from "/theme.js";
-import { copy, write } from "/layouts.js";
-import { Problem, put } from "/api.js";
+import { copy, nameOf, write } from "/layouts.js";
+import { Problem, get, put } from "/api.js";
 import { Dialog } from "/dialog.js";
 
 // The digits change often; nothing else of the head does.
@@ -49,9 +49,9 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
     const title = new FormData(event.target).get("title").trim();
     setAsked(null);
     if (!title) return;
-    const name = title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "") || "layout";
     const own = { ...copy(layout), title };
     try {
+      const name = nameOf(title, { ...built, ...(await get("/layouts")) });
       await put(`/layouts/${name}`, own);
       saved(name, own);
       tell(`console/layouts/${name}.json is written`);

@@ -35,6 +35,17 @@ export function withPanel(layout, panel, options) {
   return map((own, place) => (place === columns.length - 1 ? { ...own, tiles: [...own.tiles, fresh] } : own));
 }
 
+/** The name under which a layout of a title is kept, beside those that there are: one with another title is never written over. */
+export function nameOf(title, known) {
+  const plain = title.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase();
+  const stem = plain.replace(/[^a-z0-9]+/g, "-").slice(0, 56).replace(/^-|-$/g, "") || "layout";
+  const isFree = (name) => !Object.hasOwn(known, name) || String(known[name]?.title).toLowerCase() === title.toLowerCase();
+  for (let number = 1; ; number += 1) {
+    const name = number === 1 ? stem : `${stem}-${number}`;
+    if (isFree(name)) return name;
+  }
+}
+
 /** As text that fits behind the # of a link. */
 export const write = (layout) => btoa(unescape(encodeURIComponent(JSON.stringify(layout)))).replaceAll("+", "-").replaceAll("/", "_");
 

@@ -255,7 +255,9 @@ fn finish(
     }
     let widths: Vec<f64> =
         lefts.iter().zip(lefts.iter().skip(1).chain([&x])).map(|(a, b)| b - a - COLUMN).collect();
-    let mut layout = Layout { width: x - COLUMN, back, ..Layout::default() };
+    // Where there is no node there is no column, and no gap behind one.
+    let width = if rows.is_empty() { 0.0 } else { x - COLUMN };
+    let mut layout = Layout { width, back, ..Layout::default() };
     // The nodes come before what passes.
     for Slot { column, y, .. } in slots.iter().take(graph.nodes.len()) {
         let (column, y) = (*column, *y);

@@ -84,7 +84,11 @@ fn new(options: &NewInterface) -> Result<u8, Failure> {
                 "`{text}` is no field: expected NAME:TYPE, such as `x:f64:m:to the front`"
             )));
         };
-        fields.push((name, kind, parts.next().unwrap_or_default(), parts.next().unwrap_or_default()));
+        let (unit, doc) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+        if unit.contains(|c: char| c.is_control() || c == '"' || c == '\\') {
+            return Err(refuse(format!("{unit:?} is no unit: expected one such as `m/s`")));
+        }
+        fields.push((name, kind, unit, doc));
     }
     // Where the compiler would leave a gap there is a reserved field: it is found out one gap after the other.
     let mut reserved: Vec<(usize, usize)> = Vec::new();
@@ -133,7 +137,12 @@ fn source(
     let doc =
         if options.doc.is_empty() { format!("What it is: {}.", options.name) } else { options.doc.clone() };
     let mut text = "use slate_plugin::prelude::*;\n".to_owned();
-    let _ = write!(text, "\n/// {doc}\n#[interface]\n#[derive(PartialEq)]\npub struct {} {{\n", options.name);
+    let _ = write!(
+        text,
+        "\n{}#[interface]\n#[derive(PartialEq)]\npub struct {} {{\n",
+        comment("", &doc),
+        options.name
+    );
     let gap = |text: &mut String, place: usize| {
         if let Some(index) = reserved.iter().position(|(known, _)| *known == place) {
             let number = if index == 0 { String::new() } else { format!("_{}", index + 1) };
@@ -144,7 +153,7 @@ fn source(
     for (place, (name, kind, unit, doc)) in fields.iter().enumerate() {
         gap(&mut text, place);
         let doc = if doc.is_empty() { format!("The {}.", name.replace('_', " ")) } else { (*doc).to_owned() };
-        let _ = writeln!(text, "    /// {doc}");
+        text.push_str(&comment("    ", &doc));
         if !unit.is_empty() {
             let _ = writeln!(text, "    #[unit(\"{unit}\")]");
         }
@@ -153,6 +162,11 @@ fn source(
     gap(&mut text, fields.len());
     text.push_str("}\n");
     text
+}
+
+/// What something is for, as a comment: a text of several lines is one in each of them.
+fn comment(indent: &str, text: &str) -> String {
+    text.lines().map(|line| format!("{indent}{}\n", format!("/// {line}").trim_end())).collect()
 }
 
 /// The interfaces of a file, and how many enums there are beside them.

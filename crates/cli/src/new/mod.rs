@@ -214,17 +214,24 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
         _ => failed(folder)(source),
     })?;
     let slate_path = format!("{:?}", slate.join("crates/plugin"));
-    let mut written = Vec::new();
-    for (file, text) in template.files() {
-        let path = folder.join(file.replace("NAME", name));
-        let text = text.replace("PROJECT_NAME", name).replace("MODULE_KIND", &kind);
-        let text = text.replace("\"SLATE_FOLDER\"", &slate_path);
-        if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).map_err(failed(parent))?;
+    let fill = || -> Result<Vec<PathBuf>, Failure> {
+        let mut written = Vec::new();
+        for (file, text) in template.files() {
+            let path = folder.join(file.replace("NAME", name));
+            let text = text.replace("PROJECT_NAME", name).replace("MODULE_KIND", &kind);
+            let text = text.replace("\"SLATE_FOLDER\"", &slate_path);
+            if let Some(parent) = path.parent() {
+                std::fs::create_dir_all(parent).map_err(failed(parent))?;
+            }
+            std::fs::write(&path, text).map_err(failed(&path))?;
+            written.push(path);
         }
-        std::fs::write(&path, text).map_err(failed(&path))?;
-        written.push(path);
-    }
+        Ok(written)
+    };
+    let written = fill().inspect_err(|_| {
+        // Half a project builds nothing, and the next try would be refused because of it.
+        let _ = std::fs::remove_dir_all(folder);
+    })?;
     // The versions that Slate is tested with; without them, cargo takes the newest.
     let _ = std::fs::copy(slate.join("Cargo.lock"), folder.join("Cargo.lock"));
     Ok(written)

@@ -421,6 +421,20 @@ visit(async () => {
   await page.click("[role=dialog] button.primary");
   await page.waitForSelector("nav a:has-text('Times and clearance')");
   await until("the layout is in the project", async () => (await api("GET", "/layouts"))["times-and-clearance"].columns.length === 2);
+  // One is never written over another, whatever letters their titles have; the same title is the same layout.
+  const long = "A layout with a title that is longer than the name of any file may be here";
+  for (const title of ["地図", "Ωmega", "地図", "Ärger", "Ωδός", long]) {
+    await page.click(".layouts button:has-text('Save')");
+    await page.fill("[role=dialog] input", title);
+    await page.click("[role=dialog] button.primary");
+    await page.waitForSelector(`nav a:has-text('${title}')`);
+  }
+  const kept = Object.entries(await api("GET", "/layouts")).map(([name, { title }]) => `${name}: ${title}`);
+  for (const one of ["layout: 地図", "mega: Ωmega", "arger: Ärger", "layout-2: Ωδός", `a-layout-with-a-title-that-is-longer-than-the-name-of-an: ${long}`])
+    assert(kept.includes(one), `${one}: ${kept.join("; ")}`);
+  for (const line of kept.filter((line) => !line.startsWith("times-"))) await api("DELETE", `/layouts/${line.split(":")[0]}`);
+  await until("they are gone", async () => Object.keys(await api("GET", "/layouts")).length === 1);
+  await page.goto(`${origin}/#view=times-and-clearance`);
 
   // A tablet, in the light, with the layout of the link.
   const tablet = await browser.tab({ viewport: { width: 820, height: 1180 }, colorScheme: "light", hasTouch: true });

@@ -76,13 +76,15 @@ fn take(
         *controls = None;
         let taken = context.desk.composer().take_controls(&name, &visitor.who);
         let taken = taken.map_err(|error| {
-            let help =
-                "GET /api/v1/actuators lists the actuators; who has them lets go with {\"leave\": true}";
-            let mistake = match error {
-                ControlsError::Unknown { .. } => Mistake::Name,
-                ControlsError::Taken { .. } => Mistake::Held,
-            };
-            wrong(Problem::new(StatusCode::CONFLICT, error.to_string(), help).of(mistake))
+            wrong(match error {
+                ControlsError::Unknown { .. } => {
+                    Problem::not_found(error.to_string(), "GET /api/v1/actuators lists the actuators")
+                }
+                ControlsError::Taken { .. } => {
+                    let help = "who has them lets go with {\"leave\": true}; a stop needs no controls";
+                    Problem::new(StatusCode::CONFLICT, error.to_string(), help).of(Mistake::Held)
+                }
+            })
         })?;
         let answer = json!({
             "taken": name,

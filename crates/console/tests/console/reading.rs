@@ -31,6 +31,7 @@ fn parts_of_a_value_are_selected_by_pointer_and_path() {
     assert!(run.get(&format!("{at}?pointer=/z")).problem(404).contains("/z"));
     assert!(run.get(&format!("{at}?pointer=x")).problem(400).contains("slash"));
     assert!(run.get(&format!("{at}?select=$[?@.x]")).problem(400).contains("JSONPath"));
+    assert!(run.get(&format!("{at}?select=$[")).problem(400).contains("an index is expected at its end"));
     assert!(run.get(&format!("{at}?pointer=/x&select=$.x")).problem(400).contains("one of the two"));
 }
 

@@ -139,7 +139,10 @@ fn a_person_drives_until_the_key_is_let_go_or_the_connection_is_gone() {
             .unwrap()
             .contains("somebody else")
     );
-    assert!(second.ask(&json!({ "take": "arm" }))["problem"]["detail"].as_str().unwrap().contains("wheel"));
+    // What is not there is not found, as everywhere.
+    let unknown = &second.ask(&json!({ "take": "arm" }))["problem"];
+    assert_eq!((&unknown["status"], &unknown["code"]), (&json!(404), &json!("S004")));
+    assert!(unknown["detail"].as_str().unwrap().contains("wheel"), "{unknown}");
     // Held for longer than a command holds.
     for sequence in 2..12 {
         let answer = socket.ask(&json!({ "command": { "value": -3.0 }, "sequence": sequence }));
