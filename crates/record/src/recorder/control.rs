@@ -134,19 +134,24 @@ impl RecordingControl for Recorder {
             unwritten(reason)
         })?;
         let progress = Progress::new(number, file, agent.now());
-        let target = Target::new(opened, what.clone(), within, host.is_lockstep, Arc::clone(&progress));
+        let mut target = Target::new(opened, what.clone(), within, host.is_lockstep, Arc::clone(&progress));
         self.show(board);
         let own = what.clone();
+        // What is written from now on stays in the rings until the recording is there that it belongs into.
+        let taking = locked(&shared.taking);
         self.hub.want(number, Box::new(move |channel| selection::selects(&own, &channel.path)));
         // A property that was made anew has the channel that came last.
         let channels = self.hub.channels().clone();
-        let channels = channels.iter().zip(0..).map(|(channel, id)| (channel.path.as_str(), id));
-        let ids: BTreeMap<&str, u32> = channels.collect();
+        let ids: BTreeMap<&str, u32> =
+            channels.iter().zip(0..).map(|(channel, id)| (channel.path.as_str(), id)).collect();
         let properties = board.properties().into_iter();
         let properties = properties.filter_map(|property| Some((*ids.get(property.path())?, property)));
-        let properties = properties.filter(|(_, property)| is_selected(property.path())).collect();
+        let properties: Vec<_> = properties.filter(|(_, property)| is_selected(property.path())).collect();
+        target.begin(&channels, &properties, agent.now());
         locked(&shared.recordings).push(progress);
-        self.ask(&shared, Order::Add(Box::new(target), properties))?;
+        let asked = self.ask(&shared, Order::Add(Box::new(target)));
+        drop(taking);
+        asked?;
         let file = slate_runtime::printable(file);
         host.logger.log(agent.now(), Level::Info, &format!("a tool records into {file}"));
         Ok(())

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use slate_blackboard::{Property, Stamp};
+use slate_blackboard::Stamp;
 use slate_module::Level;
 use slate_runtime::configuration::{Flight as FlightSettings, FlightTrigger};
 use slate_runtime::recording::FlightEntry;
@@ -39,8 +39,8 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 /// What the thread is asked for by others.
 pub(super) enum Order {
-    /// Begins with a recording, and the newest values of these properties.
-    Add(Box<Target>, Vec<(u32, Arc<Property>)>),
+    /// Goes on with a recording that has begun.
+    Add(Box<Target>),
     /// Gives a recording back that has all that was written until now; nothing when it is there no more.
     Remove(u64, SyncSender<Option<Box<Target>>>),
     /// Gives the last seconds; nothing when none are kept.
@@ -53,6 +53,8 @@ pub(super) enum Order {
 #[derive(Default)]
 pub(super) struct Shared {
     orders: Mutex<Vec<Order>>,
+    /// Held while values are taken out; whoever holds it begins with a recording.
+    pub taking: Mutex<()>,
     is_over: AtomicBool,
     /// How recordings go, the oldest first.
     pub recordings: Mutex<Vec<Arc<Progress>>>,
@@ -225,12 +227,15 @@ impl Work {
         loop {
             // First, as what was handed over before the end, or before an order, is to be found after it.
             let is_over = self.shared.is_over.load(Ordering::Acquire);
+            let shared = Arc::clone(&self.shared);
+            let taking = locked(&shared.taking);
             let orders = std::mem::take(&mut *locked(&self.shared.orders));
             let orders = self.begin(orders);
             let is_urgent = self.hub.urgent.swap(false, Ordering::AcqRel);
             // Where nothing may be missing, values stay where they are until the disk has taken some.
             let is_held_up = self.sinks.targets.iter().any(Target::holds_up);
             let found = !is_held_up && self.drain.turn(&self.hub, &mut self.sinks);
+            drop(taking);
             let now = Instant::now();
             if is_over {
                 self.sinks.targets.iter_mut().for_each(|target| target.give_up_after(PATIENCE));
@@ -270,16 +275,12 @@ impl Work {
         }
     }
 
-    /// Begins with recordings, before values are taken out that belong into them; returns the other orders.
+    /// Goes on with recordings, before values are taken out that belong into them; returns the other orders.
     fn begin(&mut self, orders: Vec<Order>) -> Vec<Order> {
         let mut others = Vec::new();
         for order in orders {
             match order {
-                Order::Add(mut target, properties) => {
-                    let channels = self.hub.channels().clone();
-                    target.begin(&channels, &properties, self.host.now());
-                    self.sinks.targets.push(*target);
-                }
+                Order::Add(target) => self.sinks.targets.push(*target),
                 other => others.push(other),
             }
         }
@@ -289,7 +290,7 @@ impl Work {
     /// After all was written that was there when it was asked for. Who asked may be gone.
     fn answer(&mut self, order: Order) {
         match order {
-            Order::Add(..) => {}
+            Order::Add(_) => {}
             Order::Remove(number, answer) => {
                 let place = self.sinks.targets.iter().position(|target| target.number == number);
                 let _ = answer.send(place.map(|place| Box::new(self.sinks.targets.remove(place))));
