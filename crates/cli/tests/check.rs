@@ -225,6 +225,11 @@ fn a_drawing_has_all_modules_and_links() {
     assert!(std::fs::read_to_string(running.folder().join("exp1.dot")).unwrap().starts_with("digraph"));
     running.fails(2, &["graph", "exp1", "--out", "exp1.png"], &["exp1.png", ".svg"]);
     assert!(!running.folder().join("exp1.png").exists());
+    // A drawing that can't be written leaves the one that is there.
+    let output = running.on_full_disk(&["graph", "exp3", "--out", "exp1.dot"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(std::fs::read_to_string(running.folder().join("exp1.dot")).unwrap().contains("r2/planner"));
+    assert!(!running.folder().join("exp1.dot.part").exists());
     let said = running.done(&["unlink", "r2/planner/goal"]);
     assert!(said.ends_with("-> none\n"), "{said}");
     assert!(running.folder().join("exp1.svg").is_file());

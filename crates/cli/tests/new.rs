@@ -81,12 +81,7 @@ fn a_project_is_not_written_over_another_nor_called_what_is_taken() {
 #[test]
 fn a_project_that_can_not_be_written_leaves_no_half_of_it() {
     let running = Running::new("new-full");
-    // A limit of the size of files, which fails like a disk that is full.
-    let own = running.command(&["new", "rover"]);
-    let mut limited = std::process::Command::new("sh");
-    limited.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "sh"]).arg(own.get_program());
-    limited.args(own.get_args()).current_dir(running.folder());
-    let output = limited.output().unwrap();
+    let output = running.on_full_disk(&["new", "rover"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(text(&output.stderr).contains("File too large"), "{output:?}");
     assert!(!running.folder().join("rover").exists());

@@ -78,8 +78,9 @@ fn a_recording_of_a_running_agent_begins_with_what_holds_and_misses_nothing_from
     {
         let first = values[0].0;
         let numbers: Vec<_> = values.iter().map(|(number, _)| *number).collect();
-        assert_eq!(numbers, (first..first + values.len() as u32).collect::<Vec<_>>(), "{topic}");
-        assert!(values.iter().all(|(_, time)| *time >= begin), "{topic}");
+        let whole: Vec<_> = (first..first + values.len() as u32).collect();
+        assert_eq!(numbers, whole, "{topic}, which began at {begin}: {values:?}");
+        assert!(values.iter().all(|(_, time)| *time >= begin), "{topic}: before {begin}: {values:?}");
     }
     assert_eq!(metadata(&file, "end")["stopped"], "by a tool");
     let said = running.done(&["bag", "verify", "all.mcap"]);

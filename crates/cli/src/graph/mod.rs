@@ -5,12 +5,14 @@ mod svg;
 mod text;
 
 use std::collections::BTreeMap;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;
 use serde::Serialize;
 use serde_json::Value;
+use slate::runtime::replacement::Replacement;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -151,11 +153,21 @@ pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
     };
     match &options.out {
         Some(path) => {
-            std::fs::write(path, text).map_err(|source| Failure::File { path: path.clone(), source })?;
+            write(path, &text).map_err(|source| Failure::File { path: path.clone(), source })?;
         }
         None => output::line(text.trim_end()),
     }
     Ok(true)
+}
+
+/// A drawing that is there stays until the new one is whole; a pipe or a device takes it as it comes.
+fn write(path: &Path, text: &str) -> io::Result<()> {
+    if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+        return std::fs::write(path, text);
+    }
+    let mut new = Replacement::create(path)?;
+    new.write_all(text.as_bytes())?;
+    new.keep()
 }
 
 fn of_configuration(name: &str, options: &GraphOptions) -> Result<Found, Failure> {

@@ -116,6 +116,15 @@ impl Running {
         command
     }
 
+    /// Calls the command where no file may grow, which fails like a disk that is full.
+    pub fn on_full_disk(&self, arguments: &[&str]) -> Output {
+        let own = self.command(arguments);
+        let mut limited = Command::new("sh");
+        limited.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$@\"", "sh"]).arg(own.get_program());
+        limited.args(own.get_args()).current_dir(&self.folder).env("XDG_RUNTIME_DIR", &self.sockets);
+        limited.output().unwrap()
+    }
+
     /// Calls the command.
     pub fn call(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().unwrap()

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use slate_blackboard::{Board, Property, Stamp};
+use slate_blackboard::{Access, Board, Property, Stamp};
 use slate_runtime::configuration::RecordSelection;
 use slate_runtime::recording::RecordingEntry;
 
@@ -82,6 +82,8 @@ pub(super) struct Target {
     /// By channel: the number of the newest value when it began, which stands in the file already, and of the first one that
     /// came then; 0 before.
     newest: BTreeMap<u32, (u64, u64)>,
+    /// When it began, if that was while the agent ran; messages that were taken before are not in it.
+    begin: u64,
     /// By channel: values that were dropped before it began, and those of which it saw later that they are missing.
     before: Vec<u64>,
     missed: BTreeMap<u32, u64>,
@@ -114,6 +116,7 @@ impl Target {
             selection,
             filters: Vec::new(),
             newest: BTreeMap::new(),
+            begin: 0,
             before: Vec::new(),
             missed: BTreeMap::new(),
             within: Duration::from_nanos(within),
@@ -128,6 +131,7 @@ impl Target {
 
     /// Begins with the newest values of properties, by their channels. What is dropped from now on counts.
     pub fn begin(&mut self, channels: &[Channel], properties: &[(u32, Arc<Property>)], now: u64) {
+        self.begin = now;
         self.before = channels.iter().map(|channel| channel.dropped.load(Ordering::Relaxed)).collect();
         for (id, property) in properties {
             let Some(channel) = channels.get(*id as usize) else { continue };
@@ -165,6 +169,9 @@ impl Target {
             }
             return;
         };
+        if stamp.time < self.begin && channel.access == Access::Messages {
+            return;
+        }
         if let Some((newest, first)) = self.newest.get_mut(&id) {
             if stamp.sequence <= *newest {
                 // It, or a newer one, was the first in the file.
