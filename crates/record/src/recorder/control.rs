@@ -151,7 +151,12 @@ impl RecordingControl for Recorder {
         locked(&shared.recordings).push(progress);
         let asked = self.ask(&shared, Order::Add(Box::new(target)));
         drop(taking);
-        asked?;
+        asked.inspect_err(|_| {
+            // Nobody writes it.
+            self.hub.want_no_more(number);
+            locked(&shared.recordings).retain(|other| other.number != number);
+            let _ = std::fs::remove_file(file);
+        })?;
         let file = slate_runtime::printable(file);
         host.logger.log(agent.now(), Level::Info, &format!("a tool records into {file}"));
         Ok(())
